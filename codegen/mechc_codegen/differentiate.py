@@ -1,0 +1,55 @@
+"""Stage 2: Equations -> Equations with Jacobians and directional derivatives of what is asked.
+
+Input: constraints and kinematics.  Output: besides them the constraint Jacobian J over the
+speeds, the velocity constraints J u + b, and gamma of J u' = gamma.  Invariant: the chain rule
+runs through the kinematics, so speeds need not be rates of coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sympy import Expr, S
+
+from mechc_codegen.equations import Equations, Output, Symbols
+
+
+def differentiate(equations: Equations) -> Equations:
+    """Add ``velocity_constraints``, ``constraint_jacobian`` and ``gamma`` to the outputs."""
+    symbols = equations.symbols
+    rates = equations.outputs["coordinate_rates"].elements
+    holonomic = equations.outputs["constraints"]
+    motion = equations.outputs["motion_constraints"]
+    along = [directional(e, symbols, rates) for e in holonomic.elements]
+    velocity = (*along, *motion.elements)
+    rows = [[e.diff(u) for u in symbols.u] for e in velocity]
+    gamma = tuple(-directional(e, symbols, rates) for e in velocity)
+    names = (*(f"rate of {label}" for label in holonomic.labels), *motion.labels)
+    count, size = len(velocity), len(symbols.u)
+    added = [
+        Output("velocity_constraints", "J u + b = 0", velocity, (count,), names),
+        Output(
+            "constraint_jacobian",
+            "J: derivative of the velocity constraints by the speeds",
+            tuple(entry for row in rows for entry in row),
+            (count, size),
+            tuple(f"J[{name}, {speed}]" for name in names for speed in equations.speed_names),
+        ),
+        Output("gamma", "J u' = gamma", gamma, (count,), names),
+        Output(
+            "kinematic_matrix",
+            "N: derivative of the coordinates' rates by the speeds",
+            tuple(rate.diff(u) for rate in rates for u in symbols.u),
+            (len(rates), size),
+            tuple(f"N[{r}, {c}]" for r in range(len(rates)) for c in range(size)),
+        ),
+    ]
+    outputs = {**equations.outputs, **{output.name: output for output in added}}
+    return replace(equations, outputs=outputs)
+
+
+def directional(expression: Expr, symbols: Symbols, rates: Sequence[Expr]) -> Expr:
+    """Time derivative of an expression of t and q (speeds held) along the coordinates' rates."""
+    terms = [expression.diff(q) * rate for q, rate in zip(symbols.q, rates, strict=True)]
+    return sum(terms, expression.diff(symbols.time) + S.Zero)

@@ -1,0 +1,71 @@
+"""The data that derivation hands on: named matrices of expressions over plain symbols.
+
+Invariant: expressions hold only the symbols in :class:`Symbols`; functions of time and rates
+are gone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from sympy import Expr, Symbol
+
+
+@dataclass(frozen=True)
+class Symbols:
+    """The inputs of every expression, in the order of the arrays that carry them."""
+
+    time: Symbol
+    q: tuple[Symbol, ...]
+    u: tuple[Symbol, ...]
+    parameters: tuple[Symbol, ...]
+
+
+@dataclass(frozen=True)
+class Output:
+    """A named array of expressions, row by row.
+
+    ``equation`` says in one line what it is; ``labels`` what each element is, for the reader of
+    the generated code.
+    """
+
+    name: str
+    equation: str
+    elements: tuple[Expr, ...]
+    shape: tuple[int, ...]
+    labels: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        size = 1
+        for extent in self.shape:
+            size *= extent
+        if size != len(self.elements) or len(self.labels) != size:
+            raise ValueError(f"{self.name}: shape {self.shape} for {len(self.elements)} elements")
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Everything derived for one mechanism.
+
+    ``holonomic`` of the constraints are on the configuration; the remaining rows of the
+    constraint Jacobian constrain the speeds alone.
+    """
+
+    symbols: Symbols
+    outputs: Mapping[str, Output]
+    parameter_defaults: tuple[Expr, ...]
+    holonomic: int
+    nonholonomic: int
+    identity_kinematics: bool
+    speed_names: tuple[str, ...]
+
+    def __str__(self) -> str:
+        lines = []
+        for output in self.outputs.values():
+            lines.append(f"{output.name} {output.shape}: {output.equation}")
+            lines += [
+                f"  {label} = {value}"
+                for label, value in zip(output.labels, output.elements, strict=True)
+            ]
+        return "\n".join(lines)

@@ -1,0 +1,105 @@
+"""Stage 6: C -> files to compile.
+
+Input: a mechanism.  Output: a folder's worth of texts and how to compile each of them.
+Invariant: everything that decides the binary is in :class:`Build` (:func:`signature` lists it).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import TypeVar
+
+from mechc_codegen.derive import derive
+from mechc_codegen.differentiate import differentiate
+from mechc_codegen.emit_c import BASELINE, WIDER, InstructionSet, emit
+from mechc_codegen.lower import lower
+from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.metadata import scene_metadata
+from mechc_codegen.optimize import optimize
+
+# -ffast-math would let a loaded extension flush denormals for the whole process.
+FLAGS = (
+    "-std=gnu11",
+    "-O3",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-ffp-contract=fast",
+    "-fvisibility=hidden",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+)
+T = TypeVar("T")
+RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
+
+
+@dataclass(frozen=True)
+class Build:
+    """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``."""
+
+    name: str
+    texts: Mapping[str, str]
+    flags: Mapping[str, tuple[str, ...]]
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return tuple(self.flags)
+
+    def write(self, folder: Path) -> None:
+        """Write the texts; an unchanged file keeps its time stamp."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in self.texts.items():
+            path = folder / name
+            if not path.exists() or path.read_text("utf-8") != text:
+                path.write_text(text, "utf-8")
+
+
+def build_scene(mechanism: Mechanism, sets: tuple[InstructionSet, ...] | None = None) -> Build:
+    """Derive, optimise and emit a mechanism; nothing is compiled yet."""
+    sets = instruction_sets() if sets is None else sets
+    seconds: dict[str, float] = {}
+    equations = _timed(seconds, "derive", lambda: derive(mechanism))
+    equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
+    lowered = lower(equations)
+    program = _timed(seconds, "optimize", lambda: optimize(lowered))
+    metadata = json.dumps(scene_metadata(mechanism, lowered, program), sort_keys=True)
+    texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets))
+    texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
+    flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
+    return Build(mechanism.name, texts, flags)
+
+
+def instruction_sets() -> tuple[InstructionSet, ...]:
+    """Baseline, and on x86-64 the wider ones that are chosen at run time."""
+    return (BASELINE, *WIDER) if platform.machine() in {"x86_64", "AMD64"} else (BASELINE,)
+
+
+def runtime_headers() -> list[str]:
+    """Every header that generated code includes: what a build depends on."""
+    return sorted(str(path) for path in RUNTIME.glob("*.h"))
+
+
+def signature(build: Build, compiler: str, python: str) -> str:
+    """Hash of all that decides a binary."""
+    digest = hashlib.sha256()
+    parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
+    parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
+    parts += [Path(header).read_text("utf-8") for header in runtime_headers()]
+    parts += [" ".join(FLAGS), compiler, python, platform.machine()]
+    for part in parts:
+        digest.update(f"{len(part)}:".encode() + part.encode())
+    return digest.hexdigest()
+
+
+def _timed(seconds: dict[str, float], stage: str, run: Callable[[], T]) -> T:
+    start = time.perf_counter()
+    result = run()
+    seconds[stage] = time.perf_counter() - start
+    return result

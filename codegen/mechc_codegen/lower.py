@@ -1,0 +1,40 @@
+"""Stage 3: Equations -> Program.
+
+Input: derived equations.  Output: a program with no statements yet, whose outputs hold the whole
+expressions.  Invariant: the program computes exactly what the equations say.
+"""
+
+from __future__ import annotations
+
+from sympy import S
+
+from mechc_codegen.equations import Equations, Output
+from mechc_codegen.program import Program
+
+KEPT_APART = {"motion_constraints", "kinematic_matrix"}  # only their derived forms are emitted
+
+
+def lower(equations: Equations) -> Program:
+    """Take over the outputs that generated code computes; empty ones fall away."""
+    kept = [
+        output
+        for name, output in equations.outputs.items()
+        if output.elements and not _unused(name, equations)
+    ]
+    return Program(equations.symbols, (*kept, *_velocity_bias(equations)))
+
+
+def _unused(name: str, equations: Equations) -> bool:
+    if name == "kinematic_matrix":
+        return equations.identity_kinematics
+    return name in KEPT_APART
+
+
+def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
+    """What of the velocity constraints J u + b is free of speeds; absent where it vanishes."""
+    velocity = equations.outputs["velocity_constraints"]
+    at_rest = {u: S.Zero for u in equations.symbols.u}
+    bias = tuple(e.xreplace(at_rest) for e in velocity.elements)
+    if all(b == 0 for b in bias):
+        return ()
+    return (Output("velocity_bias", "b of J u + b = 0", bias, velocity.shape, velocity.labels),)

@@ -1,0 +1,224 @@
+"""What a scene is: a mechanism written in ``sympy.physics.mechanics``, validated.
+
+Input: frames, points, bodies, loads and constraints as SymPy builds them, with the parameters
+and coordinates they use.  Output: one frozen :class:`Mechanism`.  Invariant: every symbol in it
+is time, a declared parameter, a declared coordinate or speed, or a coordinate's rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from math import inf
+
+from sympy import Derivative, Expr, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.errors import MechanismError
+
+Load = tuple[Point | ReferenceFrame, Vector]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a number means: its unit, its bounds and one line for people.
+
+    ``lower`` and ``upper`` bound the value; finite bounds are themselves excluded unless
+    ``closed``.
+    """
+
+    unit: str
+    description: str
+    lower: float = -inf
+    upper: float = inf
+    closed: bool = False
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the mechanism with its default, which may follow other parameters."""
+
+    symbol: Symbol
+    default: Expr
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate ``q(t)`` with the scale that its tolerance refers to."""
+
+    symbol: AppliedUndef
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A generalized speed ``u(t)``."""
+
+    symbol: AppliedUndef
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression = 0``; ``name`` is what messages call it, ``unit`` that of the expression."""
+
+    name: str
+    expression: Expr
+    unit: str
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What people see: polylines through named points, pivots on the ground, traced points."""
+
+    links: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    ground: tuple[str, ...] = ()
+    traced: tuple[str, ...] = ()
+
+
+Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism, described.
+
+    Attributes
+    ----------
+    frame, origin
+        The inertial frame and a point fixed in it, from which positions are measured.
+    coordinates, speeds
+        In state order; ``y = [q, u]``.
+    kinematics
+        The coordinates' rates as expressions of coordinates, speeds and time, in the order of
+        ``coordinates``.
+    bodies
+        ``RigidBody`` or ``Particle``; their ``potential_energy`` is the potential of the
+        conservative loads.
+    loads
+        ``(Point, force)`` and ``(ReferenceFrame, torque)`` pairs; a load in ``dissipative`` has
+        no potential.
+    configuration_constraints, motion_constraints
+        Holonomic constraints on the configuration; constraints on the speeds alone (linear in
+        them).  The time derivatives of the former are derived, not given.
+    points
+        The named points whose positions and velocities can be asked for.
+    start
+        Coordinates and speeds that ``run`` starts from when nothing else is said (SI units).
+    preference
+        Of several assemblies the one in which this expression is largest is taken.
+    notes
+        From parameter values to ``(label, sentence)`` pairs that ``show`` prints.
+    """
+
+    name: str
+    title: str
+    frame: ReferenceFrame
+    origin: Point
+    coordinates: tuple[Coordinate, ...]
+    speeds: tuple[Speed, ...]
+    kinematics: tuple[Expr, ...]
+    parameters: tuple[Parameter, ...]
+    bodies: tuple[RigidBody | Particle, ...]
+    loads: tuple[Load, ...] = ()
+    configuration_constraints: tuple[Constraint, ...] = ()
+    motion_constraints: tuple[Constraint, ...] = ()
+    points: tuple[Point, ...] = ()
+    frames: tuple[ReferenceFrame, ...] = ()
+    drawing: Drawing = Drawing()
+    start: Mapping[str, float] = field(default_factory=dict)
+    preference: Expr | None = None
+    notes: Notes | None = None
+    skipped: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_lengths(self)
+        _check_names(self)
+        _check_symbols(self)
+
+    @property
+    def q(self) -> tuple[AppliedUndef, ...]:
+        return tuple(c.symbol for c in self.coordinates)
+
+    @property
+    def u(self) -> tuple[AppliedUndef, ...]:
+        return tuple(s.symbol for s in self.speeds)
+
+    @property
+    def rates(self) -> dict[Expr, Expr]:
+        """The kinematic differential equations as a replacement: ``{q': expression}``."""
+        time = dynamicsymbols._t
+        return {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+
+
+def printed_name(symbol: Expr) -> str:
+    """The name a person sees for a symbol or a function of time: ``theta_0``."""
+    return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
+
+
+def _check_lengths(mechanism: Mechanism) -> None:
+    if len(mechanism.kinematics) != len(mechanism.coordinates):
+        raise MechanismError(
+            f"{mechanism.name}: {len(mechanism.coordinates)} coordinates need as many kinematic "
+            f"differential equations, {len(mechanism.kinematics)} were given"
+        )
+    if not mechanism.bodies:
+        raise MechanismError(f"{mechanism.name}: a mechanism needs at least one body")
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    symbols = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+    _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
+    _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
+    _refuse_repeats("body", mechanism.name, [b.name for b in mechanism.bodies])
+
+
+def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise MechanismError(
+            f"{mechanism}: more than one {kind} is printed as {repeated[0]!r}; rename one of "
+            "them so that results can be told apart"
+        )
+
+
+def _check_symbols(mechanism: Mechanism) -> None:
+    known = {*mechanism.q, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
+    known |= {p.symbol for p in mechanism.parameters}
+    for place, expression in _expressions(mechanism):
+        unknown = _free_symbols(expression) - known
+        if unknown:
+            name = printed_name(min(unknown, key=str))
+            raise MechanismError(
+                f"{mechanism.name}: {name!r} in {place} is neither a parameter, a coordinate nor "
+                "a speed of the mechanism; declare it (a Symbol and a dynamicsymbol of one name "
+                "are different symbols)"
+            )
+
+
+def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
+    """The scalar expressions a user writes down, each with what to call it."""
+    for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
+        yield f"the rate of {printed_name(q)}", rate
+    for parameter in mechanism.parameters:
+        yield f"the default of {parameter.symbol}", sympify(parameter.default)
+    for body in mechanism.bodies:
+        yield f"the mass of {body.name}", sympify(body.mass)
+        yield f"the potential energy of {body.name}", sympify(body.potential_energy)
+    for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
+        yield f"the constraint {constraint.name}", constraint.expression
+    for load_at, vector in mechanism.loads:
+        for component in vector.to_matrix(mechanism.frame):
+            yield f"the load on {load_at.name}", component
+
+
+def _free_symbols(expression: Expr) -> set[Expr]:
+    """Symbols, functions of time and their derivatives, each as one thing."""
+    derivatives = expression.atoms(Derivative)
+    inner = {f for d in derivatives for f in d.atoms(AppliedUndef)}
+    outside = expression.xreplace({d: Symbol("_rate") for d in derivatives})
+    found = outside.atoms(AppliedUndef) | outside.atoms(Symbol) | derivatives
+    return found - {Symbol("_rate"), dynamicsymbols._t} - (inner - outside.atoms(AppliedUndef))

@@ -1,0 +1,71 @@
+/* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
+ * state, so that a result never depends on how many states were asked for. */
+
+typedef void mechc_lane_output(mechc_lane t, const mechc_lane *q, const mechc_lane *u,
+                               const mechc_lane *p, const mechc_lane *k, mechc_lane *out);
+
+MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
+                               mechc_lane *out)
+{
+    for (int i = 0; i < width; i++) {
+        double column[MECHC_LANES];
+        for (int lane = 0; lane < MECHC_LANES; lane++) {
+            const ptrdiff_t row = first + (first + lane < count ? lane : count - 1 - first);
+            column[lane] = rows.data[row * rows.stride + i];
+        }
+        memcpy(&out[i], column, sizeof column);
+    }
+}
+
+/* Inlined into one function an output, so that `f` and `width` are constants there. */
+MECHC_INLINE void mechc_evaluate_blocks(mechc_lane_output *f, int width, ptrdiff_t count,
+                                        mechc_rows t, mechc_rows y, mechc_rows p, double *out)
+{
+    mechc_lane time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_NP)];
+    mechc_lane k[MECHC_AT_LEAST_ONE(MECHC_NK)], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    if (count < 1) return;
+    mechc_gather(p, 0, count, MECHC_NP, parameters);
+    mechc_lanes_hoist(parameters, k);
+    for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
+        if (first > 0 && p.stride) {
+            mechc_gather(p, first, count, MECHC_NP, parameters);
+            mechc_lanes_hoist(parameters, k);
+        }
+        mechc_gather(t, first, count, 1, time);
+        mechc_gather(y, first, count, MECHC_NX, state);
+        f(time[0], state, state + MECHC_NQ, parameters, k, values);
+        for (int lane = 0; lane < MECHC_LANES && first + lane < count; lane++)
+            for (int i = 0; i < width; i++) out[(first + lane) * width + i] = values[i][lane];
+    }
+}
+
+MECHC_INLINE void mechc_lanes_output_rates(mechc_lane t, const mechc_lane *q, const mechc_lane *u,
+                                           const mechc_lane *p, const mechc_lane *k,
+                                           mechc_lane *out)
+{
+    (void)u; /* follows q in the state */
+    mechc_lanes_rates(t, q, p, k, out);
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void mechc_lanes_output_multipliers(mechc_lane t, const mechc_lane *q,
+                                                 const mechc_lane *u, const mechc_lane *p,
+                                                 const mechc_lane *k, mechc_lane *out)
+{
+    mechc_lanes_place place;
+    mechc_lane accelerations[MECHC_NU];
+    mechc_lanes_locate(t, q, p, k, &place);
+    mechc_lanes_accelerate(t, q, u, p, k, &place, accelerations, out);
+}
+#endif
+
+#define MECHC_DEFINE_OUTPUT(label, width)                                                       \
+    static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
+                                       mechc_rows p, double *out)                                \
+    {                                                                                            \
+        mechc_evaluate_blocks(mechc_lanes_output_##label, width, count, t, y, p, out);           \
+    }
+MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
+
+#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
+static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};

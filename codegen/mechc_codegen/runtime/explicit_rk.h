@@ -1,0 +1,314 @@
+/* Adaptive explicit Runge-Kutta with every stage taken on the constraint manifold.
+ *
+ * A stage first closes the loops at its own time and then takes accelerations there, because
+ * off the manifold by d they are wrong by d over the smallest singular value of the Jacobian.
+ * Step control after Hairer, Norsett & Wanner (1993), section II.4.
+ */
+
+typedef struct {
+    mechc_run head;
+    const mechc_tableau *tableau;
+    int method, has_tolerances;
+    double t1, rtol, max_step, step, direction;
+    long max_steps;
+    int refused; /* the last attempt failed: do not let the step grow */
+    double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
+    double rates[MECHC_MOST_RATES * MECHC_NX];
+} mechc_rk_run;
+
+#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+
+/* Project y onto the constraints and take its rates. */
+MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *rates)
+{
+    mechc_scalar_place place;
+    mechc_stats *stats = &run->head.stats;
+    const int status =
+        mechc_scalar_close_loops(t, y, run->p, run->k, &place, &stats->closure_iterations);
+    stats->rhs_evaluations++;
+    if (status != MECHC_RUNNING) {
+        stats->coordinate = place.bad;
+        return status;
+    }
+    mechc_scalar_steady(&place, y + MECHC_NQ);
+    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, run->p, run->k, rates);
+    mechc_scalar_accelerate(t, y, y + MECHC_NQ, run->p, run->k, &place, rates + MECHC_NQ, 0);
+#if MECHC_NC > 0
+    const double singular = mechc_scalar_least_singular(&place.all);
+    if (singular < stats->least_singular) {
+        stats->least_singular = singular;
+        stats->least_singular_time = t;
+    }
+#endif
+    for (int i = 0; i < MECHC_NX; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    return MECHC_RUNNING;
+}
+
+/* y + h sum_j row[j] rate_j */
+MECHC_STATIC void mechc_rk_combine(const mechc_rk_run *run, const double *row, int rates, double h,
+                                   double *out)
+{
+    double sum[MECHC_NX] = {0};
+    for (int j = 0; j < rates; j++)
+        if (row[j] != 0.0)
+            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * MECHC_RATE(run, j)[i];
+    for (int i = 0; i < MECHC_NX; i++) out[i] = run->y[i] + h * sum[i];
+}
+
+/* Rates first .. last of the tableau; `end` receives the state of the last. */
+MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h, double *end)
+{
+    const mechc_tableau *tableau = run->tableau;
+    for (int i = first; i <= last; i++) {
+        mechc_rk_combine(run, tableau->matrix + i * MECHC_MOST_RATES, i, h, end);
+        const double t = run->head.t + tableau->nodes[i] * h;
+        const int status = mechc_rk_stage(run, t, end, MECHC_RATE(run, i));
+        if (status != MECHC_RUNNING) return status;
+    }
+    return MECHC_RUNNING;
+}
+
+/* Tolerated error per component: the user's atol + rtol |y|, or rtol times the scale. */
+MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
+{
+    if (!run->has_tolerances) return run->rtol * run->scale[i];
+    return run->tolerance[i] + run->rtol * fmax(fabs(run->y[i]), fabs(end[i]));
+}
+
+MECHC_STATIC double mechc_rk_norm(const mechc_rk_run *run, const double *weights, double h,
+                                  const double *end)
+{
+    double square = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) {
+        double sum = 0.0;
+        for (int j = 0; j <= run->tableau->stages; j++) sum += weights[j] * MECHC_RATE(run, j)[i];
+        const double error = h * sum / mechc_rk_tolerance(run, i, end);
+        square += error * error;
+    }
+    return square / MECHC_NX;
+}
+
+/* Root mean square of the step's error over what is tolerated. */
+MECHC_STATIC double mechc_rk_error(const mechc_rk_run *run, double h, const double *end)
+{
+    const double first = mechc_rk_norm(run, run->tableau->error, h, end);
+    if (!run->tableau->second_error) return sqrt(first);
+    const double second = mechc_rk_norm(run, run->tableau->second_error, h, end);
+    return first > 0.0 ? first / sqrt(first + 0.01 * second) : 0.0;
+}
+
+MECHC_STATIC void mechc_rk_dense(mechc_rk_run *run, double h, const double *end)
+{
+    const mechc_tableau *tableau = run->tableau;
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    double *rows = trajectory->dense
+                 + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
+    const double *first = MECHC_RATE(run, 0), *last = MECHC_RATE(run, tableau->stages);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double r0 = end[i] - run->y[i], r1 = h * first[i] - r0;
+        rows[i] = r0;
+        rows[MECHC_NX + i] = r1;
+        rows[2 * MECHC_NX + i] = r0 - h * last[i] - r1;
+        for (int row = 3; row < tableau->dense_rows; row++) {
+            const double *weights = tableau->dense + (row - 3) * MECHC_MOST_RATES;
+            double sum = 0.0;
+            for (int j = 0; j < tableau->rates; j++) sum += weights[j] * MECHC_RATE(run, j)[i];
+            rows[row * MECHC_NX + i] = h * sum;
+        }
+    }
+}
+
+/* Speeds are judged against the largest met so far. */
+MECHC_STATIC void mechc_rk_widen_scale(mechc_rk_run *run)
+{
+    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+        run->scale[i] = fmax(run->scale[i], fabs(run->y[i]));
+}
+
+/* Take over an accepted step. */
+MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const double *end)
+{
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    double unused[MECHC_NX];
+    if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
+    if (trajectory->dense_rows) {
+        const int status =
+            mechc_rk_rates(run, run->tableau->stages + 1, run->tableau->rates - 1, h, unused);
+        if (status != MECHC_RUNNING) return status;
+        mechc_rk_dense(run, h, end);
+    }
+    memcpy(run->y, end, sizeof run->y);
+    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
+    run->head.t = t;
+    mechc_rk_widen_scale(run);
+    run->head.stats.steps++;
+    return mechc_append(trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
+}
+
+MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
+{
+    run->head.stats.rejected++;
+    run->step *= factor;
+    run->refused = 1;
+}
+
+MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
+{
+    const double most = run->refused ? 1.0 : run->tableau->order > 5 ? 6.0 : 10.0;
+    const double factor = 0.9 * pow(error, -1.0 / run->tableau->order);
+    return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
+}
+
+/* One attempt; the run's status after it. */
+MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
+{
+    const double t = run->head.t, left = run->t1 - t;
+    const double smallest = 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
+    double end[MECHC_NX], h = run->direction * fmin(run->step, run->max_step);
+    const int last = fabs(left) <= 1.01 * fabs(h);
+    if (last) h = left;
+    else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
+    if (!last && fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
+    const int status = mechc_rk_rates(run, 1, run->tableau->stages, h, end);
+    if (status != MECHC_RUNNING) {
+        if (fabs(h) < smallest) return status;
+        run->step = fabs(h);
+        mechc_rk_refuse(run, 0.3);
+        return MECHC_RUNNING;
+    }
+    const double error = mechc_rk_error(run, h, end);
+    const double factor = mechc_rk_factor(run, error);
+    run->step = fabs(h);
+    if (!(error <= 1.0)) {
+        if (fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
+        mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
+        return MECHC_RUNNING;
+    }
+    const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end);
+    if (accepted == MECHC_NO_MEMORY) return accepted;
+    if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
+        mechc_rk_refuse(run, 0.5);
+        return MECHC_RUNNING;
+    }
+    run->step *= factor;
+    run->refused = 0;
+    return last ? MECHC_FINISHED : MECHC_RUNNING;
+}
+
+static int mechc_rk_advance(mechc_run *head, long steps)
+{
+    mechc_rk_run *run = (mechc_rk_run *)head;
+    while (head->status == MECHC_RUNNING && steps-- > 0) {
+        if (head->stats.steps + head->stats.rejected >= run->max_steps)
+            head->status = MECHC_TOO_MANY_STEPS;
+        else
+            head->status = mechc_rk_attempt(run);
+    }
+    return head->status;
+}
+
+static void mechc_rk_release(mechc_run *head) { mechc_free(&head->trajectory); }
+
+/* A first step after Hairer, Norsett & Wanner (1993), section II.4. */
+MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
+{
+    double state = 0.0, first = 0.0, second = 0.0, end[MECHC_NX];
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double tolerance = mechc_rk_tolerance(run, i, run->y);
+        state += pow(run->y[i] / tolerance, 2);
+        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
+    }
+    const double span = fabs(run->t1 - run->head.t);
+    double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
+    guess = fmin(fmin(guess, run->max_step), span);
+    for (int i = 0; i < MECHC_NX; i++)
+        end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
+    const double t = run->head.t + run->direction * guess;
+    if (mechc_rk_stage(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return 1e-3 * guess;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
+        second += pow(change / (guess * mechc_rk_tolerance(run, i, run->y)), 2);
+    }
+    const double largest = sqrt(fmax(first, second) / MECHC_NX);
+    const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->tableau->order)
+                                        : fmax(1e-6 * span, 1e-3 * guess);
+    return fmin(fmin(100.0 * guess, step), run->max_step);
+}
+
+/* Scales of the speeds before any is known: what the first accelerations reach within one unit
+ * of the coordinate, and never nothing. */
+MECHC_STATIC void mechc_rk_first_scale(mechc_rk_run *run, const double *scale)
+{
+    double largest = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) {
+        const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
+        run->scale[i] = fmax(fabs(run->y[i]), reached);
+        largest = fmax(largest, run->scale[i] / scale[i]);
+    }
+    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+        run->scale[i] = fmax(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
+}
+
+static void mechc_rk_start(mechc_run *head, const mechc_options *options)
+{
+    mechc_rk_run *run = (mechc_rk_run *)head;
+    memset(run, 0, sizeof *run);
+    run->tableau = mechc_tableaus[options->method];
+    run->method = options->method;
+    run->t1 = options->t1;
+    run->direction = options->t1 >= options->t0 ? 1.0 : -1.0;
+    run->rtol = options->rtol;
+    run->has_tolerances = options->atol != 0;
+    run->max_step = options->max_step;
+    run->max_steps = options->max_steps;
+    if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
+    memcpy(run->y, options->y0, sizeof run->y);
+    memcpy(run->p, options->p, MECHC_NP * sizeof(double));
+    mechc_scalar_hoist(run->p, run->k);
+    head->t = options->t0;
+    head->stats.least_singular = HUGE_VAL;
+    head->stats.coordinate = -1;
+    head->trajectory.width = MECHC_NX;
+    head->trajectory.dense_rows = options->dense ? run->tableau->dense_rows : 0;
+    head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
+    if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;
+    if (head->status != MECHC_RUNNING) return;
+    mechc_rk_first_scale(run, options->scale);
+    run->step = options->first_step > 0.0 ? options->first_step : mechc_rk_first_step(run);
+    if (options->t0 == options->t1) head->status = MECHC_FINISHED;
+}
+
+/* The dense output of one step at the fraction s. */
+MECHC_STATIC void mechc_rk_polynomial(const double *y, const double *rows, int count, double s,
+                                      double *out)
+{
+    for (int i = 0; i < MECHC_NX; i++) {
+        double sum = 0.0;
+        for (int row = count - 1; row >= 0; row--)
+            sum = (row % 2 ? 1.0 - s : s) * (sum + rows[row * MECHC_NX + i]);
+        out[i] = y[i] + sum;
+    }
+}
+
+static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
+                                 ptrdiff_t count, const double *t, double *out)
+{
+    (void)method;
+    double k[MECHC_AT_LEAST_ONE(MECHC_NK)], unused[2];
+    mechc_scalar_hoist(p, k);
+    for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
+        const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
+        const double start = trajectory->t[step];
+        const double s = trajectory->count > 1
+                       ? (t[n] - start) / (trajectory->t[step + 1] - start) : 0.0;
+        const int rows = trajectory->count > 1 ? trajectory->dense_rows : 0;
+        mechc_rk_polynomial(trajectory->y + step * MECHC_NX,
+                            trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
+                            out);
+        if (s != 0.0 && mechc_project_state(t[n], out, p, k, unused) != MECHC_RUNNING)
+            for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
+    }
+}

@@ -1,0 +1,104 @@
+/* The binary interface between a compiled scene and whoever drives it. */
+#ifndef MECHC_MODEL_H
+#define MECHC_MODEL_H
+
+#include <stddef.h>
+
+#define MECHC_ABI 1
+#define MECHC_CAPSULE "mechc.model.1"
+
+/* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
+typedef struct {
+    const double *data;
+    ptrdiff_t stride;
+} mechc_rows;
+
+/* out[k*width ...] = output at (t[k], y[k], p[k]), k < count; out is contiguous. */
+typedef void mechc_evaluate(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out);
+
+typedef struct {
+    const char *name;
+    int width;
+    mechc_evaluate *evaluate;
+} mechc_output;
+
+/* How a run, or the projection of one state, ended. */
+enum {
+    MECHC_RUNNING = 0,
+    MECHC_FINISHED = 1,
+    MECHC_NOT_CLOSED = 2,      /* the loops cannot be closed near this state */
+    MECHC_STEP_TOO_SMALL = 3,  /* the step shrank to the spacing of doubles */
+    MECHC_NOT_FINITE = 4,      /* NaN or infinity */
+    MECHC_SINGULAR_MASS = 5,   /* mass matrix not positive definite; stats.coordinate */
+    MECHC_TOO_MANY_STEPS = 6,
+    MECHC_NO_MEMORY = 7
+};
+
+typedef struct {
+    double t0, t1;
+    const double *y0;
+    const double *p;
+    double rtol;
+    const double *atol;  /* per component, or NULL: rtol times each component's scale */
+    const double *scale; /* per component, used where atol is NULL */
+    double first_step;   /* 0: chosen */
+    double max_step;     /* infinity: unlimited */
+    long max_steps;
+    int method;
+    int dense; /* keep the coefficients of the dense output */
+} mechc_options;
+
+typedef struct {
+    long steps, rejected, rhs_evaluations, closure_iterations;
+    double least_singular; /* least ratio of smallest to largest constraint pivot at a step's end */
+    double least_singular_time;
+    int coordinate; /* the speed whose mass pivot vanished, or -1 */
+} mechc_stats;
+
+/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles. */
+typedef struct {
+    ptrdiff_t count, capacity;
+    int width, dense_rows;
+    double *t, *y, *dense;
+} mechc_trajectory;
+
+/* The head of a run; private state follows it. */
+typedef struct {
+    int status;
+    double t;
+    mechc_stats stats;
+    mechc_trajectory trajectory;
+} mechc_run;
+
+/* One compilation of a scene for one instruction set. */
+typedef struct {
+    const char *instruction_set;
+    int lanes;
+    int output_count;
+    const mechc_output *outputs;
+    /* Unprojected state rates of one state, with constants from prepare(). */
+    void (*rates)(double t, const double *y, const double *p, const double *constants, double *out);
+    void (*prepare)(const double *p, double *constants);
+    /* Nearest state on the constraints; moved[0], moved[1]: largest closure gap and largest
+       velocity residual found before. */
+    int (*project)(double t, double *y, const double *p, double *moved);
+    size_t run_size;
+    void (*start)(mechc_run *run, const mechc_options *options);
+    /* At most `steps` attempted steps; returns run->status. */
+    int (*advance)(mechc_run *run, long steps);
+    void (*release)(mechc_run *run);
+    /* Dense output, projected onto the constraints. */
+    void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
+                        ptrdiff_t count, const double *t, double *out);
+} mechc_unit;
+
+typedef struct {
+    int abi;
+    const char *metadata; /* JSON */
+    int coordinates, speeds, holonomic, rows, parameters, constants;
+    /* Parameters not given take their defaults, which may follow those given. */
+    void (*complete)(const unsigned char *given, double *p);
+    const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
+} mechc_model;
+
+#endif

@@ -1,0 +1,64 @@
+/* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
+ * MECHC_UNIT and included the scene's sizes. */
+
+#include <stdlib.h>
+#include "model.h"
+#include "lanes.h"
+#include "tableaus.h"
+#include "trajectory.h"
+
+#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
+#define MECHC_NX (MECHC_NQ + MECHC_NU)
+
+#include "use_scalar.h"
+#include "sine_cosine.h"
+#include MECHC_PROGRAM
+#include "linear.h"
+#include "stage.h"
+
+#include "use_lanes.h"
+#include "sine_cosine.h"
+#include MECHC_PROGRAM
+#include "linear.h"
+#include "stage.h"
+#include "unuse.h"
+
+#include "evaluate.h"
+#include "project.h"
+#include "explicit_rk.h"
+
+static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
+                             double *out)
+{
+    mechc_scalar_rates(t, y, p, k, out);
+}
+
+static void mechc_unit_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
+
+static int mechc_unit_project(double t, double *y, const double *p, double *moved)
+{
+    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_scalar_hoist(p, k);
+    return mechc_project_state(t, y, p, k, moved);
+}
+
+#define MECHC_QUOTE_(x) #x
+#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
+#define MECHC_JOIN_(a, b) a##b
+#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
+
+extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
+__attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
+    MECHC_QUOTE(MECHC_UNIT),
+    MECHC_LANES,
+    (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
+    mechc_output_list,
+    mechc_unit_rates,
+    mechc_unit_prepare,
+    mechc_unit_project,
+    sizeof(mechc_rk_run),
+    mechc_rk_start,
+    mechc_rk_advance,
+    mechc_rk_release,
+    mechc_rk_interpolate,
+};

@@ -1,0 +1,15 @@
+#undef real
+#undef rmask
+#undef RLANES
+#undef FN
+#undef R
+#undef R_BITS
+#undef R_FROM_BITS
+#undef R_MASK
+#undef R_SELECT
+#undef R_ANY
+#undef R_SQRT
+#undef R_CALL
+#undef R_CALL2
+#undef R_GREATEST
+#undef R_LEAST

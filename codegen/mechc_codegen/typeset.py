@@ -1,0 +1,328 @@
+"""The package's face for reading: a mechanism's derivation as one HTML page or as LaTeX.
+
+Input: a :class:`Mechanism`, then its :class:`Derivation` with parameter values.  Output: text.
+Invariant: both documents print the same boxes, tables and sentences; names are escaped for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import groupby
+from math import degrees, isinf
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from sympy import MatrixBase, sympify
+
+from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
+from mechc_codegen.typeset_boxes import (
+    Box,
+    Row,
+    Scripts,
+    Term,
+    Word,
+    layout,
+    name,
+    signed_row,
+    terms,
+    width,
+)
+from mechc_codegen.typeset_markup import html_text, latex, latex_text, mathml
+from mechc_codegen.typeset_sections import Derivation, Item, Section, derivation
+
+__all__ = ["Derivation", "Item", "Section", "derivation", "html_page", "latex_document"]
+
+TEMPLATES = Path(__file__).parent / "templates"
+LINE = 84.0
+_EQUALS = Word("=", "operator")
+_MOVING = ("symbol", "meaning", "unit", "bounds", "start")
+_CONSTANT = ("symbol", "meaning", "unit", "bounds", "default", "value")
+_UNITS = {"rad": "°", "rad/s": "°/s"}
+
+Cell = str | Box
+
+
+@dataclass(frozen=True)
+class ValueTable:
+    """A table for people: a title, the columns' heads and rows of cells, texts or boxes."""
+
+    title: str
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+
+def html_page(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
+    """One self-contained HTML page: MathML, no script, nothing fetched from anywhere.
+
+    Parameters
+    ----------
+    values
+        Parameter values (SI units) by printed name, for the table and the notes; defaults of
+        the mechanism if left out.
+    """
+    mechanism = derivation.mechanism
+    known = _values(mechanism, values)
+    parts = [
+        ("Scene", "".join(f"<p>{html_text(s)}</p>" for s in derivation.scene)),
+        ("Symbols", "".join(map(_html_table, _tables(mechanism, known)))),
+        *((s.title, _html_section(s)) for s in derivation.sections),
+        ("Notes", _html_notes(_notes(mechanism, known))),
+    ]
+    numbered = [(k, *part) for k, part in enumerate(parts, 1) if part[1]]
+    entry = '<li><a href="#s{0}">{1}</a></li>'
+    body = '<section id="s{0}"><h2>{1}</h2>{2}</section>'
+    return _template("derivation.html").substitute(
+        title=html_text(mechanism.title),
+        contents="".join(entry.format(k, html_text(title)) for k, title, _ in numbered),
+        sections="\n".join(body.format(k, html_text(title), text) for k, title, text in numbered),
+    )
+
+
+def latex_document(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
+    """A LaTeX article of its own, with amsmath as the only package; ``values`` as above."""
+    mechanism = derivation.mechanism
+    known = _values(mechanism, values)
+    parts = [
+        ("Scene", "\n\n".join(map(latex_text, derivation.scene))),
+        ("Symbols", "\n".join(map(_latex_table, _tables(mechanism, known)))),
+        *((s.title, _latex_section(s)) for s in derivation.sections),
+        ("Notes", _latex_notes(_notes(mechanism, known))),
+    ]
+    sections = [f"\\section{{{latex_text(title)}}}\n{text}" for title, text in parts if text]
+    return _template("derivation.tex").substitute(
+        title=latex_text(mechanism.title), sections="\n\n".join(sections)
+    )
+
+
+def _template(file: str) -> Template:
+    return Template((TEMPLATES / file).read_text(encoding="utf-8"))
+
+
+# Values, tables and notes.
+
+
+def _values(mechanism: Mechanism, given: Mapping[str, float] | None) -> dict[str, float]:
+    """Every parameter's value; a default that follows others follows the values given."""
+    known = dict(given or {})
+    pending = [p for p in mechanism.parameters if printed_name(p.symbol) not in known]
+    for _ in range(len(pending)):
+        numbers = {
+            p.symbol: known[printed_name(p.symbol)]
+            for p in mechanism.parameters
+            if printed_name(p.symbol) in known
+        }
+        for parameter in pending:
+            value = sympify(parameter.default).xreplace(
+                {symbol: sympify(number) for symbol, number in numbers.items()}
+            )
+            if value.is_number:
+                known[printed_name(parameter.symbol)] = float(value)
+        pending = [p for p in pending if printed_name(p.symbol) not in known]
+    return known
+
+
+def _tables(mechanism: Mechanism, values: Mapping[str, float]) -> list[ValueTable]:
+    moving = [
+        _row(thing.symbol, thing.quantity, mechanism.start.get(printed_name(thing.symbol)))
+        for thing in (*mechanism.coordinates, *mechanism.speeds)
+    ]
+    constant = [
+        (
+            *_row(p.symbol, p.quantity, p.default),
+            _default(values.get(printed_name(p.symbol)), p.quantity.unit),
+        )
+        for p in mechanism.parameters
+    ]
+    tables = [
+        ValueTable("Coordinates and speeds", _MOVING, tuple(moving)),
+        ValueTable("Parameters", _CONSTANT, tuple(constant)),
+    ]
+    return [table for table in tables if table.rows]
+
+
+def _row(symbol: Any, quantity: Quantity, default: Any) -> tuple[Cell, ...]:
+    return (
+        name(printed_name(symbol)),
+        quantity.description,
+        _unit(quantity.unit),
+        _bounds(quantity),
+        _default(default, quantity.unit),
+    )
+
+
+def _default(value: Any, unit: str) -> Cell:
+    """A number in the unit shown, or the formula that it follows."""
+    if value is None:
+        return "–"
+    formula = sympify(value)
+    return _number(float(formula), unit) if formula.is_number else layout(formula)
+
+
+def _unit(unit: str) -> str:
+    return _UNITS.get(unit, unit).replace("^2", "²").replace("^3", "³").replace(" ", "⋅")
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{degrees(value) if unit in _UNITS else value:.6g}".replace("-", "−")
+
+
+def _bounds(quantity: Quantity) -> str:
+    lower, upper = (_number(b, quantity.unit) for b in (quantity.lower, quantity.upper))
+    sign = "≤" if quantity.closed else "<"
+    if isinf(quantity.lower) and isinf(quantity.upper):
+        return "any"
+    if isinf(quantity.upper):
+        return f"{'≥' if quantity.closed else '>'} {lower}"
+    if isinf(quantity.lower):
+        return f"{sign} {upper}"
+    return f"{lower} {sign} … {sign} {upper}"
+
+
+def _notes(mechanism: Mechanism, values: Mapping[str, float]) -> list[tuple[str, str]]:
+    return mechanism.notes(values) if mechanism.notes else []
+
+
+# Equations, line by line.
+
+
+def _lines(item: Item) -> tuple[Box, list[Box]]:
+    """Left-hand side and the lines of the right-hand side; long sums go over several."""
+    left, parts = layout(item.left), terms(item.right)
+    vanishes = item.right == 0 and len(terms(item.left)) > 1
+    if vanishes:
+        return Word("0", "number"), _broken(terms(item.left), LINE)
+    return left, _broken(parts, LINE - width(left))
+
+
+def _broken(parts: list[Term], room: float) -> list[Box]:
+    lines: list[list[Term]] = [[]]
+    used = 0.0
+    for part in parts:
+        wide = width(part[1]) + 2
+        if lines[-1] and used + wide > room:
+            lines.append([])
+            used = 0.0
+        lines[-1].append(part)
+        used += wide
+    return [signed_row(line, leading=k == 0) for k, line in enumerate(lines)]
+
+
+def _elements(item: Item) -> list[Item]:
+    """The entries of a matrix as equations of their own, once each if it is symmetric."""
+    matrix, left = item.right, layout(item.left)
+    symmetric = matrix.rows == matrix.cols > 1 and matrix == matrix.T
+    return [
+        Item(Scripts(left, sub=_index(matrix, row, column)), matrix[row, column], item.label)
+        for row in range(matrix.rows)
+        for column in range(row if symmetric else 0, matrix.cols)
+    ]
+
+
+def _index(matrix: Any, row: int, column: int) -> Box:
+    numbers = [Word(str(row + 1), "number"), Word(",", "operator"), Word(str(column + 1), "number")]
+    return numbers[0] if matrix.cols == 1 else Row(tuple(numbers))
+
+
+def _fitted(items: tuple[Item, ...], apart: Callable[[Any], bool]) -> list[Item]:
+    """``items`` with those matrices taken apart that are wider than a line."""
+    found: list[Item] = []
+    for item in items:
+        matrix = isinstance(item.right, MatrixBase) and apart(item.right)
+        wide = matrix and width(layout(item.right)) + width(layout(item.left)) > LINE
+        found += _elements(item) if wide else [item]
+    return found
+
+
+# HTML.
+
+
+def _html_section(section: Section) -> str:
+    items = _fitted(section.items, lambda matrix: bool(matrix.cols == 1))
+    groups = [
+        _label(label, html_text) + "".join(map(_html_item, group))
+        for label, group in groupby(items, key=lambda item: item.label)
+    ]
+    return f"<p>{html_text(section.sentence)}</p>{''.join(groups)}"
+
+
+def _label(label: str, text: Callable[[str], str]) -> str:
+    return f'<p class="label">{text(label)}</p>' if label else ""
+
+
+def _html_item(item: Item) -> str:
+    left, lines = _lines(item)
+    rows = [
+        f"<mtr><mtd>{mathml(left) + mathml(_EQUALS) if k == 0 else ''}</mtd>"
+        f"<mtd>{mathml(line)}</mtd></mtr>"
+        for k, line in enumerate(lines)
+    ]
+    table = f'<mtable class="lines" displaystyle="true">{"".join(rows)}</mtable>'
+    return f'<div class="equation" tabindex="0">{_math(table, "block")}</div>\n'
+
+
+def _math(inside: str, display: str) -> str:
+    return (
+        f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="{display}">{inside}</math>'
+    )
+
+
+def _html_cell(cell: Cell) -> str:
+    return html_text(cell) if isinstance(cell, str) else _math(f'<mstyle displaystyle="true">{mathml(cell)}</mstyle>', "inline")
+
+
+def _html_table(table: ValueTable) -> str:
+    head = "".join(f'<th scope="col">{word}</th>' for word in table.head)
+    rows = [
+        "<tr>" + "".join(f"<td>{_html_cell(cell)}</td>" for cell in row) + "</tr>"
+        for row in table.rows
+    ]
+    return (
+        f'<div class="table" tabindex="0"><table><caption>{table.title}</caption>'
+        f"<thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _html_notes(notes: list[tuple[str, str]]) -> str:
+    pairs = "".join(f"<dt>{html_text(k)}</dt><dd>{html_text(v)}</dd>" for k, v in notes)
+    return f"<dl>{pairs}</dl>" if pairs else ""
+
+
+# LaTeX.
+
+
+def _latex_section(section: Section) -> str:
+    items = _fitted(section.items, lambda matrix: True)
+    groups = []
+    for label, group in groupby(items, key=lambda item: item.label):
+        title = f"\\noindent\\textit{{{latex_text(label)}}}\n" if label else ""
+        lines = " \\\\\n".join(map(_latex_item, group))
+        groups.append(f"{title}\\begin{{align*}}\n{lines}\n\\end{{align*}}")
+    return "\n".join([latex_text(section.sentence), *groups])
+
+
+def _latex_item(item: Item) -> str:
+    left, lines = _lines(item)
+    first, *others = map(latex, lines)
+    return " \\\\\n".join([f"{latex(left)} &= {first}", *(f"&\\quad {o}" for o in others)])
+
+
+def _latex_cell(cell: Cell) -> str:
+    return latex_text(cell) if isinstance(cell, str) else f"\\({latex(cell)}\\)"
+
+
+def _latex_table(table: ValueTable) -> str:
+    rows = [" & ".join(map(_latex_cell, row)) + r" \\" for row in (table.head, *table.rows)]
+    head, *body = rows
+    lines = "\n".join([head, r"\hline", *body])
+    columns = r"lp{0.36\textwidth}" + "l" * (len(table.head) - 2)
+    return (
+        f"\\paragraph{{{latex_text(table.title)}}}\\mbox{{}}\\\\[1ex]\n"
+        f"\\begin{{tabular}}{{{columns}}}\n{lines}\n\\end{{tabular}}\n"
+    )
+
+
+def _latex_notes(notes: list[tuple[str, str]]) -> str:
+    items = "\n".join(f"\\item[{{{latex_text(k)}}}] {latex_text(v)}" for k, v in notes)
+    return f"\\begin{{description}}\n{items}\n\\end{{description}}" if items else ""

@@ -1,0 +1,79 @@
+"""Derives, emits and compiles each shipped mechanism while extensions are built."""
+
+import sys
+from pathlib import Path
+
+from setuptools import Extension, setup
+from setuptools.command.build_ext import build_ext
+from setuptools.modified import newer_group
+
+CODEGEN = Path(__file__).resolve().parent / "codegen"
+RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
+SCENES = "mechc._scenes."
+SHIPPED = ("four_bar",)
+
+
+class BuildScenes(build_ext):
+    """build_ext that first generates the sources of ``mechc._scenes.*``.
+
+    Generation happens here, not at import, because an in-place build runs no other command;
+    generated files go under the build folder.
+    """
+
+    def build_extensions(self):
+        sys.path.insert(0, str(CODEGEN))
+        from Cython.Build import cythonize
+
+        self.builds = {}
+        for extension in self.extensions:
+            if extension.name.startswith(SCENES):
+                self.generate(extension)
+        folder = str(Path(self.build_temp).resolve() / "cython")
+        for extension in self.extensions:  # in place: setuptools has set attributes on them
+            extension.sources = cythonize([extension], build_dir=folder, quiet=True)[0].sources
+        super().build_extensions()
+
+    def generate(self, extension):
+        from mechc_codegen import build_scene, shipped_mechanism
+        from mechc_codegen.extension import runtime_headers
+
+        name = extension.name.removeprefix(SCENES)
+        folder = Path(self.build_temp).resolve() / "scenes" / name
+        build = build_scene(shipped_mechanism(name))
+        build.write(folder)
+        wrapper = folder / f"{name}.pyx"
+        (folder / "scene.pyx").replace(wrapper)
+        texts = [str(folder / text) for text in build.texts if text != "scene.pyx"]
+        extension.sources = [str(wrapper)]
+        extension.include_dirs = [str(folder), str(RUNTIME)]
+        extension.depends = [*texts, *runtime_headers()]
+        self.builds[extension.name] = (build, folder)
+
+    def build_extension(self, extension):
+        """A scene's C files are compiled one by one: each has its own instruction set."""
+        if extension.name in self.builds and self.is_stale(extension):
+            from mechc_codegen.extension import FLAGS
+
+            build, folder = self.builds[extension.name]
+            for source, flags in build.flags.items():
+                extension.extra_objects += self.compiler.compile(
+                    [str(folder / source)],
+                    output_dir=self.build_temp,
+                    include_dirs=extension.include_dirs,
+                    extra_postargs=[*FLAGS, *flags],
+                )
+        super().build_extension(extension)
+
+    def is_stale(self, extension):
+        target = self.get_ext_fullpath(extension.name)
+        return self.force or newer_group([*extension.sources, *extension.depends], target)
+
+
+setup(
+    cmdclass={"build_ext": BuildScenes},
+    ext_modules=[
+        Extension("mechc._driver", ["src/mechc/_driver.pyx"], include_dirs=[str(RUNTIME)],
+                  depends=[str(RUNTIME / "model.h")]),
+        *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
+    ],
+)

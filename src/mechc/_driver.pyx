@@ -1,0 +1,297 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""The compiled face of a scene: evaluates outputs, runs integrations, releases the GIL."""
+
+import numpy as np
+
+from cpython.exc cimport PyErr_CheckSignals
+from cpython.mem cimport PyMem_Free, PyMem_Malloc
+from cpython.pycapsule cimport PyCapsule_GetPointer
+from libc.math cimport INFINITY
+from libc.string cimport memcpy, memset
+
+
+cdef extern from "model.h":
+    int MECHC_ABI
+    const char *MECHC_CAPSULE
+    int MECHC_RUNNING, MECHC_FINISHED
+
+    ctypedef struct mechc_rows:
+        const double *data
+        ptrdiff_t stride
+
+    ctypedef void (*mechc_evaluate_pointer)(
+        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out
+    ) noexcept nogil
+
+    ctypedef struct mechc_output:
+        const char *name
+        int width
+        mechc_evaluate_pointer evaluate
+
+    ctypedef struct mechc_options:
+        double t0, t1
+        const double *y0
+        const double *p
+        double rtol
+        const double *atol
+        const double *scale
+        double first_step, max_step
+        long max_steps
+        int method, dense
+
+    ctypedef struct mechc_stats:
+        long steps, rejected, rhs_evaluations, closure_iterations
+        double least_singular, least_singular_time
+        int coordinate
+
+    ctypedef struct mechc_trajectory:
+        ptrdiff_t count, capacity
+        int width, dense_rows
+        double *t
+        double *y
+        double *dense
+
+    ctypedef struct mechc_run:
+        int status
+        double t
+        mechc_stats stats
+        mechc_trajectory trajectory
+
+    ctypedef struct mechc_unit:
+        const char *instruction_set
+        int lanes
+        int output_count
+        const mechc_output *outputs
+        void (*rates)(double, const double *, const double *, const double *, double *) noexcept nogil
+        void (*prepare)(const double *, double *) noexcept nogil
+        int (*project)(double, double *, const double *, double *) noexcept nogil
+        size_t run_size
+        void (*start)(mechc_run *, const mechc_options *) noexcept nogil
+        int (*advance)(mechc_run *, long) noexcept nogil
+        void (*release)(mechc_run *) noexcept nogil
+        void (*interpolate)(
+            int, const mechc_trajectory *, const double *, ptrdiff_t, const double *, double *
+        ) noexcept nogil
+
+    ctypedef struct mechc_model:
+        int abi
+        const char *metadata
+        int coordinates, speeds, holonomic, rows, parameters, constants
+        void (*complete)(const unsigned char *, double *) noexcept nogil
+        const mechc_unit *(*select)(const char *) noexcept nogil
+
+
+cdef class Scene:
+    """One compiled scene, in the widest instruction set of this processor or in a named one.
+
+    Raises ValueError if the capsule was built for another ABI or the processor lacks the
+    instruction set asked for.
+    """
+
+    cdef const mechc_model *model
+    cdef const mechc_unit *unit
+    cdef dict indices
+    cdef readonly object capsule
+    cdef readonly int width, coordinates, speeds, rows, holonomic, parameters
+
+    def __init__(self, capsule, instruction_set=None):
+        self.capsule = capsule
+        self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
+        if self.model.abi != MECHC_ABI:
+            raise ValueError(
+                f"this model was compiled for ABI {self.model.abi}, this mechc speaks {MECHC_ABI}: "
+                "compile it again"
+            )
+        cdef bytes wanted
+        cdef const char *name = NULL
+        if instruction_set is not None:
+            wanted = instruction_set.encode()
+            name = wanted
+        self.unit = self.model.select(name)
+        if self.unit == NULL:
+            raise ValueError(f"this processor or this build has no {instruction_set!r}")
+        self.coordinates = self.model.coordinates
+        self.speeds = self.model.speeds
+        self.width = self.coordinates + self.speeds
+        self.rows = self.model.rows
+        self.holonomic = self.model.holonomic
+        self.parameters = self.model.parameters
+        self.indices = {
+            self.unit.outputs[i].name.decode(): i for i in range(self.unit.output_count)
+        }
+
+    @property
+    def metadata(self):
+        """JSON text: names, units, drawing, operation counts."""
+        return self.model.metadata.decode()
+
+    @property
+    def instruction_set(self):
+        return self.unit.instruction_set.decode()
+
+    @property
+    def lanes(self):
+        return self.unit.lanes
+
+    @property
+    def outputs(self):
+        """Output name -> width."""
+        return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
+
+    def complete(self, unsigned char[::1] given, double[::1] values):
+        """Fill the parameters that are not given with their defaults, in place."""
+        if given.shape[0] != self.parameters or values.shape[0] != self.parameters:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        if self.parameters:
+            self.model.complete(&given[0], &values[0])
+
+    def evaluate(self, str name, double[::1] t, double[:, ::1] y, double[:, ::1] p):
+        """Output `name` of y.shape[0] states; t and p have as many rows or one.
+
+        Returns a fresh array (states, width).
+        """
+        cdef mechc_output output = self.unit.outputs[self.indices[name]]
+        cdef ptrdiff_t count = y.shape[0]
+        if y.shape[1] != self.width or p.shape[1] != self.parameters:
+            raise ValueError("wrong number of state components or parameters")
+        if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
+            raise ValueError("times and parameters must be given once or once a state")
+        out = np.empty((count, output.width))
+        cdef double[:, ::1] view = out
+        cdef mechc_rows times, states, parameters
+        if count == 0:
+            return out
+        times.data, times.stride = &t[0], t.shape[0] > 1
+        states.data, states.stride = &y[0, 0], self.width
+        parameters.data = &p[0, 0] if self.parameters else NULL
+        parameters.stride = self.parameters if p.shape[0] > 1 else 0
+        with nogil:
+            output.evaluate(count, times, states, parameters, &view[0, 0])
+        return out
+
+    def rates_seconds(self, double t, double[::1] y, double[::1] p, long repeats):
+        """Seconds that `repeats` scalar evaluations of the state rates take, each fed by the last.
+
+        For benchmarks: no Python in between.
+        """
+        cdef double[::1] state = np.array(y), rates = np.empty(self.width)
+        cdef double[::1] constants = np.empty(max(self.model.constants, 1))
+        cdef long i
+        from time import perf_counter
+        self.unit.prepare(&p[0], &constants[0])
+        start = perf_counter()
+        with nogil:
+            for i in range(repeats):
+                self.unit.rates(t, &state[0], &p[0], &constants[0], &rates[0])
+                state[0] += 1e-18 * rates[self.width - 1]
+        return perf_counter() - start
+
+    def project(self, double t, double[::1] y, double[::1] p):
+        """The nearest state on the constraints.
+
+        Returns (status code, new state, largest closure gap before, largest velocity residual).
+        """
+        out = np.array(y)
+        cdef double[::1] state = out
+        cdef double[2] moved
+        status = self.unit.project(t, &state[0], &p[0], moved)
+        return status, out, moved[0], moved[1]
+
+    def start(self, double t0, double t1, double[::1] y0, double[::1] p, double rtol, atol,
+              double[::1] scale, double first_step, double max_step, long max_steps, int method,
+              bint dense):
+        """Begin a run; see Run."""
+        cdef Run run = Run.__new__(Run)
+        cdef double[::1] tolerances
+        cdef mechc_options options
+        run.scene = self
+        run.method = method
+        run.p = np.array(p)
+        run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
+        if run.run == NULL:
+            raise MemoryError()
+        memset(run.run, 0, self.unit.run_size)
+        options.t0, options.t1 = t0, t1
+        options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
+        options.rtol = rtol
+        options.atol = NULL
+        if atol is not None:
+            tolerances = atol
+            options.atol = &tolerances[0]
+        options.scale = &scale[0]
+        options.first_step, options.max_step = first_step, max_step
+        options.max_steps = max_steps
+        options.method, options.dense = method, dense
+        self.unit.start(run.run, &options)
+        return run
+
+
+cdef class Run:
+    """An integration under way or finished; owns the trajectory."""
+
+    cdef Scene scene
+    cdef mechc_run *run
+    cdef int method
+    cdef object p
+
+    def __dealloc__(self):
+        if self.run != NULL:
+            self.scene.unit.release(self.run)
+            PyMem_Free(self.run)
+
+    def advance(self, long steps):
+        """At most `steps` further attempted steps; returns the status code.
+
+        A pending signal (Ctrl-C) is raised as its handler says; the run stays usable.
+        """
+        cdef int status
+        with nogil:
+            status = self.scene.unit.advance(self.run, steps)
+        PyErr_CheckSignals()
+        return status
+
+    @property
+    def status(self):
+        return self.run.status
+
+    @property
+    def t(self):
+        """Time reached."""
+        return self.run.t
+
+    def stats(self):
+        """Counters and the least conditioning met."""
+        cdef mechc_stats s = self.run.stats
+        return {
+            "steps": s.steps,
+            "rejected": s.rejected,
+            "rhs_evaluations": s.rhs_evaluations,
+            "closure_iterations": s.closure_iterations,
+            "least_singular": s.least_singular,
+            "least_singular_time": s.least_singular_time,
+            "coordinate": s.coordinate,
+        }
+
+    def states(self):
+        """Accepted times (nt,) and states (nt, width), copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        t, y = np.empty(record.count), np.empty((record.count, self.scene.width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if record.count:
+            memcpy(&times[0], record.t, record.count * sizeof(double))
+            memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
+        return t, y
+
+    def interpolate(self, double[::1] t):
+        """Dense output at the times t, projected onto the constraints: (len(t), width)."""
+        out = np.empty((t.shape[0], self.scene.width))
+        cdef double[:, ::1] view = out
+        cdef double[::1] p = self.p
+        cdef const double *parameters = &p[0] if self.scene.parameters else NULL
+        if t.shape[0]:
+            with nogil:
+                self.scene.unit.interpolate(
+                    self.method, &self.run.trajectory, parameters, t.shape[0], &t[0], &view[0, 0]
+                )
+        return out

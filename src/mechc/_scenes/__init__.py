@@ -1,0 +1,1 @@
+"""Extensions of the shipped mechanisms, generated while mechc is built."""

@@ -1,0 +1,48 @@
+"""What mechc raises on purpose: the user's faults, each with what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+class MechcError(Exception):
+    """Base of everything the runtime raises on purpose."""
+
+
+class UnknownNameError(MechcError, KeyError):
+    """A mechanism, parameter, coordinate, speed or output that does not exist."""
+
+    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
+        known = list(known)
+        close = get_close_matches(str(name), known, n=3, cutoff=0.4)
+        offered = f"did you mean {_or(close)}?" if close else f"known are {', '.join(known)}"
+        self.message = f"no {kind} is called {name!r}; {offered}"
+        super().__init__(self.message)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class ValueOutOfBoundsError(MechcError, ValueError):
+    """A parameter or option outside its bounds, or not a finite number."""
+
+
+class AssemblyError(MechcError, ValueError):
+    """The loops cannot be closed, or the speeds asked for contradict each other."""
+
+
+class MissingPackageError(MechcError, ImportError):
+    """An optional package is needed and not installed."""
+
+
+class CompilerError(MechcError):
+    """The C compiler is missing or failed; the message holds its command and its output."""
+
+
+class CacheError(MechcError):
+    """The cache folder cannot be used safely."""
+
+
+def _or(names: list[str]) -> str:
+    return " or ".join(map(repr, names))

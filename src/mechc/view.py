@@ -1,0 +1,223 @@
+"""What the pictures and the animation both look at: a run, sampled, projected and named.
+
+Input: a finished solution.  Output: plain arrays and text ready to be drawn.
+Invariant: every text that leaves here is one printable line of bounded length; it still has to
+be escaped for the place it goes to (HTML, JSON, matplotlib).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+StateFunction = Callable[[Array, Array, Any], Array]
+
+
+class ModelLike(Protocol):
+    """The part of a model that can be drawn."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def title(self) -> str: ...
+    @property
+    def coordinates(self) -> Sequence[str]: ...
+    @property
+    def speeds(self) -> Sequence[str]: ...
+    @property
+    def units(self) -> Any: ...
+    @property
+    def point_names(self) -> Sequence[str]: ...
+    @property
+    def skeleton(self) -> Sequence[tuple[str, Sequence[str]]]: ...
+    @property
+    def ground(self) -> Sequence[str]: ...
+    @property
+    def traced(self) -> Sequence[str]: ...
+    @property
+    def points(self) -> Callable[..., Array]: ...
+    @property
+    def energy(self) -> Callable[..., Array]: ...
+    @property
+    def kinetic_energy(self) -> Callable[..., Array]: ...
+    @property
+    def potential_energy(self) -> Callable[..., Array]: ...
+    @property
+    def constraints(self) -> Callable[..., Array]: ...
+    @property
+    def velocity_constraints(self) -> Callable[..., Array]: ...
+
+
+class SolutionLike(Protocol):
+    """The part of a solution that can be drawn."""
+
+    @property
+    def model(self) -> ModelLike: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def y(self) -> Array: ...
+    @property
+    def params(self) -> Array: ...
+    @property
+    def energy(self) -> Array: ...
+    @property
+    def closure(self) -> Array: ...
+    @property
+    def velocity_closure(self) -> Array: ...
+    @property
+    def change_points(self) -> Sequence[Any]: ...
+    @property
+    def status(self) -> Any: ...
+    def __call__(self, t: Array, /) -> Array: ...
+
+
+# --- names and units -------------------------------------------------------------------------
+
+GREEK_NAMES = (
+    "alpha beta gamma delta epsilon zeta eta theta kappa lamda",
+    "mu nu xi rho sigma tau phi chi psi omega",
+)
+GREEK = dict(zip(" ".join(GREEK_NAMES).split(), "αβγδεζηθκλμνξρστφχψω", strict=True))
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def clean_text(text: str, limit: int = 32) -> str:
+    """One printable line of at most `limit` characters; control and bidi marks are spelt out."""
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return shown if len(shown) <= limit else shown[: limit - 1] + "…"
+
+
+def pretty_name(name: str) -> str:
+    """A symbol as people write it: theta_0 -> θ₀; anything unusual stays as it was typed."""
+    match = re.fullmatch(r"([A-Za-z]+)(?:_?([0-9]{1,4}))?", name)
+    if match is None:
+        return clean_text(name)
+    base, index = match.groups()
+    return clean_text(GREEK.get(base, base) + (index or "").translate(SUBSCRIPTS))
+
+
+def power_of_ten(exponent: int) -> str:
+    """10 to a whole power, in plain characters: -14 -> 10⁻¹⁴."""
+    return "10" + str(exponent).translate(SUPERSCRIPTS)
+
+
+@dataclass(frozen=True)
+class ShownUnit:
+    """How a quantity is shown: its values times `factor` are in `label`."""
+
+    factor: float
+    label: str
+    quantity: str
+
+
+def shown_unit(unit: str) -> ShownUnit:
+    """People read degrees where the API has radians; every other unit is shown as it is."""
+    known = {
+        "1": ShownUnit(1.0, "", "value"),
+        "rad": ShownUnit(math.degrees(1.0), "°", "angle"),
+        "rad/s": ShownUnit(math.degrees(1.0), "°/s", "angular speed"),
+        "m": ShownUnit(1.0, "m", "position"),
+        "m/s": ShownUnit(1.0, "m/s", "speed"),
+    }
+    powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), unit)
+    return known.get(unit, ShownUnit(1.0, clean_text(powers), "value"))
+
+
+# --- the sampled run -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Run:
+    """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu)."""
+
+    solution: SolutionLike
+    t: Array
+    y: Array
+
+    @property
+    def model(self) -> ModelLike:
+        """The model that ran."""
+        return self.solution.model
+
+    @property
+    def change_times(self) -> tuple[float, ...]:
+        """When the run passed through change points, in seconds."""
+        return tuple(float(point.t) for point in self.solution.change_points)
+
+    def evaluate(self, function: StateFunction) -> Array:
+        """A function of the model along the run: (n, ...)."""
+        return np.asarray(function(self.y, self.solution.params, self.t), dtype=float)
+
+
+def sample(solution: SolutionLike, samples: int) -> Run:
+    """The dense output at `samples` equal steps; one row where the run has no duration."""
+    first, last = sorted((float(solution.t[0]), float(solution.t[-1])))
+    if first == last:
+        return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
+    t = np.linspace(first, last, samples)
+    return Run(solution, t, np.asarray(solution(t), dtype=float))
+
+
+@dataclass(frozen=True)
+class PlaneView:
+    """All points in the plane they are drawn in: positions (n, points, 2) m."""
+
+    positions: Array
+    names: tuple[str, ...]
+    axes: tuple[str, str]
+    projected: bool
+
+    def path(self, name: str) -> Array:
+        """Positions of one point: (n, 2) m."""
+        return self.positions[:, self.names.index(name)]
+
+    @property
+    def box(self) -> tuple[Array, Array]:
+        """Smallest and largest position over the whole run, (2,) m each."""
+        flat = self.positions.reshape(-1, 2)
+        flat = flat[np.isfinite(flat).all(axis=1)]
+        if len(flat) == 0:
+            return np.zeros(2), np.zeros(2)
+        return flat.min(axis=0), flat.max(axis=0)
+
+    @property
+    def size(self) -> float:
+        """The larger side of the box in metres, 1 where everything sits in one point."""
+        low, high = self.box
+        return float((high - low).max()) or 1.0
+
+    @property
+    def note(self) -> str:
+        """What a reader must know about the projection; empty for a planar mechanism."""
+        return f"spatial motion, projected on {self.axes[0]} and {self.axes[1]}" * self.projected
+
+
+def plane_view(run: Run) -> PlaneView:
+    """Positions in the x-y plane, or along the two axes of largest extent if any z is not zero."""
+    names = tuple(run.model.point_names)
+    points = run.evaluate(run.model.points) if names else np.zeros((len(run.t), 0, 3))
+    first, second = _widest_axes(points) if _is_spatial(points) else (0, 1)
+    axes = ("xyz"[first], "xyz"[second])
+    return PlaneView(points[..., [first, second]], names, axes, _is_spatial(points))
+
+
+def _is_spatial(points: Array) -> bool:
+    size = np.nanmax(np.abs(points), initial=0.0)
+    return bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
+
+
+def _widest_axes(points: Array) -> tuple[int, int]:
+    flat = points.reshape(-1, 3)
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    extent = np.ptp(flat, axis=0) if len(flat) else np.zeros(3)
+    first, second = sorted(np.argsort(-extent, kind="stable")[:2])
+    return int(first), int(second)

@@ -116,7 +116,7 @@ class _Loop:
     def __init__(self, model: Model, values: Array, fixed: Array, free: list[int]) -> None:
         self.model, self.values, self.fixed, self.free = model, values, fixed, free
         self.rows = model._scene.holonomic
-        self.length = model_length(model, values)
+        self.length = model._parameters.length(values)
         self.angular = np.array([model.units[model.coordinates[i]] == "rad" for i in free])
         self.scale = np.where(self.angular, 1.0, self.length)
 
@@ -299,16 +299,6 @@ def _consistent_speeds(
             f"no speeds with {names} keep the constraint {model.constraint_names[row]!r}: it "
             f"opens at {abs(residual[row]):.6g} per second. Give other speeds, or fewer"
         )
-
-
-def model_length(model: Model, values: Array) -> float:
-    """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
-    lengths = [
-        abs(float(v))
-        for q, v in zip(model._parameters.quantities, values, strict=True)
-        if q.unit == "m"
-    ]
-    return max(lengths, default=1.0) or 1.0
 
 
 def wrap(angle: Array) -> Array:

@@ -66,6 +66,9 @@ class ParameterSet:
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._scene = scene
+        self._lower = np.array([q.lower for q in quantities])
+        self._upper = np.array([q.upper for q in quantities])
+        self._lengths = [i for i, q in enumerate(quantities) if q.unit == "m"]
         self.defaults = self._completed(np.zeros(len(self.names)), {})
         self.defaults.flags.writeable = False
 
@@ -81,18 +84,36 @@ class ParameterSet:
             return self._from_names(params)
         return self._from_array(np.ascontiguousarray(params, dtype=np.float64))
 
+    def length(self, values: Array) -> float:
+        """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
+        return max((abs(values.item(i)) for i in self._lengths), default=1.0) or 1.0
+
     def _from_names(self, params: Mapping[str, Any]) -> Array:
-        given = {}
-        for name, value in params.items():
-            if name not in self.index:
-                raise UnknownNameError("parameter", name, self.names)
-            given[name] = _as_array(name, value)
-            self.quantities[self.index[name]].check(given[name])
+        if all(type(value) is float for value in params.values()):
+            return self._from_floats(params)
+        given = {name: self._checked(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         values = np.zeros((*shape, len(self.names)))
         for name, value in given.items():
             values[..., self.index[name]] = value
         return self._completed(values, given)
+
+    def _from_floats(self, params: Mapping[str, float]) -> Array:
+        """The usual case, fast."""
+        values = np.zeros(len(self.names))
+        for name, value in params.items():
+            i = self.index.get(name)
+            if i is None or not self._lower[i] < value < self._upper[i]:
+                self._checked(name, value)
+            values[self.index[name]] = value
+        return self._completed(values, params)
+
+    def _checked(self, name: str, value: Any) -> Array:
+        if name not in self.index:
+            raise UnknownNameError("parameter", name, self.names)
+        array = _as_array(name, value)
+        self.quantities[self.index[name]].check(array)
+        return array
 
     def _from_array(self, values: Array) -> Array:
         if values.ndim == 0 or values.shape[-1] != len(self.names):
@@ -100,8 +121,9 @@ class ParameterSet:
                 f"an array of parameters needs all {len(self.names)} of them along its last "
                 f"axis ({', '.join(self.names)}), not the shape {values.shape}"
             )
-        for i, quantity in enumerate(self.quantities):
-            quantity.check(values[..., i])
+        if not ((values > self._lower) & (values < self._upper)).all():
+            for i, quantity in enumerate(self.quantities):
+                quantity.check(values[..., i])
         return values
 
     def _completed(self, values: Array, given: Mapping[str, Any]) -> Array:

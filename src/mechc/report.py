@@ -118,10 +118,24 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
 
 def extremes(sol: Solution) -> tuple[Any, Any]:
     """Least and greatest value of every coordinate, on the dense output where there is one."""
-    q = sol.q
-    if sol.policy.dense and sol.span[0] != sol.span[1]:
-        q = sol(np.linspace(*sol.span, 4001))[:, : len(sol.model.coordinates)]
-    return q.min(axis=0), q.max(axis=0)
+    if not sol.policy.dense or sol.span[0] == sol.span[1]:
+        return sol.q.min(axis=0), sol.q.max(axis=0)
+    count = range(len(sol.model.coordinates))
+    return np.array([_extreme(sol, i, -1) for i in count]), np.array(
+        [_extreme(sol, i, 1) for i in count]
+    )
+
+
+def _extreme(sol: Solution, component: int, sign: int) -> float:
+    """Greatest value of ``sign`` times a component: the best of a grid, looked at ever closer."""
+    low, high = min(sol.span), max(sol.span)
+    grid = np.linspace(low, high, 4001)
+    for _ in range(4):
+        values = sign * sol(grid)[:, component]
+        best = int(values.argmax())
+        near = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+        grid = np.linspace(*near, 65)
+    return float(sign * values[best])
 
 
 def _configuration(model: Model, q: tuple[float, ...]) -> str:

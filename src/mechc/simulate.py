@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.assemble import model_length
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
@@ -162,10 +161,9 @@ def _warnings(stats: dict[str, Any]) -> tuple[str, ...]:
 
 def _scale(model: Model, values: Array) -> Array:
     """Size of each component: 1 for angles, the model's length for lengths."""
-    kinds = model._angular
-    if kinds.all():
+    if model._all_angular:
         return model._ones
-    return np.where(kinds, 1.0, model_length(model, values))
+    return np.where(model._angular, 1.0, model._parameters.length(values))
 
 
 def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
@@ -176,23 +174,28 @@ def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
             f"y0 must have the shape ({model._scene.width},): "
             f"{', '.join((*model.coordinates, *model.speeds))}; it has {state.shape}"
         )
+    code, projected, gap, drift = model._scene.project(t0, state, values)
+    allowed = OFF_BY_ROUNDING * model._parameters.length(values)
+    if not (code == 0 and gap <= allowed and drift <= allowed):
+        _refuse_state(model, state, gap, drift, allowed)
+    return np.asarray(projected)
+
+
+def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed: float) -> None:
+    """Say what is wrong with a state, unless its speeds are so high that it is rounding."""
     if not np.isfinite(state).all():
         bad = (*model.coordinates, *model.speeds)[int(np.argmin(np.isfinite(state)))]
         raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")
-    _, projected, gap, drift = model._scene.project(t0, state, values)
-    length = model_length(model, values)
-    if gap > OFF_BY_ROUNDING * length:
+    if gap > allowed:
         raise AssemblyError(
             f"y0 leaves the loop open by {gap:.6g} m; take y0 = model.assemble(...), which "
             "closes it"
         )
-    fastest = max(1.0, float(np.abs(state[len(model.coordinates) :]).max()))
-    if drift > OFF_BY_ROUNDING * length * fastest:
+    if drift > allowed * max(1.0, float(np.abs(state[len(model.coordinates) :]).max())):
         raise AssemblyError(
             f"the speeds of y0 open the loop at {drift:.6g} m/s; take y0 = model.assemble(..., "
             "speeds=...), which makes them consistent"
         )
-    return np.asarray(projected)
 
 
 def _chosen_method(method: str) -> str:
@@ -204,9 +207,9 @@ def _chosen_method(method: str) -> str:
 
 
 def _checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
-    pair = (0.0, t_span) if np.ndim(t_span) == 0 else t_span
     try:
-        t0, t1 = (float(t) for t in pair)  # type: ignore[union-attr]
+        first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
+        t0, t1 = float(first), float(last)
     except (TypeError, ValueError):
         raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
     if not (math.isfinite(t0) and math.isfinite(t1)):

@@ -91,4 +91,6 @@ def status_of(
 ) -> Status:
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
+    if not cause:
+        return Status(name, t, warnings=warnings)
     return Status(name, t, cause.format(coordinate=coordinate), advice, warnings)

@@ -17,6 +17,10 @@ typedef struct {
     double rates[MECHC_MOST_RATES * MECHC_NX];
 } mechc_rk_run;
 
+/* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
+ * asked for is judged at its end. */
+#define MECHC_RK_SHARE 0.03
+
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
 /* Project y onto the constraints and take its rates. */
@@ -70,11 +74,13 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
     return MECHC_RUNNING;
 }
 
-/* Tolerated error per component: the user's atol + rtol |y|, or rtol times the scale. */
+/* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
+ * times the scale. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
 {
-    if (!run->has_tolerances) return run->rtol * run->scale[i];
-    return run->tolerance[i] + run->rtol * fmax(fabs(run->y[i]), fabs(end[i]));
+    if (!run->has_tolerances) return MECHC_RK_SHARE * run->rtol * run->scale[i];
+    const double size = fmax(fabs(run->y[i]), fabs(end[i]));
+    return MECHC_RK_SHARE * (run->tolerance[i] + run->rtol * size);
 }
 
 MECHC_STATIC double mechc_rk_norm(const mechc_rk_run *run, const double *weights, double h,

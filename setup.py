@@ -72,8 +72,12 @@ class BuildScenes(build_ext):
 setup(
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
-        Extension("mechc._driver", ["src/mechc/_driver.pyx"], include_dirs=[str(RUNTIME)],
-                  depends=[str(RUNTIME / "model.h")]),
+        Extension(
+            "mechc._driver",
+            ["src/mechc/_driver.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=[str(RUNTIME / "model.h")],
+        ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],
 )

@@ -58,7 +58,7 @@ def assemble(
         raise AssemblyError(f"{both} is both given and guessed; leave it out of one of them")
     found = _configurations(model, coordinates, params, near)
     chosen = _nearest(model, found, near) if near else found[0]
-    return _with_speeds(model, chosen[None], speeds, params)[0]
+    return np.asarray(_with_speeds(model, chosen[None], speeds, params)[0])
 
 
 def assemblies(
@@ -138,8 +138,13 @@ class _Loop:
 
     def solve(self, x: Array) -> Array:
         """Closed configurations (n, nq) reached from the starts, each once."""
+        before = np.full(len(x), np.inf)
         for _ in range(ITERATIONS):
             x = self._descend(x)
+            size = np.linalg.norm(self.gap(x), axis=1)
+            if ((size <= 1e-12 * self.length) | (size > 0.999 * before)).all():
+                break
+            before = size
         for _ in range(3):
             x = self._polish(x)
         gaps = np.abs(self.gap(x)).max(axis=1)

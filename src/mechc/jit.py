@@ -76,9 +76,7 @@ def generated_texts(name: str, options: Mapping[str, Any]) -> Mapping[str, str]:
     """File name -> text of everything generated for a shipped mechanism."""
     from mechc_codegen import build_scene
 
-    texts: Mapping[str, str] = build_scene(
-        _compiler_errors(lambda: _shipped(name, options))
-    ).texts
+    texts: Mapping[str, str] = build_scene(_compiler_errors(lambda: _shipped(name, options))).texts
     return texts
 
 
@@ -154,10 +152,10 @@ def _make(scene: Any, folder: Path) -> None:
 
 
 def _cythonized(path: Path) -> str:
-    from Cython.Compiler.Main import CompilationOptions, default_options
-    from Cython.Compiler.Main import compile as cythonize
+    from Cython.Compiler import Main
 
-    result = cythonize(str(path), CompilationOptions(default_options))
+    main: Any = Main  # without type hints of its own
+    result = main.compile(str(path), main.CompilationOptions(main.default_options))
     if result.num_errors:
         raise MechcError(f"Cython could not translate {path}: this is a bug in mechc")
     return Path(result.c_file).name

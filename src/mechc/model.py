@@ -249,7 +249,8 @@ class Model:
         shape = self._data["shapes"].get(name)
         if states.ndim == 1 and values.ndim == 1 and np.ndim(t) == 0:
             times = np.array([t], dtype=np.float64)
-            return self._rows(name, times, states[None], values[None], shape)[0]
+            one: Array = self._rows(name, times, states[None], values[None], shape)[0]
+            return one
         return self._evaluate_many(name, states, values, np.asarray(t, dtype=np.float64), shape)
 
     def _evaluate_many(

@@ -129,13 +129,13 @@ def run(
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
     bad = stats.pop("coordinate")
-    status = status_of(
-        code, compiled.t, model.speeds[bad] if bad >= 0 else "", _warnings(stats)
-    )
+    status = status_of(code, compiled.t, model.speeds[bad] if bad >= 0 else "", _warnings(stats))
     return Solution(model, values, policy, compiled, status, stats, times)
 
 
-def _drive(compiled: Any, span: tuple[float, float], progress: Callable[[float], None] | None) -> int:
+def _drive(
+    compiled: Any, span: tuple[float, float], progress: Callable[[float], None] | None
+) -> int:
     """Advance to the end; the final status code."""
     try:
         while compiled.advance(CHUNK) == 0:

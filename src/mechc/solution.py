@@ -180,5 +180,3 @@ def _largest(residuals: Array) -> Array:
     if residuals.shape[-1] == 0:
         return np.zeros(len(residuals))
     return np.asarray(np.abs(residuals).max(axis=-1))
-
-

@@ -86,9 +86,7 @@ CODES = {
 }
 
 
-def status_of(
-    code: int, t: float, coordinate: str = "", warnings: tuple[str, ...] = ()
-) -> Status:
+def status_of(code: int, t: float, coordinate: str = "", warnings: tuple[str, ...] = ()) -> Status:
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
     if not cause:

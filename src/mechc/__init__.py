@@ -19,6 +19,7 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
+from mechc.events import Event, EventRecord
 from mechc.load import compile, load, mechanisms
 from mechc.model import Model, Momenta
 from mechc.solution import Solution
@@ -32,6 +33,8 @@ __all__ = [
     "CacheError",
     "ChangePoint",
     "CompilerError",
+    "Event",
+    "EventRecord",
     "Mechanism",
     "MechcError",
     "MissingPackageError",

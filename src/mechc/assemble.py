@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
 STARTS_PER_UNKNOWN = 24
 ITERATIONS = 60
-SAME = 1e-7  # two solutions closer than this (rad, or of the model's length) are one
+POLISHES = 30
+SAME = 1e-6  # two solutions closer than this (rad, or of the model's length) are one
 EPS = float(np.finfo(float).eps)
 
 
@@ -145,13 +146,13 @@ class _Loop:
             if ((size <= 1e-12 * self.length) | (size > 0.999 * before)).all():
                 break
             before = size
-        for _ in range(3):
-            x = self._polish(x)
-        gaps = np.abs(self.gap(x)).max(axis=1)
+        x = self._polish(x)
+        gaps = np.linalg.norm(self.gap(x), axis=1)
         closed = gaps <= 64 * EPS * self.length
         if not closed.any():
             raise AssemblyError(self._miss(float(gaps.min())))
-        wrapped = np.where(self.angular, wrap(x[closed]), x[closed])
+        order = np.argsort(gaps[closed], kind="stable")
+        wrapped = np.where(self.angular, wrap(x[closed]), x[closed])[order]
         return self.states(self._distinct(wrapped))[:, : len(self.fixed)]
 
     def _descend(self, x: Array) -> Array:
@@ -175,12 +176,19 @@ class _Loop:
         return best
 
     def _polish(self, x: Array) -> Array:
-        """A Gauss-Newton step, kept where it does not open the loop."""
-        gap = self.gap(x)
-        step = np.linalg.pinv(self.gradient(x), rcond=1e-13) @ gap[:, :, None]
-        trial = x - step[:, :, 0]
-        better = np.abs(self.gap(trial)).max(axis=1) <= np.abs(gap).max(axis=1)
-        return np.where(better[:, None], trial, x)
+        """Gauss-Newton steps, each kept where it closes the loop further.
+
+        Where two assemblies meet they gain one bit a step, so there may be many.
+        """
+        for _ in range(POLISHES):
+            gap = self.gap(x)
+            step = np.linalg.pinv(self.gradient(x), rcond=1e-13) @ gap[:, :, None]
+            trial = x - step[:, :, 0]
+            better = np.abs(self.gap(trial)).max(axis=1) < np.abs(gap).max(axis=1)
+            if not better.any():
+                break
+            x = np.where(better[:, None], trial, x)
+        return x
 
     def _distinct(self, x: Array) -> Array:
         kept: list[Array] = []

@@ -165,14 +165,14 @@ def _run(chosen: argparse.Namespace) -> int:
     t_end = read_seconds(chosen.t_end)
     if not t_end > 0:
         raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
-    folder = _folder(chosen)
+    rtol = _number("--rtol", chosen.rtol)
     params = _values(model, chosen.parameters, model.parameters, "parameter")
     state = _start_state(model, chosen, params)
+    folder = _folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
         sol = model.simulate(
-            t_end, state, params, rtol=_number("--rtol", chosen.rtol), method=chosen.method,
-            progress=bar.update,
-        )  # fmt: skip
+            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+        )
     if chosen.json:
         print(json.dumps(json_summary(sol)))
     else:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.events import EventFinder
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
 from mechc.status import status_of
@@ -21,7 +22,8 @@ if TYPE_CHECKING:
 METHODS = {"dopri5": 0, "dop853": 1}
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
-INTERRUPTED = 8
+EVENT_CHUNK = 50
+INTERRUPTED, STOPPED_BY_EVENT = 108, 109
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,7 @@ def simulate(
     max_step: float = math.inf,
     max_steps: int = 10_000_000,
     dense: bool = True,
+    events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Integrate the motion, every stage and every accepted state on the constraints.
@@ -75,6 +78,10 @@ def simulate(
         First and largest step in s, and the largest number of attempted steps.
     dense
         Keep what ``sol(t)`` needs.
+    events
+        Functions ``g(t, y)`` whose zeros are found on the dense output, each an
+        :class:`mechc.Event` or a function with SciPy's attributes ``direction`` and
+        ``terminal``; their times and states are in ``sol.events``.
     progress
         Called now and then with the fraction done.
 
@@ -102,10 +109,10 @@ def simulate(
         first_step=0.0 if first_step is None else _positive("first_step", first_step),
         max_step=_positive("max_step", max_step, infinite=True),
         max_steps=int(_positive("max_steps", max_steps)),
-        dense=bool(dense) or times is not None,
+        dense=bool(dense) or times is not None or len(events) > 0,
     )
     state = checked_state(model, y0, values, span[0])
-    return run(model, span, state, values, policy, times, progress)
+    return run(model, span, state, values, policy, times, events, progress)
 
 
 def run(
@@ -115,6 +122,7 @@ def run(
     values: Array,
     policy: Policy,
     times: Array | None = None,
+    events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Integrate with everything checked already."""
@@ -124,26 +132,42 @@ def run(
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense,
     )  # fmt: skip
-    code = _drive(compiled, span, progress)
+    finder = EventFinder(events, compiled, model._scene.width) if events else None
+    code, stop = _drive(compiled, span, finder, progress)
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
     bad = stats.pop("coordinate")
-    status = status_of(code, compiled.t, model.speeds[bad] if bad >= 0 else "", _warnings(stats))
-    return Solution(model, values, policy, compiled, status, stats, times)
+    status = status_of(
+        code,
+        compiled.t if stop is None else stop,
+        model.speeds[bad] if bad >= 0 else "",
+        _warnings(stats),
+    )
+    found = finder.records() if finder else ()
+    return Solution(model, values, policy, compiled, status, stats, times, found, stop)
 
 
 def _drive(
-    compiled: Any, span: tuple[float, float], progress: Callable[[float], None] | None
-) -> int:
-    """Advance to the end; the final status code."""
+    compiled: Any,
+    span: tuple[float, float],
+    finder: EventFinder | None,
+    progress: Callable[[float], None] | None,
+) -> tuple[int, float | None]:
+    """Advance to the end; the final status code, and the time of a terminal event."""
+    steps = CHUNK if finder is None else EVENT_CHUNK
     try:
-        while compiled.advance(CHUNK) == 0:
+        while True:
+            code = compiled.advance(steps)
+            stop = finder.look() if finder else None
+            if stop is not None:
+                return STOPPED_BY_EVENT, stop
+            if code != 0:
+                return code, None
             if progress is not None:
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
-        return INTERRUPTED
-    return int(compiled.status)
+        return INTERRUPTED, None
 
 
 NEARLY_SINGULAR = 0.02

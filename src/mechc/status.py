@@ -23,7 +23,7 @@ class Status:
     Attributes
     ----------
     code
-        One of ``CODES``; ``"finished"`` when the end time was reached.
+        One of ``CODES``: ``"finished"``, ``"stopped by an event"``, or what went wrong.
     t
         Time reached, s.
     cause, advice
@@ -40,12 +40,12 @@ class Status:
 
     @property
     def ok(self) -> bool:
-        """Whether the end time was reached."""
-        return self.code == "finished"
+        """Whether the end time, or a terminal event, was reached."""
+        return self.code in ("finished", "stopped by an event")
 
     def __str__(self) -> str:
         if self.ok:
-            head = f"finished: reached t = {self.t:g} s"
+            head = f"{self.code}: reached t = {self.t:g} s"
         else:
             head = f"{self.code} at t = {self.t:.9g} s: {self.cause}. {self.advice}"
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
@@ -82,7 +82,8 @@ CODES = {
         "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
     ),
     7: ("no memory", "the trajectory did not fit into memory", "Pass dense=False and t_eval"),
-    8: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
+    109: ("stopped by an event", "", ""),
+    108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
 }
 
 

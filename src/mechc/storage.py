@@ -122,15 +122,15 @@ def _recipe(sol: Solution) -> dict[str, Any]:
     policy = asdict(sol.policy)
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
-    t, y = sol._run.states()
+    y0 = sol._run.states()[1][0]
     return {
         "format": FORMAT,
         "mechanism": sol.model.name,
         "options": dict(sol.model.options),
         "custom": bool(sol.model.build.get("custom", False)),
         "params": sol.params.tolist(),
-        "span": [float(t[0]), float(t[-1])],
-        "y0": y[0].tolist(),
+        "span": list(sol.span),
+        "y0": y0.tolist(),
         "times": None if sol._times is None else sol.t.tolist(),
         "policy": policy,
         "state": [*sol.model.coordinates, *sol.model.speeds],

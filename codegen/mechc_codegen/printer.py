@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, Symbol, exp
+from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
 from mechc_codegen.errors import MechanismError
@@ -34,7 +35,8 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _refuse_unknown(self, expr: Expr) -> None:
         name = type(expr).__name__
-        if not isinstance(expr, _PRINTED) and name not in (*self.functions, "Abs"):
+        known = name in (*self.functions, "Abs") and not isinstance(expr, AppliedUndef)
+        if not known and not isinstance(expr, _PRINTED):
             raise MechanismError(
                 f"{name} has no C form here, in {str(expr)[:80]!r}; known are numbers, "
                 f"+, -, *, /, **, sqrt, Abs, {', '.join(self.functions)}"

@@ -144,7 +144,7 @@ class Solution:
     def energy_drift(self) -> float:
         """Largest departure of the energy from its first value, relative to the largest T."""
         largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
-        departure = float(np.abs(self.energy - self.energy[0]).max(initial=0.0))
+        departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 
     @property

@@ -200,7 +200,8 @@ def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
         )
     code, projected, gap, drift = model._scene.project(t0, state, values)
     allowed = OFF_BY_ROUNDING * model._parameters.length(values)
-    if not (code == 0 and gap <= allowed and drift <= allowed):
+    sound = code == 0 and gap <= allowed and drift <= allowed
+    if not (sound and math.isfinite(state.dot(state))):
         _refuse_state(model, state, gap, drift, allowed)
     return np.asarray(projected)
 

@@ -38,6 +38,13 @@ def differentiate(equations: Equations) -> Equations:
         ),
         Output("gamma", "J u' = gamma", gamma, (count,), names),
         Output(
+            "constraint_gradient",
+            "derivative of the configuration constraints by the coordinates",
+            tuple(e.diff(q) for e in holonomic.elements for q in symbols.q),
+            (len(holonomic.elements), len(symbols.q)),
+            tuple(f"d({name})/dq{k}" for name in holonomic.labels for k in range(len(symbols.q))),
+        ),
+        Output(
             "kinematic_matrix",
             "N: derivative of the coordinates' rates by the speeds",
             tuple(rate.diff(u) for rate in rates for u in symbols.u),

@@ -38,15 +38,15 @@ from sympy import (
 
 from mechc_codegen.errors import ExpressionError
 
-FUNCTIONS = {
-    f.__name__: f for f in (sin, cos, tan, asin, acos, atan, exp, log, sqrt, tanh)
-} | {"abs": Abs}
+FUNCTIONS = {f.__name__: f for f in (sin, cos, tan, asin, acos, atan, exp, log, sqrt, tanh)} | {
+    "abs": Abs
+}
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
     r"|(?P<name>[^\W\d]\w*)|(?P<operator>\*\*|[-+*/^()]))"
 )
 _MAX_LENGTH, _MAX_DEPTH, _MAX_EXPONENT = 1000, 50, 12
-_MAX_EXACT, _MAX_SIZE = 10**15, 1e300
+_MAX_FUNCTIONS, _MAX_EXACT, _MAX_SIZE = 6, 10**15, 1e300
 
 
 def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
@@ -73,7 +73,8 @@ class _Parser:
     """Recursive descent over the tokens of one text."""
 
     def __init__(self, text: str, names: Mapping[str, Expr]) -> None:
-        self.text, self.names, self.depth = text, names, 0
+        self.text, self.names = text, names
+        self.depth = self.functions = 0
         self.tokens = self._split()
         self.next = 0
 
@@ -184,7 +185,11 @@ class _Parser:
             self.next += 1
             if not self._take("("):
                 raise self._error(f"'(' was expected after {name}")
+            self.functions += 1
+            if self.functions > _MAX_FUNCTIONS:
+                raise self._error(f"more than {_MAX_FUNCTIONS} functions inside each other")
             argument = self._closing(self._nested(self._sum))
+            self.functions -= 1
             if name == "sqrt":
                 return self._raised(argument, S.Half)
             return self._settled(FUNCTIONS[name](argument))

@@ -32,10 +32,8 @@ FLAGS = (
     "-fno-trapping-math",
     "-ffp-contract=fast",
     "-fvisibility=hidden",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
 )
+STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 T = TypeVar("T")
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 

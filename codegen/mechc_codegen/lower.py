@@ -11,7 +11,7 @@ from sympy import S
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.program import Program
 
-KEPT_APART = {"motion_constraints", "kinematic_matrix"}  # only their derived forms are emitted
+KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
 
 
 def lower(equations: Equations) -> Program:
@@ -25,8 +25,8 @@ def lower(equations: Equations) -> Program:
 
 
 def _unused(name: str, equations: Equations) -> bool:
-    if name == "kinematic_matrix":
-        return equations.identity_kinematics
+    if name in ("kinematic_matrix", "constraint_gradient"):
+        return equations.identity_kinematics  # then N is the unit matrix and the gradient is J
     return name in KEPT_APART
 
 

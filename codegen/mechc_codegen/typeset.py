@@ -7,16 +7,13 @@ Invariant: both documents print the same boxes, tables and sentences; names are 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from itertools import groupby
-from math import degrees, isinf
 from pathlib import Path
 from string import Template
 from typing import Any
 
-from sympy import MatrixBase, sympify
+from sympy import MatrixBase
 
-from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
 from mechc_codegen.typeset_boxes import (
     Box,
     Row,
@@ -24,33 +21,19 @@ from mechc_codegen.typeset_boxes import (
     Term,
     Word,
     layout,
-    name,
     signed_row,
     terms,
     width,
 )
 from mechc_codegen.typeset_markup import html_text, latex, latex_text, mathml
 from mechc_codegen.typeset_sections import Derivation, Item, Section, derivation
+from mechc_codegen.typeset_tables import Cell, ValueTable, all_values, notes, value_tables
 
 __all__ = ["Derivation", "Item", "Section", "derivation", "html_page", "latex_document"]
 
 TEMPLATES = Path(__file__).parent / "templates"
 LINE = 84.0
 _EQUALS = Word("=", "operator")
-_MOVING = ("symbol", "meaning", "unit", "bounds", "start")
-_CONSTANT = ("symbol", "meaning", "unit", "bounds", "default", "value")
-_UNITS = {"rad": "°", "rad/s": "°/s"}
-
-Cell = str | Box
-
-
-@dataclass(frozen=True)
-class ValueTable:
-    """A table for people: a title, the columns' heads and rows of cells, texts or boxes."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
 
 
 def html_page(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
@@ -63,12 +46,12 @@ def html_page(derivation: Derivation, values: Mapping[str, float] | None = None)
         the mechanism if left out.
     """
     mechanism = derivation.mechanism
-    known = _values(mechanism, values)
+    known = all_values(mechanism, values)
     parts = [
         ("Scene", "".join(f"<p>{html_text(s)}</p>" for s in derivation.scene)),
-        ("Symbols", "".join(map(_html_table, _tables(mechanism, known)))),
+        ("Symbols", "".join(map(_html_table, value_tables(mechanism, known)))),
         *((s.title, _html_section(s)) for s in derivation.sections),
-        ("Notes", _html_notes(_notes(mechanism, known))),
+        ("Notes", _html_notes(notes(mechanism, known))),
     ]
     numbered = [(k, *part) for k, part in enumerate(parts, 1) if part[1]]
     entry = '<li><a href="#s{0}">{1}</a></li>'
@@ -83,12 +66,12 @@ def html_page(derivation: Derivation, values: Mapping[str, float] | None = None)
 def latex_document(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
     """A LaTeX article of its own, with amsmath as the only package; ``values`` as above."""
     mechanism = derivation.mechanism
-    known = _values(mechanism, values)
+    known = all_values(mechanism, values)
     parts = [
         ("Scene", "\n\n".join(map(latex_text, derivation.scene))),
-        ("Symbols", "\n".join(map(_latex_table, _tables(mechanism, known)))),
+        ("Symbols", "\n".join(map(_latex_table, value_tables(mechanism, known)))),
         *((s.title, _latex_section(s)) for s in derivation.sections),
-        ("Notes", _latex_notes(_notes(mechanism, known))),
+        ("Notes", _latex_notes(notes(mechanism, known))),
     ]
     sections = [f"\\section{{{latex_text(title)}}}\n{text}" for title, text in parts if text]
     return _template("derivation.tex").substitute(
@@ -98,90 +81,6 @@ def latex_document(derivation: Derivation, values: Mapping[str, float] | None = 
 
 def _template(file: str) -> Template:
     return Template((TEMPLATES / file).read_text(encoding="utf-8"))
-
-
-# Values, tables and notes.
-
-
-def _values(mechanism: Mechanism, given: Mapping[str, float] | None) -> dict[str, float]:
-    """Every parameter's value; a default that follows others follows the values given."""
-    known = dict(given or {})
-    pending = [p for p in mechanism.parameters if printed_name(p.symbol) not in known]
-    for _ in range(len(pending)):
-        numbers = {
-            p.symbol: known[printed_name(p.symbol)]
-            for p in mechanism.parameters
-            if printed_name(p.symbol) in known
-        }
-        for parameter in pending:
-            value = sympify(parameter.default).xreplace(
-                {symbol: sympify(number) for symbol, number in numbers.items()}
-            )
-            if value.is_number:
-                known[printed_name(parameter.symbol)] = float(value)
-        pending = [p for p in pending if printed_name(p.symbol) not in known]
-    return known
-
-
-def _tables(mechanism: Mechanism, values: Mapping[str, float]) -> list[ValueTable]:
-    moving = [
-        _row(thing.symbol, thing.quantity, mechanism.start.get(printed_name(thing.symbol)))
-        for thing in (*mechanism.coordinates, *mechanism.speeds)
-    ]
-    constant = [
-        (
-            *_row(p.symbol, p.quantity, p.default),
-            _default(values.get(printed_name(p.symbol)), p.quantity.unit),
-        )
-        for p in mechanism.parameters
-    ]
-    tables = [
-        ValueTable("Coordinates and speeds", _MOVING, tuple(moving)),
-        ValueTable("Parameters", _CONSTANT, tuple(constant)),
-    ]
-    return [table for table in tables if table.rows]
-
-
-def _row(symbol: Any, quantity: Quantity, default: Any) -> tuple[Cell, ...]:
-    return (
-        name(printed_name(symbol)),
-        quantity.description,
-        _unit(quantity.unit),
-        _bounds(quantity),
-        _default(default, quantity.unit),
-    )
-
-
-def _default(value: Any, unit: str) -> Cell:
-    """A number in the unit shown, or the formula that it follows."""
-    if value is None:
-        return "–"
-    formula = sympify(value)
-    return _number(float(formula), unit) if formula.is_number else layout(formula)
-
-
-def _unit(unit: str) -> str:
-    return _UNITS.get(unit, unit).replace("^2", "²").replace("^3", "³").replace(" ", "⋅")
-
-
-def _number(value: float, unit: str) -> str:
-    return f"{degrees(value) if unit in _UNITS else value:.6g}".replace("-", "−")
-
-
-def _bounds(quantity: Quantity) -> str:
-    lower, upper = (_number(b, quantity.unit) for b in (quantity.lower, quantity.upper))
-    sign = "≤" if quantity.closed else "<"
-    if isinf(quantity.lower) and isinf(quantity.upper):
-        return "any"
-    if isinf(quantity.upper):
-        return f"{'≥' if quantity.closed else '>'} {lower}"
-    if isinf(quantity.lower):
-        return f"{sign} {upper}"
-    return f"{lower} {sign} … {sign} {upper}"
-
-
-def _notes(mechanism: Mechanism, values: Mapping[str, float]) -> list[tuple[str, str]]:
-    return mechanism.notes(values) if mechanism.notes else []
 
 
 # Equations, line by line.
@@ -263,13 +162,13 @@ def _html_item(item: Item) -> str:
 
 
 def _math(inside: str, display: str) -> str:
-    return (
-        f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="{display}">{inside}</math>'
-    )
+    return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="{display}">{inside}</math>'
 
 
 def _html_cell(cell: Cell) -> str:
-    return html_text(cell) if isinstance(cell, str) else _math(f'<mstyle displaystyle="true">{mathml(cell)}</mstyle>', "inline")
+    if isinstance(cell, str):
+        return html_text(cell)
+    return _math(f'<mstyle displaystyle="true">{mathml(cell)}</mstyle>', "inline")
 
 
 def _html_table(table: ValueTable) -> str:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 from itertools import pairwise
 from typing import Any
+from unicodedata import name as unicode_name
 
 from sympy import (
     Add,
@@ -32,14 +33,11 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 from sympy.physics.vector import Vector
 
-GREEK = dict(
-    zip(
-        "alpha beta gamma delta epsilon zeta eta theta iota kappa lamda mu nu xi pi rho sigma tau "
-        "upsilon phi chi psi omega Gamma Delta Theta Lamda Xi Pi Sigma Upsilon Phi Psi "
-        "Omega lambda Lambda".split(),
-        "αβγδεζηθικλμνξπρστυφχψωΓΔΘΛΞΠΣΥΦΨΩλΛ",
-        strict=True,
-    )
+SMALL, CAPITAL = "αβγδεζηθικλμνξπρστυφχψω", "ΓΔΘΛΞΠΣΥΦΨΩ"
+GREEK = (
+    {unicode_name(c).split()[-1].lower(): c for c in SMALL}
+    | {unicode_name(c).split()[-1].capitalize(): c for c in CAPITAL}
+    | {"lambda": "λ", "Lambda": "Λ"}  # Unicode says lamda
 )
 _NAME = re.compile(r"([^\W\d_]+)(\d*)((?:_[^\W_]+)*)")
 _WIDE, _LONG = 24.0, 60.0

@@ -100,12 +100,12 @@ def mathml(box: Box) -> str:
         case Scripts():
             return _mathml_scripts(box)
         case Accent(base, mark):
-            sign = f'<mo accent="false" stretchy="false">{_MARKS[mark]}</mo>'
+            sign = f'<mo class="{mark}" accent="false" stretchy="false">{_MARKS[mark]}</mo>'
             return f"<mover>{mathml(base)}{sign}</mover>"
         case Root(body):
             return f"<msqrt>{mathml(body)}</msqrt>"
         case Fence(Table(rows), "[]"):
-            return _mathml_table(rows, ' class="matrix"')
+            return _mathml_table(rows, ' class="matrix" displaystyle="true"')
         case Fence(body, brackets):
             left, right = (
                 f'<mo fence="true" form="{form}">{sign}</mo>'

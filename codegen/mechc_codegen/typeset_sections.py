@@ -100,7 +100,7 @@ def _scene(mechanism: Mechanism) -> tuple[str, ...]:
     sentences = [
         f"{len(mechanism.bodies)} bodies ({bodies}), {count} coordinates and "
         f"{len(mechanism.speeds)} speeds, {closure} constraints on the configuration and {motion} "
-        f"on the speeds alone. Degrees of freedom where no constraint is redundant: {max(free, 0)}.",
+        f"on the speeds alone. Degrees of freedom, if no constraint is redundant: {max(free, 0)}.",
         f"The inertial frame is {mechanism.frame.name}; positions are measured from the point "
         f"{mechanism.origin.name}, fixed in it.",
     ]

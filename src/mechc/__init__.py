@@ -1,1 +1,57 @@
+"""mechc: mechanisms compiled to C, simulated fast and right.
 
+>>> import mechc
+>>> model = mechc.load("four_bar")
+>>> sol = model.simulate((0, 20), model.assemble({"theta_0": 1.4835}))
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from typing import Any
+
+from mechc.errors import (
+    AssemblyError,
+    CacheError,
+    CompilerError,
+    MechcError,
+    MissingPackageError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from mechc.load import compile, load, mechanisms
+from mechc.model import Model, Momenta
+from mechc.solution import Solution
+from mechc.status import ChangePoint, Status
+from mechc.storage import open_saved as open
+
+__version__ = version("mechc")
+
+__all__ = [
+    "AssemblyError",
+    "CacheError",
+    "ChangePoint",
+    "CompilerError",
+    "MechcError",
+    "Mechanism",
+    "MissingPackageError",
+    "Model",
+    "Momenta",
+    "Solution",
+    "Status",
+    "UnknownNameError",
+    "ValueOutOfBoundsError",
+    "compile",
+    "load",
+    "mechanisms",
+    "open",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """``mechc.Mechanism`` brings sympy with it, so it is imported only when named."""
+    if name == "Mechanism":
+        from mechc.jit import mechanism_class
+
+        return mechanism_class()
+    raise AttributeError(f"module 'mechc' has no attribute {name!r}")

@@ -142,14 +142,14 @@ cdef class Scene:
         """Output name -> width."""
         return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
 
-    def complete(self, unsigned char[::1] given, double[::1] values):
+    def complete(self, const unsigned char[::1] given, double[::1] values):
         """Fill the parameters that are not given with their defaults, in place."""
         if given.shape[0] != self.parameters or values.shape[0] != self.parameters:
             raise ValueError(f"{self.parameters} parameters are needed")
         if self.parameters:
             self.model.complete(&given[0], &values[0])
 
-    def evaluate(self, str name, double[::1] t, double[:, ::1] y, double[:, ::1] p):
+    def evaluate(self, str name, const double[::1] t, const double[:, ::1] y, const double[:, ::1] p):
         """Output `name` of y.shape[0] states; t and p have as many rows or one.
 
         Returns a fresh array (states, width).
@@ -173,7 +173,7 @@ cdef class Scene:
             output.evaluate(count, times, states, parameters, &view[0, 0])
         return out
 
-    def rates_seconds(self, double t, double[::1] y, double[::1] p, long repeats):
+    def rates_seconds(self, double t, const double[::1] y, const double[::1] p, long repeats):
         """Seconds that `repeats` scalar evaluations of the state rates take, each fed by the last.
 
         For benchmarks: no Python in between.
@@ -190,7 +190,7 @@ cdef class Scene:
                 state[0] += 1e-18 * rates[self.width - 1]
         return perf_counter() - start
 
-    def project(self, double t, double[::1] y, double[::1] p):
+    def project(self, double t, const double[::1] y, const double[::1] p):
         """The nearest state on the constraints.
 
         Returns (status code, new state, largest closure gap before, largest velocity residual).
@@ -201,12 +201,12 @@ cdef class Scene:
         status = self.unit.project(t, &state[0], &p[0], moved)
         return status, out, moved[0], moved[1]
 
-    def start(self, double t0, double t1, double[::1] y0, double[::1] p, double rtol, atol,
-              double[::1] scale, double first_step, double max_step, long max_steps, int method,
+    def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
+              const double[::1] scale, double first_step, double max_step, long max_steps, int method,
               bint dense, int on_change_point=0):
         """Begin a run; see Run.  on_change_point: 0 passes straight on, 1 stops before it."""
         cdef Run run = Run.__new__(Run)
-        cdef double[::1] tolerances
+        cdef const double[::1] tolerances
         cdef mechc_options options
         run.scene = self
         run.method = method
@@ -305,7 +305,7 @@ cdef class Run:
                 view[i, j] = record.passages[i * width + j]
         return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
 
-    def interpolate(self, double[::1] t):
+    def interpolate(self, const double[::1] t):
         """Dense output at the times t, projected onto the constraints: (len(t), width)."""
         out = np.empty((t.shape[0], self.scene.width))
         cdef double[:, ::1] view = out

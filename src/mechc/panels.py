@@ -1,6 +1,6 @@
 """The panels that the pictures are put together from.
 
-Input: a Run and the (sub)figure to draw on.  Output: that figure, drawn upon.
+Input: a Run and the cell of a figure's grid to draw in.  Output: that cell, filled with axes.
 Invariant: matplotlib is imported inside functions only; user text reaches it through `_plain`.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from mechc.view import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import FigureBase
+    from matplotlib.gridspec import SubplotSpec
 
 # Okabe and Ito's palette, in an order that keeps neighbours apart in grey too.
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
@@ -63,7 +63,13 @@ def _legend(axes: Axes, handles: Sequence[Any], names: Iterable[str], **where: A
         text.set_text(_plain(name))
 
 
-def _message(axes: Axes, text: str) -> None:
+def _single(area: SubplotSpec) -> Axes:
+    axes: Axes = area.subgridspec(1, 1).subplots(squeeze=False)[0, 0]
+    return axes
+
+
+def _message(area: SubplotSpec, text: str) -> None:
+    axes = _single(area)
     axes.set_axis_off()
     axes.text(
         0.5, 0.5, _plain(text), ha="center", va="center", wrap=True, color=QUIET,
@@ -96,8 +102,8 @@ def _limits(values: Array, margin: float = 0.06) -> tuple[float, float]:
     return low - margin * (high - low), high + margin * (high - low)
 
 
-def _time_axes(figure: FigureBase, run: Run, rows: int, columns: int = 1) -> list[Axes]:
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+def _time_axes(area: SubplotSpec, run: Run, rows: int, columns: int = 1) -> list[Axes]:
+    grid = area.subgridspec(rows, columns).subplots(sharex=True, squeeze=False)
     panels = list(grid.ravel())
     for axes in grid[-1]:
         axes.set_xlabel("time (s)")
@@ -134,26 +140,26 @@ def _curve(axes: Axes, t: Array, values: Array, colour: Any, **style: Any) -> An
     return axes.plot(t, values, color=colour, markersize=4, **style)[0]
 
 
-def draw_coordinates(figure: FigureBase, run: Run) -> None:
+def draw_coordinates(area: SubplotSpec, run: Run) -> None:
     columns = range(len(run.model.coordinates))
-    _draw_quantities(figure, run, run.model.coordinates, columns, "coordinates")
+    _draw_quantities(area, run, run.model.coordinates, columns, "coordinates")
 
 
-def draw_speeds(figure: FigureBase, run: Run) -> None:
+def draw_speeds(area: SubplotSpec, run: Run) -> None:
     first = len(run.model.coordinates)
     columns = range(first, first + len(run.model.speeds))
-    _draw_quantities(figure, run, run.model.speeds, columns, "speeds")
+    _draw_quantities(area, run, run.model.speeds, columns, "speeds")
 
 
 def _draw_quantities(
-    figure: FigureBase, run: Run, names: Sequence[str], columns: range, word: str
+    area: SubplotSpec, run: Run, names: Sequence[str], columns: range, word: str
 ) -> None:
     groups: dict[str, list[tuple[str, int]]] = {}
     for name, column in zip(names, columns, strict=True):
         groups.setdefault(run.model.units.get(name, "1"), []).append((name, column))
     if not groups:
-        return _message(figure.subplots(), f"This scene has no {word}.")
-    panels = _time_axes(figure, run, len(groups))
+        return _message(area, f"This scene has no {word}.")
+    panels = _time_axes(area, run, len(groups))
     for axes, (unit, members) in zip(panels, groups.items(), strict=True):
         _draw_panel(axes, run, shown_unit(unit), members)
     return None
@@ -185,15 +191,15 @@ def _evenly(count: int, most: int) -> list[int]:
 # --- energy and closure ----------------------------------------------------------------------
 
 
-def draw_energy(figure: FigureBase, run: Run, columns: int = 1) -> None:
+def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
     try:
         kinetic = run.evaluate(run.model.kinetic_energy)
         potential = run.evaluate(run.model.potential_energy)
         total = run.evaluate(run.model.energy)
         steps = np.asarray(run.solution.energy, dtype=float)
     except MechcError as error:
-        return _message(figure.subplots(), clean_text(str(error), 300))
-    panels = _time_axes(figure, run, 2 // columns, columns)
+        return _message(area, clean_text(str(error), 300))
+    panels = _time_axes(area, run, 2 // columns, columns)
     _draw_energies(panels[0], run, {"kinetic": kinetic, "potential": potential, "total": total})
     _draw_energy_change(panels[1], run, total, steps, float(np.nanmax(kinetic, initial=0.0)))
     return None
@@ -239,15 +245,15 @@ def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
     return axes.plot(run.solution.t, values, color=colour, markersize=size, zorder=3, **dots)[0]
 
 
-def draw_closure(figure: FigureBase, run: Run) -> None:
+def draw_closure(area: SubplotSpec, run: Run) -> None:
     try:
         position = run.evaluate(run.model.constraints)
         velocity = run.evaluate(run.model.velocity_constraints)
     except MechcError as error:
-        return _message(figure.subplots(), clean_text(str(error), 300))
+        return _message(area, clean_text(str(error), 300))
     if position.shape[-1] == 0 and velocity.shape[-1] == 0:
-        return _message(figure.subplots(), "This scene has no constraints: nothing to close.")
-    axes = _time_axes(figure, run, 1)[0]
+        return _message(area, "This scene has no constraints: nothing to close.")
+    axes = _time_axes(area, run, 1)[0]
     residuals = (
         ("position (m)", position, run.solution.closure, COLOURS[0]),
         ("velocity (m/s)", velocity, run.solution.velocity_closure, COLOURS[1]),
@@ -298,14 +304,14 @@ def _mark_zeros(axes: Axes, run: Run) -> Any:
 # --- paths -----------------------------------------------------------------------------------
 
 
-def draw_paths(figure: FigureBase, run: Run) -> None:
-    axes = figure.subplots()
+def draw_paths(area: SubplotSpec, run: Run) -> None:
     try:
         view = plane_view(run)
     except MechcError as error:
-        return _message(axes, clean_text(str(error), 300))
+        return _message(area, clean_text(str(error), 300))
     if not view.names:
-        return _message(axes, "This scene names no points: nothing to draw.")
+        return _message(area, "This scene names no points: nothing to draw.")
+    axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)
     for name, colour in zip(run.model.traced, _colours(len(run.model.traced)), strict=True):
         track = view.path(name)
@@ -359,28 +365,35 @@ def _frame_plane(axes: Axes, view: PlaneView) -> None:
     axes.set_xlabel(f"{view.axes[0]} (m)")
     axes.set_ylabel(f"{view.axes[1]} (m)")
     if view.note:
-        axes.set_title(view.note, fontsize=8, color=QUIET)
+        axes.set_title(view.note, loc="left", fontsize=8, color=QUIET)
 
 
 # --- everything ------------------------------------------------------------------------------
 
 
-def draw_overview(figure: FigureBase, run: Run) -> None:
-    upper, lower = (row[0] for row in figure.subfigures(2, 1, squeeze=False))
-    parts = [
-        *upper.subfigures(1, 3, squeeze=False)[0],
-        *lower.subfigures(1, 2, squeeze=False, width_ratios=[2, 1])[0],
-    ]
-    draws = (draw_paths, draw_coordinates, draw_speeds, _draw_energy_wide, draw_closure)
-    for part, draw, name in zip(
-        parts, draws, ("Paths", "Coordinates", "Speeds", "Energy", "Closure"), strict=True
-    ):
-        draw(part, run)
-        part.suptitle(name, x=0.02, ha="left", fontsize=10)
+def draw_overview(area: SubplotSpec, run: Run) -> None:
+    grid, whole = area.subgridspec(2, 3), cast("Any", area.get_gridspec())
+    figure = whole.figure
+    parts = {
+        "Paths": (draw_paths, grid[0, 0]),
+        "Coordinates": (draw_coordinates, grid[0, 1]),
+        "Speeds": (draw_speeds, grid[0, 2]),
+        "Energy": (_draw_energy_wide, grid[1, :2]),
+        "Closure": (draw_closure, grid[1, 2]),
+    }
+    for name, (draw, cell) in parts.items():
+        drawn = len(figure.axes)
+        draw(cell, run)
+        _entitle(figure.axes[drawn], name)
     heading = clean_text(run.model.title or run.model.name, 100)
     outcome = clean_text(str(run.solution.status), 180)
     figure.suptitle(f"{_plain(heading)}\n{_plain(outcome)}", fontsize=11)
 
 
-def _draw_energy_wide(figure: FigureBase, run: Run) -> None:
-    draw_energy(figure, run, columns=2)
+def _entitle(axes: Axes, name: str) -> None:
+    note = axes.get_title(loc="left")
+    axes.set_title(f"{name}: {note}" if note else name, loc="left", fontsize=10, color="#222222")
+
+
+def _draw_energy_wide(area: SubplotSpec, run: Run) -> None:
+    draw_energy(area, run, columns=2)

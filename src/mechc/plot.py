@@ -12,12 +12,15 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
+
 from mechc import panels
 from mechc.errors import MissingPackageError
 from mechc.view import Run, SolutionLike, sample
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure, FigureBase
+    from matplotlib.figure import Figure
+    from matplotlib.gridspec import SubplotSpec
 
 SAMPLES: Final = 2000
 STYLE: Final[dict[str, Any]] = {
@@ -50,7 +53,7 @@ STYLE: Final[dict[str, Any]] = {
 }
 
 
-Draw = Callable[["FigureBase", Run], None]
+Draw = Callable[["SubplotSpec", Run], None]
 PICTURES: Final[dict[str, tuple[Draw, tuple[float, float]]]] = {
     "overview": (panels.draw_overview, (15.0, 8.4)),
     "coordinates": (panels.draw_coordinates, (7.4, 4.2)),
@@ -115,12 +118,25 @@ def save_all(
     run = sample(sol, samples)
     written: list[Path] = []
     for name in PICTURES:
-        figure = _picture(name, run)
+        figure = _settled(_picture(name, run))
         for extension in formats:
             written.append(target / f"{name}.{extension}")
             _save(figure, written[-1], dpi)
-            figure.set_layout_engine("none")  # laid out once is enough
     return written
+
+
+def _settled(figure: Figure) -> Figure:
+    """Lay out once and round: the layout's solver differs in its last bits from run to run."""
+    with _matplotlib().rc_context(STYLE):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for axes in figure.axes:
+        left, bottom, width, height = np.round(axes.get_position(original=True).bounds, 4)
+        axes.set_position((left, bottom, width, height))
+    for text in figure.texts:
+        x, y = np.round(text.get_position(), 4)
+        text.set_position((x, y))
+    return figure
 
 
 def _save(figure: Figure, path: Path, dpi: float) -> None:
@@ -168,5 +184,5 @@ def _picture(name: str, run: Run) -> Figure:
     draw, size = PICTURES[name]
     with _matplotlib().rc_context(STYLE):
         figure = _figure_class()(figsize=size, layout="constrained")
-        draw(figure, run)
+        draw(figure.add_gridspec(1, 1)[0], run)
     return figure

@@ -1,4 +1,4 @@
-"""The words about a four-bar's lengths are true: checked against closing the loop at many angles."""
+"""The words about a four-bar's lengths are true: they agree with closing the loop by hand."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def test_change_points_close_the_loop(lengths: tuple[float, float, float, float]
     found = change_points(made)
     assert found
     for angles in found:
-        x = sum(l * cos(radians(a)) for l, a in zip(made, angles, strict=False)) - made[3]
+        x = sum(link * cos(radians(a)) for link, a in zip(made, angles, strict=False)) - made[3]
         assert abs(x) < 1e-13 * max(made)
 
 

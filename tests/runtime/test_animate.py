@@ -119,14 +119,16 @@ def test_speeds_offered() -> None:
     usual = motion(fake_linkage.run(20.0))
     assert (usual["speeds"], usual["speed"]) == ([0.1, 0.25, 0.5, 1.0, 2.0], 1.0)
     brief = motion(fake_linkage.run(0.03))
-    assert brief["speed"] == 0.01 and brief["speeds"][0] == 0.01
+    assert brief["speed"] == 0.01
+    assert brief["speeds"][0] == 0.01
 
 
 def test_names_cannot_break_out_of_the_page() -> None:
     text = animate.animation_html(evil_run())
     page = Page(text)
     assert text.isascii()
-    assert page.tags.count("script") == 2 and "img" not in page.tags
+    assert page.tags.count("script") == 2
+    assert "img" not in page.tags
     assert not {"<", ">", "&"} & set(page.scripts[0])
     assert json.loads(page.scripts[0])["title"].startswith("</script><img src=x")
 
@@ -141,10 +143,12 @@ def test_the_page_asks_nothing_of_the_network_and_runs_only_its_own_script() -> 
     text = animate.animation_html(fake_linkage.run())
     page = Page(text)
     assert not {name for name, _ in page.attributes} & {"src", "href", "srcset"}
-    assert "url(" not in text and "@import" not in text
+    assert "url(" not in text
+    assert "@import" not in text
     policy = next(value or "" for name, value in page.attributes if "default-src" in (value or ""))
     digest = base64.b64encode(hashlib.sha256(page.scripts[1].encode()).digest()).decode()
-    assert "default-src 'none'" in policy and f"script-src 'sha256-{digest}'" in policy
+    assert "default-src 'none'" in policy
+    assert f"script-src 'sha256-{digest}'" in policy
 
 
 def test_every_placeholder_is_filled() -> None:

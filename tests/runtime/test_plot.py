@@ -193,13 +193,15 @@ def test_hostile_names_are_shown_as_they_are_and_saved(tmp_path: Path) -> None:
     plot._save(plot.overview(sol, samples=50), tmp_path / "overview.svg", 40)
     tree = ElementTree.parse(tmp_path / "overview.svg")
     tags = {element.tag.rsplit("}")[-1] for element in tree.iter()}
-    assert "svg" in tags and "script" not in tags
+    assert "svg" in tags
+    assert "script" not in tags
 
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_shown_names_are_one_short_printable_line(name: str) -> None:
     shown = view.pretty_name(name)
-    assert shown.isprintable() and len(shown) <= 32
+    assert shown.isprintable()
+    assert len(shown) <= 32
 
 
 @pytest.mark.parametrize(
@@ -216,7 +218,9 @@ def test_many_coordinates_keep_a_short_legend() -> None:
     run = view.Run(sol, np.linspace(0, 1, 9), np.random.default_rng(0).normal(size=(9, 43)))
     figure = plot._picture("coordinates", run)
     shown = [text for text in texts(figure) if text.startswith("q")]
-    assert len(shown) == panels.MOST_LEGEND_LINES and shown[0] == "q₀" and shown[-1] == "q₃₉"
+    assert len(shown) == panels.MOST_LEGEND_LINES
+    assert shown[0] == "q₀"
+    assert shown[-1] == "q₃₉"
 
 
 @pytest.mark.parametrize(

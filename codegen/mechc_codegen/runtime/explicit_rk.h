@@ -175,6 +175,7 @@ MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
 {
     run->head.stats.rejected++;
     run->step *= factor;
+    run->dip.wanted = 0.0;
     run->refused = 1;
 }
 
@@ -220,7 +221,8 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         mechc_rk_refuse(run, 0.5);
         return MECHC_RUNNING;
     }
-    run->step *= factor;
+    run->step = fmax(run->step * factor, run->dip.wanted);
+    run->dip.wanted = 0.0;
     run->refused = 0;
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }

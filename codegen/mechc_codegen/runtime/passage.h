@@ -16,6 +16,8 @@ typedef struct {
     double q[MECHC_NQ]; /* where it was least */
     int rank;           /* of the configuration rows at a generic place; 0: not known yet */
     int tries;          /* since the last accepted step */
+    double wanted;      /* the step that the error would have allowed, before it was shortened to
+                           place a crossing; 0: was not */
 } mechc_dip;
 
 /* A step as proposed: states and rates at both ends. */
@@ -164,6 +166,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, const mechc_dip
         return;
     }
     const double factor = dip->tries < 4 ? mechc_aim(span, out->fraction) : 1.0;
+    if (factor < 1.0) dip->wanted = fmax(dip->wanted, fabs(span->h));
     if (factor != 1.0) mechc_retry(out, factor);
     else if (turned) out->action = MECHC_CROSSES;
 }

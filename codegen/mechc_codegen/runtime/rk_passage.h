@@ -54,7 +54,7 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
         run->dip.tries++;
         stats->rejected++;
         run->step = fabs(h) * run->passing.factor;
-        run->refused = 1;
+        run->refused = run->dip.wanted == 0.0;
     }
 #else
     (void)h, (void)end;

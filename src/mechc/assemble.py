@@ -1,0 +1,310 @@
+"""Initial configurations that close the loops, with speeds that keep them closed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+STARTS_PER_UNKNOWN = 24
+ITERATIONS = 60
+SAME = 1e-7  # two solutions closer than this (rad, or of the model's length) are one
+EPS = float(np.finfo(float).eps)
+
+
+def assemble(
+    model: Model,
+    coordinates: Mapping[str, float],
+    speeds: Mapping[str, float] | None = None,
+    guess: Mapping[str, float] | None = None,
+    params: Parameters = None,
+) -> Array:
+    """One state that closes the loops to rounding.
+
+    Parameters
+    ----------
+    coordinates
+        Values to keep (rad, m); the other coordinates are solved for, as angles in (-pi, pi].
+    speeds
+        Values to keep (rad/s, m/s); the others are made consistent, the least ones where the
+        constraints leave a choice.
+    guess
+        Some coordinates near which the configuration is wanted; of several assemblies the
+        nearest is taken, in the turn of the guess.  Without it the mechanism's preferred one is
+        taken: the elbow-up configuration of a planar loop.
+    params
+        As in every output of the model.
+
+    Returns
+    -------
+    y0 : (nq + nu,)
+
+    Raises
+    ------
+    AssemblyError
+        If the loops cannot close (by how many metres they miss), if the coordinates given leave
+        a choice and there is no guess, or if the speeds contradict each other.
+    """
+    near = _checked(model, guess or {}, model.coordinates, "coordinate")
+    if near and set(near) & set(coordinates):
+        both = sorted(set(near) & set(coordinates))[0]
+        raise AssemblyError(f"{both} is both given and guessed; leave it out of one of them")
+    found = _configurations(model, coordinates, params, near)
+    chosen = _nearest(model, found, near) if near else found[0]
+    return _with_speeds(model, chosen[None], speeds, params)[0]
+
+
+def assemblies(
+    model: Model,
+    coordinates: Mapping[str, float],
+    speeds: Mapping[str, float] | None = None,
+    params: Parameters = None,
+) -> Array:
+    """Every state that closes the loops with the coordinates given: (n, nq + nu).
+
+    The mechanism's preferred assembly comes first.  Parameters and errors as in
+    :func:`assemble`.
+    """
+    return _with_speeds(model, _configurations(model, coordinates, params, {}), speeds, params)
+
+
+def _checked(
+    model: Model, values: Mapping[str, float], known: tuple[str, ...], kind: str
+) -> dict[str, float]:
+    checked = {}
+    for name, value in values.items():
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+        try:
+            checked[name] = float(value)
+        except (TypeError, ValueError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+        if not np.isfinite(checked[name]):
+            raise ValueOutOfBoundsError(f"{name} = {checked[name]} is not a finite number")
+    return checked
+
+
+def _configurations(
+    model: Model, coordinates: Mapping[str, float], params: Parameters, near: Mapping[str, float]
+) -> Array:
+    """All configurations found, preferred first: (n, nq)."""
+    given = _checked(model, coordinates, model.coordinates, "coordinate")
+    values = model._parameters.resolve(params)
+    if values.ndim != 1:
+        raise ValueOutOfBoundsError("assembly takes one set of parameters at a time")
+    kept = [model.state_index(name) for name in given]
+    free = [i for i in range(len(model.coordinates)) if i not in kept]
+    fixed = np.zeros(len(model.coordinates))
+    fixed[kept] = list(given.values())
+    loop = _Loop(model, values, fixed, free)
+    if not free or not loop.rows:
+        return _without_search(model, loop, near)
+    _refuse_choice(model, loop, near)
+    return _preferred_first(model, values, loop.solve(_starts(model, loop, near)))
+
+
+class _Loop:
+    """The configuration constraints as equations in the free coordinates."""
+
+    def __init__(self, model: Model, values: Array, fixed: Array, free: list[int]) -> None:
+        self.model, self.values, self.fixed, self.free = model, values, fixed, free
+        self.rows = model._scene.holonomic
+        self.length = model._parameters.length(values)
+        self.angular = np.array([model.units[model.coordinates[i]] == "rad" for i in free])
+        self.scale = np.where(self.angular, 1.0, self.length)
+
+    def states(self, x: Array) -> Array:
+        """Full states at rest for free coordinates x (n, free)."""
+        y = np.zeros((len(x), len(self.fixed) + len(self.model.speeds)))
+        y[:, : len(self.fixed)] = self.fixed
+        y[:, self.free] = x
+        return y
+
+    def gap(self, x: Array) -> Array:
+        return self.model.constraints(self.states(x), self.values)
+
+    def gradient(self, x: Array) -> Array:
+        scene = self.model._scene.outputs
+        name = "constraint_gradient" if "constraint_gradient" in scene else "constraint_jacobian"
+        whole = self.model._evaluate(name, self.states(x), self.values, 0.0)
+        return whole[:, : self.rows, self.free]
+
+    def solve(self, x: Array) -> Array:
+        """Closed configurations (n, nq) reached from the starts, each once."""
+        for _ in range(ITERATIONS):
+            x = self._descend(x)
+        for _ in range(3):
+            x = self._polish(x)
+        gaps = np.abs(self.gap(x)).max(axis=1)
+        closed = gaps <= 64 * EPS * self.length
+        if not closed.any():
+            raise AssemblyError(self._miss(float(gaps.min())))
+        wrapped = np.where(self.angular, wrap(x[closed]), x[closed])
+        return self.states(self._distinct(wrapped))[:, : len(self.fixed)]
+
+    def _descend(self, x: Array) -> Array:
+        """A Levenberg-Marquardt step with the damping of Yamashita & Fukushima (2001)."""
+        gap, gradient = self.gap(x), self.gradient(x) * self.scale
+        size = np.linalg.norm(gap, axis=1)
+        damping = (size / self.length) ** 2 * np.linalg.norm(gradient, axis=(1, 2)) ** 2
+        transposed = np.swapaxes(gradient, 1, 2)
+        square = transposed @ gradient
+        square += (damping + 1e-300)[:, None, None] * np.eye(x.shape[1])
+        square += 1e-14 * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(x.shape[1])
+        step = -np.linalg.solve(square, transposed @ gap[:, :, None])[:, :, 0]
+        step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(axis=1), 1e-300))[:, None]
+        best, best_size = x, size
+        for factor in (1.0, 0.25, 0.0625):
+            trial = x + factor * step * self.scale
+            trial_size = np.linalg.norm(self.gap(trial), axis=1)
+            better = trial_size < best_size
+            best = np.where(better[:, None], trial, best)
+            best_size = np.where(better, trial_size, best_size)
+        return best
+
+    def _polish(self, x: Array) -> Array:
+        """A Gauss-Newton step, kept where it does not open the loop."""
+        gap = self.gap(x)
+        step = np.linalg.pinv(self.gradient(x), rcond=1e-13) @ gap[:, :, None]
+        trial = x - step[:, :, 0]
+        better = np.abs(self.gap(trial)).max(axis=1) <= np.abs(gap).max(axis=1)
+        return np.where(better[:, None], trial, x)
+
+    def _distinct(self, x: Array) -> Array:
+        kept: list[Array] = []
+        for row in x:
+            if all(self._distance(row, other) > SAME for other in kept):
+                kept.append(row)
+        return np.array(kept)
+
+    def _distance(self, a: Array, b: Array) -> float:
+        difference = np.where(self.angular, wrap(a - b), a - b)
+        return float(np.abs(difference / self.scale).max())
+
+    def _miss(self, gap: float) -> str:
+        model = self.model
+        kept = [i for i in range(len(self.fixed)) if i not in self.free]
+        at = ", ".join(
+            _in_words(model.coordinates[i], self.fixed[i], model.units[model.coordinates[i]])
+            for i in kept
+        )
+        return (
+            f"the loop cannot close at {at}: the ends miss each other by at least {gap:.6g} m "
+            "with these lengths. Change the lengths or the coordinates given"
+        )
+
+
+def _without_search(model: Model, loop: _Loop, near: Mapping[str, float]) -> Array:
+    """Nothing to solve for, or nothing to close."""
+    q = loop.fixed.copy()
+    for name, value in near.items():
+        q[model.state_index(name)] = value
+    if loop.rows:
+        gap = float(np.abs(loop.gap(np.zeros((1, 0)))).max())
+        if gap > 1e-8 * loop.length:
+            raise AssemblyError(
+                f"the coordinates given leave the loop open by {gap:.6g} m; give fewer of them "
+                "and let the others be solved for"
+            )
+    return q[None]
+
+
+def _refuse_choice(model: Model, loop: _Loop, near: Mapping[str, float]) -> None:
+    excess = len(loop.free) - loop.rows
+    if excess > 0 and not near:
+        names = ", ".join(model.coordinates[i] for i in loop.free)
+        raise AssemblyError(
+            f"{loop.rows} constraints do not determine {names}: give {excess} more of them, or "
+            "a guess"
+        )
+
+
+def _starts(model: Model, loop: _Loop, near: Mapping[str, float]) -> Array:
+    """Points spread evenly over the free coordinates (Roberts' R sequence), and the guess."""
+    size = len(loop.free)
+    count = STARTS_PER_UNKNOWN * size * size
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1.0 + ratio) ** (1.0 / (size + 1))
+    steps = ratio ** -np.arange(1.0, size + 1.0)
+    even = (0.5 + np.outer(np.arange(count), steps)) % 1.0
+    spread = (2.0 * even - 1.0) * np.where(loop.angular, np.pi, loop.length)
+    if not near:
+        return spread
+    guess = np.array([near.get(model.coordinates[i], np.nan) for i in loop.free])
+    near_guess = np.where(np.isnan(guess), spread, guess)
+    return near_guess if size > loop.rows else np.vstack([near_guess, spread])
+
+
+def _preferred_first(model: Model, values: Array, found: Array) -> Array:
+    order = np.lexsort(found.T[::-1])
+    if "preference" in model._scene.outputs:
+        states = np.hstack([found, np.zeros((len(found), len(model.speeds)))])
+        preference = model._evaluate("preference", states, values, 0.0)
+        order = np.lexsort((*found.T[::-1], -preference))
+    return found[order]
+
+
+def _nearest(model: Model, found: Array, near: Mapping[str, float]) -> Array:
+    """The configuration nearest to the guess, its angles in the guess's turn."""
+    index = [model.state_index(name) for name in near]
+    target = np.array(list(near.values()))
+    angular = np.array([model.units[name] == "rad" for name in near])
+    away = found[:, index] - target
+    away = np.where(angular, wrap(away), away)
+    chosen = int(np.argmin(np.linalg.norm(away, axis=1)))
+    q = found[chosen].copy()
+    turns = np.round((target - q[index]) / (2 * np.pi))
+    q[index] += np.where(angular, turns * 2 * np.pi, 0.0)
+    return np.asarray(q)
+
+
+def _with_speeds(
+    model: Model, q: Array, speeds: Mapping[str, float] | None, params: Parameters
+) -> Array:
+    given = _checked(model, speeds or {}, model.speeds, "speed")
+    states = np.hstack([q, np.zeros((len(q), len(model.speeds)))])
+    for y in states:
+        _consistent_speeds(model, y, given, params)
+    return states
+
+
+def _consistent_speeds(
+    model: Model, y: Array, given: Mapping[str, float], params: Parameters
+) -> None:
+    """Fill the speeds of one state in place."""
+    u = y[len(model.coordinates) :]
+    kept = [model.speeds.index(name) for name in given]
+    free = [i for i in range(len(u)) if i not in kept]
+    u[kept] = list(given.values())
+    jacobian = model.constraint_jacobian(y, params)
+    if not len(jacobian):
+        return
+    residual = model.velocity_constraints(y, params)
+    if free:
+        u[free] -= np.linalg.lstsq(jacobian[:, free], residual, rcond=1e-12)[0]
+        residual = model.velocity_constraints(y, params)
+    size = np.abs(jacobian).max() * max(1.0, float(np.abs(u).max()))
+    if np.abs(residual).max() > 1e-9 * size:
+        row = int(np.abs(residual).argmax())
+        names = ", ".join(f"{name} = {value:g}" for name, value in given.items()) or "rest"
+        raise AssemblyError(
+            f"no speeds with {names} keep the constraint {model.constraint_names[row]!r}: it "
+            f"opens at {abs(residual[row]):.6g} per second. Give other speeds, or fewer"
+        )
+
+
+def wrap(angle: Array) -> Array:
+    """The same angle in (-pi, pi]."""
+    return np.asarray(np.pi - (np.pi - angle) % (2 * np.pi))
+
+
+def _in_words(name: str, value: float, unit: str) -> str:
+    return f"{name} = {np.degrees(value):.6g} deg" if unit == "rad" else f"{name} = {value:.6g} m"

@@ -1,0 +1,330 @@
+"""A compiled scene as people use it: its outputs, assembly and simulation."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mechc import assemble as _assemble
+from mechc import report as _report
+from mechc import simulate as _simulate
+from mechc._driver import Scene
+from mechc.errors import UnknownNameError
+from mechc.parameters import Array, Parameters, ParameterSet, Quantity
+
+if TYPE_CHECKING:
+    from mechc.solution import Solution
+
+
+class Momenta(NamedTuple):
+    """Linear momenta (kg m/s) and angular momenta about the origin (kg m^2/s).
+
+    Both of shape (..., bodies, 3), in the inertial frame.
+    """
+
+    linear: Array
+    angular: Array
+
+
+class Model:
+    """A compiled mechanism.
+
+    States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
+    ``speeds``.  Every output takes states of shape (..., nq + nu), parameters as a mapping of
+    some names to values or an array (..., np) of all, and a time; it is vectorised over the
+    leading axes, which broadcast against each other, and returns a fresh array.
+
+    Raises (all outputs)
+    --------------------
+    UnknownNameError
+        For a parameter that does not exist; the nearest names are offered.
+    ValueOutOfBoundsError
+        For a parameter outside its bounds or not finite.
+    """
+
+    def __init__(
+        self,
+        capsule: object,
+        *,
+        instruction_set: str | None = None,
+        build: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.capsule = capsule
+        self._scene = Scene(capsule, instruction_set)
+        self._data: dict[str, Any] = json.loads(self._scene.metadata)
+        self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
+        self._no_time = np.zeros(1)
+        self.build = MappingProxyType(dict(build or {}))
+        self.name: str = self._data["name"]
+        self.title: str = self._data["title"]
+        self.coordinates = tuple(q.name for q in self._quantities("coordinates"))
+        self.speeds = tuple(u.name for u in self._quantities("speeds"))
+        self.parameters = self._parameters.names
+        units = [q.unit for k in ("coordinates", "speeds") for q in self._quantities(k)]
+        self._angular = np.array([unit.startswith("rad") for unit in units])
+        self._all_angular = bool(self._angular.all())
+        self._ones = np.ones(len(units))
+        self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
+
+    # -- what it is -------------------------------------------------------------------------
+
+    def _quantities(self, kind: str) -> tuple[Quantity, ...]:
+        return tuple(Quantity.from_metadata(data) for data in self._data[kind])
+
+    @cached_property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Every coordinate, speed and parameter by name."""
+        kinds = ("coordinates", "speeds", "parameters")
+        return MappingProxyType({q.name: q for kind in kinds for q in self._quantities(kind)})
+
+    @property
+    def defaults(self) -> Mapping[str, float]:
+        """Default value of every parameter, SI units."""
+        return dict(zip(self.parameters, self._parameters.defaults.tolist(), strict=True))
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of every coordinate, speed and parameter."""
+        return {name: q.unit for name, q in self.quantities.items()}
+
+    @property
+    def descriptions(self) -> Mapping[str, str]:
+        """One line on every coordinate, speed and parameter."""
+        return {name: q.description for name, q in self.quantities.items()}
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """(lower, upper) of every coordinate, speed and parameter."""
+        return {name: (q.lower, q.upper) for name, q in self.quantities.items()}
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the points, in the order of :meth:`points`."""
+        return tuple(self._data["points"])
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of :meth:`momenta`."""
+        return tuple(self._data["bodies"])
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """Names of the constraint rows: configuration constraints first."""
+        return tuple(c["name"] for c in self._data["constraints"])
+
+    @property
+    def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """What is drawn: (label, names of the points of a polyline)."""
+        return tuple((label, tuple(points)) for label, points in self._data["links"])
+
+    @property
+    def ground(self) -> tuple[str, ...]:
+        """Names of the points drawn as pivots on the ground."""
+        return tuple(self._data["ground"])
+
+    @property
+    def traced(self) -> tuple[str, ...]:
+        """Names of the points whose path is drawn."""
+        return tuple(self._data["traced"])
+
+    @property
+    def start(self) -> Mapping[str, float]:
+        """Coordinates and speeds that ``mechc run`` starts from, SI units."""
+        return dict(self._data["start"])
+
+    @property
+    def options(self) -> Mapping[str, Any]:
+        """The options this variant of a shipped mechanism was compiled with."""
+        return dict(self.build.get("options", {}))
+
+    @property
+    def instruction_set(self) -> str:
+        """The compilation in use, chosen for this processor."""
+        return str(self._scene.instruction_set)
+
+    def report(self) -> str:
+        """Operation counts before and after optimisation, what was skipped, build times."""
+        return _report.model_report(self)
+
+    # -- outputs ----------------------------------------------------------------------------
+
+    def rhs(
+        self, t: float | Array, y: Array, params: Parameters = None, out: Array | None = None
+    ) -> Array:
+        """State rates y' at the state as it is, shape (..., nq + nu).
+
+        Where closure holds these are the accelerations of the mechanism; off it, those that
+        J u' = gamma asks for.  Into ``out`` if that is given.
+        """
+        rates = self._evaluate("rates", y, params, t)
+        if out is None:
+            return rates
+        out[...] = rates
+        return out
+
+    def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:
+        """The plain right-hand side ``f(t, y)`` for SciPy's integrators.
+
+        Unprojected: an integrator that uses it drifts off closure and, near a change point,
+        takes a wrong branch at any tolerance.  Fine for smooth scenes; :meth:`simulate` is
+        right for all.
+        """
+        values = self._parameters.resolve(params)
+        return lambda t, y: self._evaluate("rates", y, values, t)
+
+    def mass_matrix(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""
+        return self._evaluate("mass_matrix", y, params, t)
+
+    def forcing(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """F of M u' + J^T lambda = F, shape (..., nu)."""
+        return self._evaluate("forcing", y, params, t)
+
+    def constraints(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """Configuration constraints, zero where the loops close, shape (..., holonomic rows)."""
+        return self._evaluate("constraints", y, params, t)
+
+    def velocity_constraints(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """J u + b, zero where the speeds keep every constraint, shape (..., nc)."""
+        return self._evaluate("velocity_constraints", y, params, t)
+
+    def constraint_jacobian(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """J over the speeds, configuration constraints first, shape (..., nc, nu)."""
+        return self._evaluate("constraint_jacobian", y, params, t)
+
+    def multipliers(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """lambda of M u' + J^T lambda = F, shape (..., nc); grows like 1/distance at a crossing."""
+        return self._evaluate("multipliers", y, params, t)
+
+    def kinetic_energy(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """T in J, shape (...)."""
+        return self._evaluate("kinetic_energy", y, params, t)
+
+    def potential_energy(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """V in J of the loads that have a potential, shape (...)."""
+        return self._evaluate("potential_energy", y, params, t)
+
+    def energy(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """T + V in J, shape (...)."""
+        values = self._parameters.resolve(params)
+        return self.kinetic_energy(y, values, t) + self.potential_energy(y, values, t)
+
+    def momenta(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Momenta:
+        """Linear and angular momenta of every body, each of shape (..., bodies, 3)."""
+        values = self._parameters.resolve(params)
+        return Momenta(
+            self._evaluate("linear_momenta", y, values, t),
+            self._evaluate("angular_momenta", y, values, t),
+        )
+
+    def points(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """Positions of the named points in m, shape (..., points, 3)."""
+        return self._evaluate("points", y, params, t)
+
+    def point_velocities(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Velocities of the named points in m/s, shape (..., points, 3)."""
+        return self._evaluate("point_velocities", y, params, t)
+
+    def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
+        values = self._parameters.resolve(params)
+        states = np.ascontiguousarray(y, dtype=np.float64)
+        if states.ndim == 0 or states.shape[-1] != self._scene.width:
+            raise ValueError(
+                f"a state of {self.name} has {self._scene.width} components (coordinates, then "
+                f"speeds) along its last axis; the array given has the shape {states.shape}"
+            )
+        shape = self._data["shapes"].get(name)
+        if states.ndim == 1 and values.ndim == 1 and np.ndim(t) == 0:
+            times = np.array([t], dtype=np.float64)
+            return self._rows(name, times, states[None], values[None], shape)[0]
+        return self._evaluate_many(name, states, values, np.asarray(t, dtype=np.float64), shape)
+
+    def _evaluate_many(
+        self, name: str, states: Array, values: Array, t: Array, shape: list[int] | None
+    ) -> Array:
+        """Broadcast leading axes; what is the same for all states is passed once."""
+        leading = np.broadcast_shapes(states.shape[:-1], values.shape[:-1], t.shape)
+        rows = np.ascontiguousarray(np.broadcast_to(states, (*leading, states.shape[-1])))
+        times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
+        if values.ndim > 1:
+            values = np.broadcast_to(values, (*leading, values.shape[-1]))
+        out = self._rows(
+            name,
+            np.ascontiguousarray(times),
+            rows.reshape(-1, states.shape[-1]),
+            np.ascontiguousarray(values.reshape(-1, values.shape[-1])),
+            shape,
+        )
+        return out.reshape(*leading, *out.shape[1:])
+
+    def _rows(
+        self, name: str, t: Array, states: Array, values: Array, shape: list[int] | None
+    ) -> Array:
+        if name not in self._scene.outputs:
+            absent = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
+            if name in absent:
+                tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
+                return np.zeros((len(states), *tail))
+            raise UnknownNameError("output", name, self._scene.outputs)
+        out: Array = self._scene.evaluate(name, t, states, values)
+        return out if shape is None else out.reshape(len(states), *shape)
+
+    # -- assembly and simulation ------------------------------------------------------------
+
+    def state_index(self, name: str) -> int:
+        """Where a coordinate or speed stands in y."""
+        if name not in self._state_index:
+            raise UnknownNameError("coordinate or speed", name, self._state_index)
+        return self._state_index[name]
+
+    def assemble(
+        self,
+        coordinates: Mapping[str, float],
+        speeds: Mapping[str, float] | None = None,
+        guess: Mapping[str, float] | None = None,
+        params: Parameters = None,
+    ) -> Array:
+        """One state that closes the loops; see :func:`mechc.assemble.assemble`."""
+        return _assemble.assemble(self, coordinates, speeds, guess, params)
+
+    def assemblies(
+        self,
+        coordinates: Mapping[str, float],
+        speeds: Mapping[str, float] | None = None,
+        params: Parameters = None,
+    ) -> Array:
+        """Every state that closes the loops; see :func:`mechc.assemble.assemblies`."""
+        return _assemble.assemblies(self, coordinates, speeds, params)
+
+    def simulate(
+        self,
+        t_span: float | tuple[float, float],
+        y0: Array,
+        params: Parameters = None,
+        **policy: Any,
+    ) -> Solution:
+        """Integrate the motion; see :func:`mechc.simulate.simulate`."""
+        return _simulate.simulate(self, t_span, y0, params, **policy)
+
+    def __repr__(self) -> str:
+        return (
+            f"<mechc.Model {self.name}: {len(self.coordinates)} coordinates, "
+            f"{len(self.speeds)} speeds, {len(self.constraint_names)} constraints, "
+            f"{self.instruction_set}>"
+        )
+
+    def _repr_html_(self) -> str:
+        return _report.model_html(self)

@@ -1,0 +1,140 @@
+"""Parameter values: names to an array, defaults that follow, bounds that hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+
+Array = NDArray[np.float64]
+Parameters = Mapping[str, Any] | Array | None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named number: unit, description, bounds (finite ones excluded unless ``closed``)."""
+
+    name: str
+    unit: str
+    description: str
+    lower: float
+    upper: float
+    closed: bool
+
+    @classmethod
+    def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
+        lower = -math.inf if data["lower"] is None else data["lower"]
+        upper = math.inf if data["upper"] is None else data["upper"]
+        return cls(data["name"], data["unit"], data["description"], lower, upper, data["closed"])
+
+    @property
+    def bounds_in_words(self) -> str:
+        """For people: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
+        sign = "=" if self.closed else ""
+        words = []
+        if math.isfinite(self.lower):
+            words.append(f">{sign} {self.lower:g}")
+        if math.isfinite(self.upper):
+            words.append(f"<{sign} {self.upper:g}")
+        return " and ".join(words) or "any"
+
+    def check(self, value: Array) -> None:
+        """Raise :class:`ValueOutOfBoundsError` unless every value is finite and within bounds."""
+        inside = np.isfinite(value) & (value >= self.lower) & (value <= self.upper)
+        if not self.closed:
+            inside &= (value > self.lower) & (value < self.upper)
+        if not np.all(inside):
+            bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
+            unit = f" {self.unit}" if self.unit != "1" else ""
+            raise ValueOutOfBoundsError(
+                f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
+                + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
+            )
+
+
+class ParameterSet:
+    """The parameters of one scene."""
+
+    def __init__(self, quantities: tuple[Quantity, ...], scene: Any) -> None:
+        self.quantities = quantities
+        self.names = tuple(q.name for q in quantities)
+        self.index = {name: i for i, name in enumerate(self.names)}
+        self._scene = scene
+        self._lower = np.array([q.lower for q in quantities])
+        self._upper = np.array([q.upper for q in quantities])
+        self._lengths = [i for i, q in enumerate(quantities) if q.unit == "m"]
+        self.defaults = self._completed(np.zeros(len(self.names)), {})
+        self.defaults.flags.writeable = False
+
+    def resolve(self, params: Parameters) -> Array:
+        """All values, shape (..., np): those given, the others by default.
+
+        A default that follows others (an inertia that follows mass and length) follows those
+        given.
+        """
+        if params is None:
+            return self.defaults
+        if isinstance(params, Mapping):
+            return self._from_names(params)
+        return self._from_array(np.ascontiguousarray(params, dtype=np.float64))
+
+    def length(self, values: Array) -> float:
+        """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
+        return max((abs(values.item(i)) for i in self._lengths), default=1.0) or 1.0
+
+    def _from_names(self, params: Mapping[str, Any]) -> Array:
+        if all(type(value) is float for value in params.values()):
+            return self._from_floats(params)
+        given = {name: self._checked(name, value) for name, value in params.items()}
+        shape = np.broadcast_shapes(*(value.shape for value in given.values()))
+        values = np.zeros((*shape, len(self.names)))
+        for name, value in given.items():
+            values[..., self.index[name]] = value
+        return self._completed(values, given)
+
+    def _from_floats(self, params: Mapping[str, float]) -> Array:
+        """The usual case, fast."""
+        values = np.zeros(len(self.names))
+        for name, value in params.items():
+            i = self.index.get(name)
+            if i is None or not self._lower[i] < value < self._upper[i]:
+                self._checked(name, value)
+            values[self.index[name]] = value
+        return self._completed(values, params)
+
+    def _checked(self, name: str, value: Any) -> Array:
+        if name not in self.index:
+            raise UnknownNameError("parameter", name, self.names)
+        array = _as_array(name, value)
+        self.quantities[self.index[name]].check(array)
+        return array
+
+    def _from_array(self, values: Array) -> Array:
+        if values.ndim == 0 or values.shape[-1] != len(self.names):
+            raise ValueOutOfBoundsError(
+                f"an array of parameters needs all {len(self.names)} of them along its last "
+                f"axis ({', '.join(self.names)}), not the shape {values.shape}"
+            )
+        if not ((values > self._lower) & (values < self._upper)).all():
+            for i, quantity in enumerate(self.quantities):
+                quantity.check(values[..., i])
+        return values
+
+    def _completed(self, values: Array, given: Mapping[str, Any]) -> Array:
+        flags = np.array([name in given for name in self.names], dtype=np.uint8)
+        for row in values.reshape(-1, len(self.names)):
+            self._scene.complete(flags, row)
+        return values
+
+
+def _as_array(name: str, value: Any) -> Array:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None

@@ -1,0 +1,245 @@
+"""One trajectory: from a state and a time span to a :class:`mechc.solution.Solution`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.parameters import Array, Parameters
+from mechc.solution import Solution
+from mechc.status import status_of
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+METHODS = {"dopri5": 0, "dop853": 1}
+OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
+CHUNK = 2000  # attempted steps between looks at signals and progress
+INTERRUPTED = 8
+
+
+@dataclass(frozen=True)
+class Policy:
+    """How a simulation is run; see :func:`simulate`."""
+
+    rtol: float
+    atol: Array | None
+    method: str
+    first_step: float
+    max_step: float
+    max_steps: int
+    dense: bool
+
+
+def simulate(
+    model: Model,
+    t_span: float | tuple[float, float],
+    y0: Array,
+    params: Parameters = None,
+    *,
+    rtol: float = 1e-9,
+    atol: float | Array | None = None,
+    t_eval: Array | None = None,
+    method: str = "auto",
+    first_step: float | None = None,
+    max_step: float = math.inf,
+    max_steps: int = 10_000_000,
+    dense: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Integrate the motion, every stage and every accepted state on the constraints.
+
+    Parameters
+    ----------
+    t_span
+        ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0.
+    y0
+        State (nq + nu,) at t0, from ``model.assemble``.  One that is off the constraints by
+        rounding is projected onto them.
+    params
+        A mapping of some parameters or an array (np,) of all; defaults otherwise.
+    rtol, atol
+        Tolerated error.  ``atol=None``: rtol times each component's scale (1 rad, the model's
+        length, speeds by their largest value so far); else ``atol + rtol |y|`` as in SciPy.
+    t_eval
+        Times to report at, within the span; the accepted steps when None.
+    method
+        ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8), or ``"auto"``.
+    first_step, max_step, max_steps
+        First and largest step in s, and the largest number of attempted steps.
+    dense
+        Keep what ``sol(t)`` needs.
+    progress
+        Called now and then with the fraction done.
+
+    Raises
+    ------
+    AssemblyError
+        If y0 does not satisfy the constraints; the message has the gap.
+    UnknownNameError, ValueOutOfBoundsError, ValueError
+        For bad names, values and shapes.
+
+    Notes
+    -----
+    What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
+    computed until then is kept; so does Ctrl-C.
+    """
+    values = model._parameters.resolve(params)
+    if values.ndim != 1:
+        raise ValueOutOfBoundsError("simulate takes one set of parameters; see the batch methods")
+    span = _checked_span(t_span)
+    times = None if t_eval is None else _checked_times(t_eval, span)
+    policy = Policy(
+        rtol=_positive("rtol", rtol),
+        atol=_checked_atol(model, atol),
+        method=_chosen_method(method),
+        first_step=0.0 if first_step is None else _positive("first_step", first_step),
+        max_step=_positive("max_step", max_step, infinite=True),
+        max_steps=int(_positive("max_steps", max_steps)),
+        dense=bool(dense) or times is not None,
+    )
+    state = checked_state(model, y0, values, span[0])
+    return run(model, span, state, values, policy, times, progress)
+
+
+def run(
+    model: Model,
+    span: tuple[float, float],
+    state: Array,
+    values: Array,
+    policy: Policy,
+    times: Array | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """Integrate with everything checked already."""
+    started = time.perf_counter()
+    compiled = model._scene.start(
+        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
+        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
+        policy.dense,
+    )  # fmt: skip
+    code = _drive(compiled, span, progress)
+    stats = compiled.stats()
+    stats["wall_s"] = time.perf_counter() - started
+    stats["method"] = policy.method
+    bad = stats.pop("coordinate")
+    status = status_of(
+        code, compiled.t, model.speeds[bad] if bad >= 0 else "", _warnings(stats)
+    )
+    return Solution(model, values, policy, compiled, status, stats, times)
+
+
+def _drive(compiled: Any, span: tuple[float, float], progress: Callable[[float], None] | None) -> int:
+    """Advance to the end; the final status code."""
+    try:
+        while compiled.advance(CHUNK) == 0:
+            if progress is not None:
+                progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return int(compiled.status)
+
+
+NEARLY_SINGULAR = 0.02
+
+
+def _warnings(stats: dict[str, Any]) -> tuple[str, ...]:
+    if not stats["least_singular"] < NEARLY_SINGULAR:
+        return ()
+    return (
+        f"At t = {stats['least_singular_time']:.6g} s the links were nearly in line (ratio of "
+        f"constraint pivots {stats['least_singular']:.1e}): there the mechanism may have to "
+        "choose between two ways on, and which one was taken has not been verified",
+    )
+
+
+def _scale(model: Model, values: Array) -> Array:
+    """Size of each component: 1 for angles, the model's length for lengths."""
+    if model._all_angular:
+        return model._ones
+    return np.where(model._angular, 1.0, model._parameters.length(values))
+
+
+def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
+    """The state, on the constraints; refused if it is off by more than rounding."""
+    state = np.ascontiguousarray(y0, dtype=np.float64)
+    if state.shape != (model._scene.width,):
+        raise ValueError(
+            f"y0 must have the shape ({model._scene.width},): "
+            f"{', '.join((*model.coordinates, *model.speeds))}; it has {state.shape}"
+        )
+    code, projected, gap, drift = model._scene.project(t0, state, values)
+    allowed = OFF_BY_ROUNDING * model._parameters.length(values)
+    if not (code == 0 and gap <= allowed and drift <= allowed):
+        _refuse_state(model, state, gap, drift, allowed)
+    return np.asarray(projected)
+
+
+def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed: float) -> None:
+    """Say what is wrong with a state, unless its speeds are so high that it is rounding."""
+    if not np.isfinite(state).all():
+        bad = (*model.coordinates, *model.speeds)[int(np.argmin(np.isfinite(state)))]
+        raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")
+    if gap > allowed:
+        raise AssemblyError(
+            f"y0 leaves the loop open by {gap:.6g} m; take y0 = model.assemble(...), which "
+            "closes it"
+        )
+    if drift > allowed * max(1.0, float(np.abs(state[len(model.coordinates) :]).max())):
+        raise AssemblyError(
+            f"the speeds of y0 open the loop at {drift:.6g} m/s; take y0 = model.assemble(..., "
+            "speeds=...), which makes them consistent"
+        )
+
+
+def _chosen_method(method: str) -> str:
+    if method == "auto":
+        return "dop853"
+    if method not in METHODS:
+        raise UnknownNameError("method", method, ("auto", *METHODS))
+    return method
+
+
+def _checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
+    try:
+        first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
+        t0, t1 = float(first), float(last)
+    except (TypeError, ValueError):
+        raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
+    if not (math.isfinite(t0) and math.isfinite(t1)):
+        raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
+    return t0, t1
+
+
+def _checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
+    times = np.array(t_eval, dtype=np.float64)
+    low, high = sorted(span)
+    if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
+        raise ValueOutOfBoundsError(
+            f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
+        )
+    direction = 1.0 if span[1] >= span[0] else -1.0
+    if (np.diff(times) * direction <= 0).any():
+        raise ValueOutOfBoundsError("t_eval must go strictly in the direction of t_span")
+    return times
+
+
+def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
+    if atol is None:
+        return None
+    values = np.broadcast_to(np.asarray(atol, dtype=np.float64), (model._scene.width,))
+    if not (np.isfinite(values) & (values > 0)).all():
+        raise ValueOutOfBoundsError("atol must be positive and finite in every component")
+    return np.ascontiguousarray(values)
+
+
+def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+    if not value > 0 or (not infinite and not math.isfinite(value)):
+        raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
+    return float(value)

@@ -1,0 +1,184 @@
+"""What a simulation gives back: times, states, dense output, histories, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.parameters import Array
+from mechc.status import ChangePoint, Status
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+    from mechc.simulate import Policy
+
+
+class Solution:
+    """A trajectory.
+
+    Attributes
+    ----------
+    model, params
+        What was simulated: the model, and the array (np,) of its parameters.
+    status
+        :class:`mechc.Status`: how it ended, in prose by ``str``.
+    stats
+        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
+        the constraints and its time, wall time in s, method.
+    t : (nt,)
+        Times in s: ``t_eval``, or the accepted steps.
+    y : (nt, nq + nu)
+        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        params: Array,
+        policy: Policy,
+        run: Any,
+        status: Status,
+        stats: dict[str, Any],
+        times: Array | None = None,
+    ) -> None:
+        self.model, self.params, self.policy = model, params, policy
+        self.status = status
+        self.stats: Mapping[str, Any] = MappingProxyType(stats)
+        self._run, self._times = run, times
+
+    @cached_property
+    def _record(self) -> tuple[Array, Array]:
+        """Times and states as reported; t_eval beyond where the run ended falls away."""
+        t, y = self._run.states()
+        if self._times is None:
+            return t, y
+        reached = np.abs(self._times - t[0]) <= np.abs(t[-1] - t[0])
+        times = self._times[reached]
+        return times, self._run.interpolate(times)
+
+    @property
+    def t(self) -> Array:
+        return self._record[0]
+
+    @property
+    def y(self) -> Array:
+        return self._record[1]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (nt, nq)."""
+        return self.y[:, : len(self.model.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Speeds (nt, nu)."""
+        return self.y[:, len(self.model.coordinates) :]
+
+    def __getitem__(self, name: str) -> Array:
+        """History (nt,) of one coordinate or speed."""
+        return self.y[:, self.model.state_index(name)]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __call__(self, t: float | Array) -> Array:
+        """Dense output: states at any times of the run, on the constraints, (..., nq + nu).
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            For times the run did not reach.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        times = np.asarray(t, dtype=np.float64)
+        low, high = sorted(self.span)
+        if not ((times >= low) & (times <= high)).all():
+            raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
+        rows: Array = self._run.interpolate(np.ascontiguousarray(times.reshape(-1)))
+        return rows.reshape(*times.shape, rows.shape[1])
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Times between which the run has states, s."""
+        t = self._run.states()[0]
+        return float(t[0]), float(t[-1])
+
+    # -- histories, computed when asked for ---------------------------------------------------
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic plus potential energy (nt,), J."""
+        return self.model.energy(self.y, self.params, self.t)
+
+    @cached_property
+    def closure(self) -> Array:
+        """Largest gap of the configuration constraints (nt,), m."""
+        return _largest(self.model.constraints(self.y, self.params, self.t))
+
+    @cached_property
+    def velocity_closure(self) -> Array:
+        """Largest residual of the velocity constraints (nt,), m/s."""
+        return _largest(self.model.velocity_constraints(self.y, self.params, self.t))
+
+    @property
+    def energy_drift(self) -> float:
+        """Largest departure of the energy from its first value, relative to the largest T."""
+        largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
+        departure = float(np.abs(self.energy - self.energy[0]).max(initial=0.0))
+        return departure / largest if largest > 0 else departure
+
+    @property
+    def change_points(self) -> tuple[ChangePoint, ...]:
+        """Passages of a change point, in order."""
+        return ()
+
+    # -- what people see ----------------------------------------------------------------------
+
+    def to_xarray(self) -> Any:
+        """Everything as an ``xarray.Dataset`` over time."""
+        from mechc.storage import to_dataset
+
+        return to_dataset(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
+        from mechc.storage import save
+
+        return save(self, Path(path))
+
+    def plot(self) -> Any:
+        """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
+        from mechc.plot import overview
+
+        return overview(self)
+
+    def animate(self, *, fps: float = 60.0) -> Any:
+        """The motion, as an object that displays itself and has ``save(path)``."""
+        from mechc.animate import animate
+
+        return animate(self, fps=fps)
+
+    def __repr__(self) -> str:
+        return f"<mechc.Solution of {self.model.name}: {len(self)} states, {self.status}>"
+
+    def _repr_html_(self) -> str:
+        from mechc.report import solution_html
+
+        return solution_html(self)
+
+
+def _largest(residuals: Array) -> Array:
+    if residuals.shape[-1] == 0:
+        return np.zeros(len(residuals))
+    return np.asarray(np.abs(residuals).max(axis=-1))
+
+

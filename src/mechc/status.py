@@ -1,0 +1,96 @@
+"""How a simulation ended, as a value with prose that ends in advice."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class ChangePoint:
+    """A passage of a configuration where the configuration curve crosses itself.
+
+    ``t`` in s; ``q`` the coordinates there, in state order.
+    """
+
+    t: float
+    q: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Status:
+    """The outcome of a simulation.
+
+    Attributes
+    ----------
+    code
+        One of ``CODES``; ``"finished"`` when the end time was reached.
+    t
+        Time reached, s.
+    cause, advice
+        Why it ended there, and what to do; empty for ``"finished"``.
+    warnings
+        What a careful reader should know although the end was reached.
+    """
+
+    code: str
+    t: float
+    cause: str = ""
+    advice: str = ""
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def ok(self) -> bool:
+        """Whether the end time was reached."""
+        return self.code == "finished"
+
+    def __str__(self) -> str:
+        if self.ok:
+            head = f"finished: reached t = {self.t:g} s"
+        else:
+            head = f"{self.code} at t = {self.t:.9g} s: {self.cause}. {self.advice}"
+        return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
+
+
+CODES = {
+    1: ("finished", "", ""),
+    2: (
+        "not closed",
+        "the loops could not be closed any further: the step led to a configuration that the "
+        "lengths do not allow",
+        "Check the state with model.constraints(y); start from model.assemble(...)",
+    ),
+    3: (
+        "step too small",
+        "the step needed fell below the spacing of doubles: the solution is singular here, or "
+        "the tolerance is beyond what doubles give",
+        "Loosen rtol, or look at sol.stats['least_singular']: near zero the constraints are "
+        "nearly dependent",
+    ),
+    4: (
+        "not finite",
+        "the equations gave infinity or NaN",
+        "Look at the last state and the parameters: a load may have left its domain",
+    ),
+    5: (
+        "singular mass matrix",
+        "the mass matrix is not positive definite in the direction of {coordinate}",
+        "Give every body that moves with it a positive mass or inertia",
+    ),
+    6: (
+        "too many steps",
+        "max_steps attempted steps were used up",
+        "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
+    ),
+    7: ("no memory", "the trajectory did not fit into memory", "Pass dense=False and t_eval"),
+    8: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
+}
+
+
+def status_of(
+    code: int, t: float, coordinate: str = "", warnings: tuple[str, ...] = ()
+) -> Status:
+    """The status for a code of the compiled integrator."""
+    name, cause, advice = CODES[code]
+    if not cause:
+        return Status(name, t, warnings=warnings)
+    return Status(name, t, cause.format(coordinate=coordinate), advice, warnings)

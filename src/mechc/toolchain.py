@@ -1,0 +1,84 @@
+"""The C compiler of this machine: found, named, run."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import shutil
+import subprocess
+import sysconfig
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from pathlib import Path
+
+from mechc.errors import CompilerError
+
+
+def find_compiler() -> list[str] | None:
+    """The command of the C compiler: ``$CC``, Python's own, gcc, clang or cc; None if absent."""
+    named = [os.environ.get("CC"), sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
+    for command in filter(None, named):
+        words = shlex.split(command)
+        if words and shutil.which(words[0]):
+            return words
+    return None
+
+
+def compiler() -> list[str]:
+    """As :func:`find_compiler`; raises :class:`CompilerError` if there is none."""
+    command = find_compiler()
+    if command is None:
+        raise CompilerError(
+            "no C compiler was found: install gcc or clang (Debian and Ubuntu: apt install gcc; "
+            "Fedora: dnf install gcc; conda: conda install c-compiler), or set CC. Shipped "
+            "mechanisms run without one"
+        )
+    return command
+
+
+@lru_cache
+def version(command: tuple[str, ...]) -> str:
+    """First line of ``--version``."""
+    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
+    return done.stdout.partition("\n")[0]
+
+
+def compile_all(
+    folder: Path, sources: Sequence[tuple[str, Sequence[str]]], includes: Sequence[str]
+) -> list[Path]:
+    """Compile sources (name, flags) of a folder side by side; the object files.
+
+    Raises
+    ------
+    CompilerError
+        With the command and what the compiler printed.
+    """
+    command = compiler()
+    paths = [f"-I{path}" for path in includes]
+
+    def one(source: tuple[str, Sequence[str]]) -> Path:
+        name, flags = source
+        target = folder / f"{name}.o"
+        _run([*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)])
+        return target
+
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        return list(pool.map(one, sources))
+
+
+def link(objects: Sequence[Path], target: Path) -> None:
+    """Link object files into a shared object."""
+    _run([*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)])
+
+
+def _run(command: list[str]) -> None:
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
+    if done.returncode != 0:
+        raise CompilerError(
+            f"the C compiler failed (exit {done.returncode}).\n{shlex.join(command)}\n"
+            f"{done.stderr.strip()}"
+        )

@@ -155,7 +155,7 @@ MECHC_STATIC void mechc_retry(mechc_passing *out, double factor)
     out->factor = factor;
 }
 
-MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, const mechc_dip *dip, int between,
+MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip, int between,
                                          int turned, mechc_passing *out)
 {
     /* Shrinking alone creeps onto the crossing. */

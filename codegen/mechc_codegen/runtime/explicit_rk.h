@@ -7,7 +7,7 @@
 
 typedef struct {
     mechc_run head;
-    const mechc_tableau *tableau;
+    const mechc_tableau *tableau, *own; /* of this step; of the method */
     int method, has_tolerances;
     double t1, rtol, max_step, step, direction;
     long max_steps;
@@ -17,6 +17,7 @@ typedef struct {
     mechc_passing passing;
     double conditioning;       /* of the configuration rows at the last stage taken */
     double low, best, high;    /* where in a step a crossing is placed best */
+    double horizon;            /* steps ahead that crossings are looked for */
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
@@ -29,6 +30,8 @@ typedef struct {
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
 /* In rk_passage.h. */
+MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error);
+MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run);
 MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
                                 const mechc_scalar_place *place);
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
@@ -89,30 +92,40 @@ MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const dou
     return MECHC_RK_SHARE * (run->tolerance[i] + run->rtol * size);
 }
 
+/* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
 MECHC_STATIC double mechc_rk_norm(const mechc_rk_run *run, const double *weights, double h,
-                                  const double *end)
+                                  const double *end, const mechc_scalar_place *place)
 {
-    double square = 0.0;
+    double error[MECHC_NX], square = 0.0;
     for (int i = 0; i < MECHC_NX; i++) {
         double sum = 0.0;
         for (int j = 0; j <= run->tableau->stages; j++) sum += weights[j] * MECHC_RATE(run, j)[i];
-        const double error = h * sum / mechc_rk_tolerance(run, i, end);
-        square += error * error;
+        error[i] = h * sum;
     }
+    if (place) mechc_rk_keep(place, error);
+    for (int i = 0; i < MECHC_NX; i++) square += pow(error[i] / mechc_rk_tolerance(run, i, end), 2);
     return square / MECHC_NX;
 }
 
-/* Root mean square of the step's error over what is tolerated. */
+/* Root mean square of the step's error over what is tolerated.  Near a change point only what the
+ * projection of the end will keep of it counts: the rest is the closure's magnified rounding. */
 MECHC_STATIC double mechc_rk_error(const mechc_rk_run *run, double h, const double *end)
 {
-    const double first = mechc_rk_norm(run, run->tableau->error, h, end);
-    if (!run->tableau->second_error) return sqrt(first);
-    const double second = mechc_rk_norm(run, run->tableau->second_error, h, end);
+    const mechc_tableau *tableau = run->tableau;
+    mechc_scalar_place at_end, *place = 0;
+    if (MECHC_NH > 0 && mechc_dipped(&run->dip, run->horizon)) {
+        place = &at_end;
+        mechc_scalar_locate(run->head.t + h, end, run->p, run->k, place);
+    }
+    const double first = mechc_rk_norm(run, tableau->error, h, end, place);
+    if (!tableau->second_error) return sqrt(first);
+    const double second = mechc_rk_norm(run, tableau->second_error, h, end, place);
     return first > 0.0 ? first / sqrt(first + 0.01 * second) : 0.0;
 }
 
-/* Rows of the dense output from all rates of the step. */
-MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double *end, double *rows)
+/* The first `count` rows of the dense output, from all rates of the step. */
+MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double *end, int count,
+                                 double *rows)
 {
     const mechc_tableau *tableau = run->tableau;
     const double *first = MECHC_RATE(run, 0), *last = MECHC_RATE(run, tableau->stages);
@@ -121,6 +134,7 @@ MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double
         rows[i] = r0;
         rows[MECHC_NX + i] = r1;
         rows[2 * MECHC_NX + i] = r0 - h * last[i] - r1;
+        for (int row = tableau->dense_rows; row < count; row++) rows[row * MECHC_NX + i] = 0.0;
         for (int row = 3; row < tableau->dense_rows; row++) {
             const double *weights = tableau->dense + (row - 3) * MECHC_MOST_RATES;
             double sum = 0.0;
@@ -151,7 +165,8 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
     if (trajectory->dense_rows)
         rows = trajectory->dense
              + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
-    mechc_rk_dense(run, h, end, rows);
+    mechc_rk_dense(run, h, end,
+                   trajectory->dense_rows ? trajectory->dense_rows : MECHC_BRIDGE.dense_rows, rows);
     return crosses ? mechc_rk_record(run, h, rows) : MECHC_RUNNING;
 }
 
@@ -175,8 +190,9 @@ MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
 {
     run->head.stats.rejected++;
     run->step *= factor;
-    run->dip.wanted = 0.0;
     run->refused = 1;
+    mechc_rk_leave_bridge(run);
+    run->dip.wanted = 0.0;
 }
 
 MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
@@ -222,7 +238,9 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         return MECHC_RUNNING;
     }
     run->step = fmax(run->step * factor, run->dip.wanted);
+    mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
+    run->dip.patience = HUGE_VAL;
     run->refused = 0;
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }
@@ -286,7 +304,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
 {
     mechc_rk_run *run = (mechc_rk_run *)head;
     memset(run, 0, sizeof *run);
-    run->tableau = mechc_tableaus[options->method];
+    run->tableau = run->own = mechc_tableaus[options->method];
     run->method = options->method;
     run->t1 = options->t1;
     run->direction = options->t1 >= options->t0 ? 1.0 : -1.0;
@@ -295,7 +313,8 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->max_step = options->max_step;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
-    mechc_widest_gap(run->tableau, &run->low, &run->best, &run->high);
+    mechc_widest_gap(&MECHC_BRIDGE, &run->low, &run->best, &run->high);
+    run->horizon = run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_NP * sizeof(double));
@@ -304,7 +323,8 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
-    head->trajectory.dense_rows = options->dense ? run->tableau->dense_rows : 0;
+    const int most = MECHC_NH > 0 ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
+    head->trajectory.dense_rows = options->dense ? most : 0;
     head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
     if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;
     if (head->status != MECHC_RUNNING) return;

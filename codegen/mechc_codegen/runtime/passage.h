@@ -16,6 +16,7 @@ typedef struct {
     double q[MECHC_NQ]; /* where it was least */
     int rank;           /* of the configuration rows at a generic place; 0: not known yet */
     int tries;          /* since the last accepted step */
+    double patience;    /* the crossing may be bridged from this time before it */
     double wanted;      /* the step that the error would have allowed, before it was shortened to
                            place a crossing; 0: was not */
 } mechc_dip;
@@ -26,6 +27,8 @@ typedef struct {
     const double *start, *start_rates, *end, *end_rates;
     const double *p, *k;
     double low, best, high; /* fractions of a step between which a crossing is best placed */
+    double horizon;         /* steps ahead that crossings are looked for */
+    int bridge;             /* the step is fit to hold a crossing */
 } mechc_span;
 
 enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
@@ -33,6 +36,7 @@ enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
 typedef struct {
     int action;
     double factor;   /* MECHC_RETRY: of the step */
+    int bridge;      /* MECHC_RETRY: with the table that bridges change points */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_passing;
@@ -51,10 +55,10 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
     memcpy(dip->q, q, sizeof dip->q);
 }
 
-/* Could the smallest singular value have reached zero on the way, or soon after? */
-MECHC_STATIC int mechc_dipped(const mechc_dip *dip)
+/* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
+MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least <= 2.0 * (dip->most - dip->least);
+    return dip->least <= horizon * (dip->most - dip->least);
 }
 
 #if MECHC_NH > 0
@@ -79,7 +83,8 @@ MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
 #endif
 }
 
-/* Square of the distance to q* at the fraction s of the step, on the cubic through both ends. */
+/* Square of the distance to q* at the fraction s of the step: on the cubic through both ends, and
+ * past the end on the parabola from there. */
 MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical *c, double s)
 {
     double square = 0.0;
@@ -87,18 +92,25 @@ MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical 
     for (int i = 0; i < MECHC_NQ; i++) {
         const double a = span->start[i] - c->q[i], b = span->end[i] - c->q[i];
         const double da = span->h * span->start_rates[i], db = span->h * span->end_rates[i];
-        const double at = a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
-                        + s * r * (da * r - db * s);
+#if MECHC_IDENTITY_KINEMATICS
+        const double dda = span->h * span->h * span->end_rates[MECHC_NQ + i];
+#else
+        const double dda = 0.0;
+#endif
+        const double at = s > 1.0 ? b - r * (db - 0.5 * r * dda)
+                        : a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
+                            + s * r * (da * r - db * s);
         square += mechc_weight(c, i) * at * at;
     }
     return square;
 }
 
-/* The fraction of the step, from a little before it to a step after it, that is nearest to q*. */
+/* The fraction of the step, from a little before it to the horizon, that is nearest to q*. */
 MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *c)
 {
+    const int first = -8, last = (int)(32.0 * span->horizon);
     double best = 0.0, least = HUGE_VAL;
-    for (int i = -8; i <= 64; i++) {
+    for (int i = first; i <= last; i++) {
         const double square = mechc_distance(span, c, i / 32.0);
         if (square < least) least = square, best = i / 32.0;
     }
@@ -149,10 +161,11 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-MECHC_STATIC void mechc_retry(mechc_passing *out, double factor)
+MECHC_STATIC void mechc_retry(mechc_passing *out, double factor, int bridge)
 {
     out->action = MECHC_RETRY;
     out->factor = factor;
+    out->bridge = bridge;
 }
 
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip, int between,
@@ -162,12 +175,21 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between) {
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
-        else mechc_retry(out, factors[dip->tries % 8]);
+        else mechc_retry(out, factors[dip->tries % 8], 0);
         return;
     }
+    if (!span->bridge) {
+        const double ahead = out->fraction * fabs(span->h);
+        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= dip->patience) {
+            dip->patience = 0.7 * ahead;
+            dip->wanted = fabs(span->h);
+            mechc_retry(out, out->fraction / span->best, 1);
+            return;
+        }
+    }
     const double factor = dip->tries < 4 ? mechc_aim(span, out->fraction) : 1.0;
-    if (factor < 1.0) dip->wanted = fmax(dip->wanted, fabs(span->h));
-    if (factor != 1.0) mechc_retry(out, factor);
+    if (factor < 1.0 && !dip->wanted) dip->wanted = fabs(span->h);
+    if (factor != 1.0) mechc_retry(out, factor, span->bridge);
     else if (turned) out->action = MECHC_CROSSES;
 }
 
@@ -185,11 +207,11 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     if (before.rank < dip->rank) mechc_weakest_at(span->t, span->start, span, dip->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
-    const double reach = 2.0 * mechc_reach(span, place.mass);
+    const double reach = span->horizon * mechc_reach(span, place.mass);
     if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
-        else mechc_retry(out, 0.5);
+        else mechc_retry(out, 0.5, 0);
         return;
     }
     const int between = mechc_lies_between(span, &critical);
@@ -202,7 +224,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
         if (between || turned) out->action = MECHC_CANNOT_TELL;
         break;
     case MECHC_NEAR_MISS:
-        if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5);
+        if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
         break;
     }
 }

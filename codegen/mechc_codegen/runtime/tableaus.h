@@ -119,6 +119,10 @@ static const mechc_tableau mechc_dop853 = {12, 16, 8, 7, mechc_dop853_nodes, mec
 #define MECHC_METHODS 2
 static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853};
 
+/* The table that steps over a change point are taken with: the longest steps keep the farthest from
+ * it. */
+#define MECHC_BRIDGE mechc_dop853
+
 /* The widest gap between a step's nodes, its middle, and how far from the middle is still well
  * inside. */
 static inline void mechc_widest_gap(const mechc_tableau *tableau, double *low, double *best,

@@ -9,6 +9,7 @@
 #define MECHC_TABLEAUS_H
 
 #define MECHC_MOST_RATES 16
+#define MECHC_MOST_DENSE 7
 
 typedef struct {
     int stages, rates, order, dense_rows; /* order: exponent of the step-size law */
@@ -117,5 +118,28 @@ static const mechc_tableau mechc_dop853 = {12, 16, 8, 7, mechc_dop853_nodes, mec
 
 #define MECHC_METHODS 2
 static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853};
+
+/* The table that steps over a change point are taken with: the longest steps keep the farthest from
+ * it. */
+#define MECHC_BRIDGE mechc_dop853
+
+/* The widest gap between a step's nodes, its middle, and how far from the middle is still well
+ * inside. */
+static inline void mechc_widest_gap(const mechc_tableau *tableau, double *low, double *best,
+                                    double *high)
+{
+    double widest = 0.0;
+    for (int i = 0; i < tableau->stages; i++) {
+        double next = 1.0;
+        for (int j = 0; j < tableau->stages; j++)
+            if (tableau->nodes[j] > tableau->nodes[i]) next = fmin(next, tableau->nodes[j]);
+        const double gap = next - tableau->nodes[i];
+        if (gap <= widest) continue;
+        widest = gap;
+        *best = tableau->nodes[i] + 0.5 * gap;
+    }
+    *low = *best - 0.2 * widest;
+    *high = *best + 0.2 * widest;
+}
 
 #endif

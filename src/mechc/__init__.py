@@ -13,6 +13,7 @@ from typing import Any
 from mechc.errors import (
     AssemblyError,
     CacheError,
+    ChangePointError,
     CompilerError,
     MechcError,
     MissingPackageError,
@@ -32,6 +33,7 @@ __all__ = [
     "AssemblyError",
     "CacheError",
     "ChangePoint",
+    "ChangePointError",
     "CompilerError",
     "Event",
     "EventRecord",

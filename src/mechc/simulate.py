@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    AssemblyError,
+    ChangePointError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
 from mechc.events import EventFinder
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
@@ -37,6 +42,7 @@ class Policy:
     max_step: float
     max_steps: int
     dense: bool
+    on_change_point: str
 
 
 def simulate(
@@ -54,6 +60,7 @@ def simulate(
     max_steps: int = 10_000_000,
     dense: bool = True,
     events: Sequence[Any] = (),
+    on_change_point: str = "continue",
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Integrate the motion, every stage and every accepted state on the constraints.
@@ -82,6 +89,10 @@ def simulate(
         Functions ``g(t, y)`` whose zeros are found on the dense output, each an
         :class:`mechc.Event` or a function with SciPy's attributes ``direction`` and
         ``terminal``; their times and states are in ``sol.events``.
+    on_change_point
+        At a configuration where the mechanism has more than one way on: ``"continue"`` straight
+        on along the same branch, ``"stop"`` before it, or ``"raise"``
+        :class:`mechc.ChangePointError`.  Passages are in ``sol.change_points``.
     progress
         Called now and then with the fraction done.
 
@@ -110,9 +121,13 @@ def simulate(
         max_step=_positive("max_step", max_step, infinite=True),
         max_steps=int(_positive("max_steps", max_steps)),
         dense=bool(dense) or times is not None or len(events) > 0,
+        on_change_point=_checked_change_point(on_change_point),
     )
     state = checked_state(model, y0, values, span[0])
-    return run(model, span, state, values, policy, times, events, progress)
+    sol = run(model, span, state, values, policy, times, events, progress)
+    if on_change_point == "raise" and sol.change_points:
+        raise ChangePointError(_met(sol), sol)
+    return sol
 
 
 def run(
@@ -131,6 +146,7 @@ def run(
         span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense,
+        policy.on_change_point != "continue",
     )  # fmt: skip
     finder = EventFinder(events, compiled, model._scene.width) if events else None
     code, stop = _drive(compiled, span, finder, progress)
@@ -142,7 +158,8 @@ def run(
         code,
         compiled.t if stop is None else stop,
         model.speeds[bad] if bad >= 0 else "",
-        _warnings(stats),
+        stats["critical_gap"],
+        _warnings(compiled),
     )
     found = finder.records() if finder else ()
     return Solution(model, values, policy, compiled, status, stats, times, found, stop)
@@ -170,17 +187,32 @@ def _drive(
         return INTERRUPTED, None
 
 
-NEARLY_SINGULAR = 0.02
-
-
-def _warnings(stats: dict[str, Any]) -> tuple[str, ...]:
-    if not stats["least_singular"] < NEARLY_SINGULAR:
+def _warnings(compiled: Any) -> tuple[str, ...]:
+    """What an engineer should know about change points passed."""
+    times = compiled.change_points()[0]
+    if not len(times):
         return ()
+    passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
     return (
-        f"At t = {stats['least_singular_time']:.6g} s the links were nearly in line (ratio of "
-        f"constraint pivots {stats['least_singular']:.1e}): there the mechanism may have to "
-        "choose between two ways on, and which one was taken has not been verified",
+        f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
+        "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
+        "with any play or tolerance in its lengths, has to be guided",
     )
+
+
+def _met(sol: Solution) -> str:
+    point = sol.change_points[0]
+    where = ", ".join(f"{n} = {x:.9g}" for n, x in zip(sol.model.coordinates, point.q, strict=True))
+    return (
+        f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "
+        "on_change_point='continue' to go straight on; error.solution has the motion until there"
+    )
+
+
+def _checked_change_point(policy: str) -> str:
+    if policy not in ("continue", "stop", "raise"):
+        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
+    return policy
 
 
 def _scale(model: Model, values: Array) -> Array:

@@ -147,10 +147,16 @@ class Solution:
         departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 
-    @property
+    @cached_property
     def change_points(self) -> tuple[ChangePoint, ...]:
-        """Passages of a change point, in order."""
-        return ()
+        """Change points passed (or, with "stop", met), in order: time and configuration."""
+        times, configurations, gaps = self._run.change_points()
+        end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
+        return tuple(
+            ChangePoint(float(t), tuple(q.tolist()), float(gap))
+            for t, q, gap in zip(times, configurations, gaps, strict=True)
+            if abs(t - self.span[0]) <= end
+        )
 
     # -- what people see ----------------------------------------------------------------------
 

@@ -33,7 +33,7 @@ class AssemblyError(MechcError, ValueError):
 
 
 class ChangePointError(MechcError):
-    """A change point was met with ``on_change_point="raise"``; ``solution`` is the run until then."""
+    """A change point under ``on_change_point="raise"``; ``solution`` is the run until then."""
 
     def __init__(self, message: str, solution: object) -> None:
         super().__init__(message)

@@ -24,7 +24,7 @@ from mechc.status import status_of
 if TYPE_CHECKING:
     from mechc.model import Model
 
-METHODS = {"dopri5": 0, "dop853": 1}
+METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2}
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
@@ -43,6 +43,7 @@ class Policy:
     max_steps: int
     dense: bool
     on_change_point: str
+    stiff_switch: bool
 
 
 def simulate(
@@ -80,7 +81,9 @@ def simulate(
     t_eval
         Times to report at, within the span; the accepted steps when None.
     method
-        ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8), or ``"auto"``.
+        ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
+        ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: explicit, going
+        over to ``"radau5"`` where stability limits the steps.
     first_step, max_step, max_steps
         First and largest step in s, and the largest number of attempted steps.
     dense
@@ -122,6 +125,7 @@ def simulate(
         max_steps=int(_positive("max_steps", max_steps)),
         dense=bool(dense) or times is not None or len(events) > 0,
         on_change_point=_checked_change_point(on_change_point),
+        stiff_switch=method == "auto",
     )
     state = checked_state(model, y0, values, span[0])
     sol = run(model, span, state, values, policy, times, events, progress)
@@ -147,6 +151,7 @@ def run(
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense,
         policy.on_change_point != "continue",
+        policy.stiff_switch,
     )  # fmt: skip
     finder = EventFinder(events, compiled, model._scene.width) if events else None
     code, stop = _drive(compiled, span, finder, progress)

@@ -210,7 +210,6 @@ MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const do
     run->stiff = limited ? run->stiff + 1 : run->stiff;
     run->easy = limited ? 0 : run->easy + 1;
     if (run->easy >= 6) run->stiff = 0;
-    if (run->stiff >= 15) run->own = &mechc_radau5;
 }
 
 /* Take over an accepted step. */
@@ -225,6 +224,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->head.t = t;
     run->dip.first = conditioning;
     run->dip.tries = 0;
+    if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
     return mechc_append(&run->head.trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;

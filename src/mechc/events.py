@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.parameters import Array
 
-SAMPLES = 8  # a step: roots nearer to each other than this resolves are found in pairs or missed
+SAMPLES = 16  # a step; where the function only comes near zero, the dip itself is looked at too
 EventFunction = Callable[[float, Array], float]
 
 
@@ -98,14 +99,25 @@ class EventFinder:
         return stop
 
     def _zeros(self, event: Event, grid: Array, states: Array) -> list[float]:
-        values = [float(event.function(t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
+        points = [
+            (t, float(event.function(t, y))) for t, y in zip(grid.tolist(), states, strict=True)
+        ]
+        points = sorted(points + self._dips(event, points), reverse=bool(grid[-1] < grid[0]))
         roots = []
-        for k in range(SAMPLES):
-            before, after = values[k], values[k + 1]
+        for (t0, before), (t1, after) in pairwise(points):
             crossed = before != 0 and (after == 0 or (before < 0) != (after < 0))
             if crossed and event.direction * (after - before) >= 0:
-                roots.append(self._refine(event, grid[k], grid[k + 1], before))
+                roots.append(self._refine(event, t0, t1, before))
         return roots
+
+    def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+        """Where three samples of one sign dip towards zero: the vertex of their parabola."""
+        found = []
+        for (t0, a), (t1, b), (t2, c) in zip(points, points[1:], points[2:], strict=False):
+            if min(a * b, b * c) > 0 and abs(b) <= min(abs(a), abs(c)) and a - 2 * b + c != 0:
+                vertex = t1 + 0.25 * (t2 - t0) * (a - c) / (a - 2 * b + c)
+                found.append((vertex, self._value(event, vertex)))
+        return found
 
     def _refine(self, event: Event, low: float, high: float, before: float) -> float:
         """Secant steps kept inside a bracket that is halved at least every third step."""

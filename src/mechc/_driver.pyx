@@ -37,12 +37,14 @@ cdef extern from "model.h":
         const double *scale
         double first_step, max_step
         long max_steps
-        int method, dense
+        int method, dense, on_change_point, may_stiffen
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations
         double least_singular, least_singular_time
         int coordinate
+        long examined
+        double critical_gap, critical_time
 
     ctypedef struct mechc_trajectory:
         ptrdiff_t count, capacity
@@ -50,6 +52,8 @@ cdef extern from "model.h":
         double *t
         double *y
         double *dense
+        ptrdiff_t passage_count
+        double *passages
 
     ctypedef struct mechc_run:
         int status
@@ -199,8 +203,8 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense):
-        """Begin a run; see Run."""
+              bint dense, int on_change_point=0, bint may_stiffen=False):
+        """Begin a run; see Run.  on_change_point: 0 passes straight on, 1 stops before it."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
@@ -222,6 +226,8 @@ cdef class Scene:
         options.first_step, options.max_step = first_step, max_step
         options.max_steps = max_steps
         options.method, options.dense = method, dense
+        options.on_change_point = on_change_point
+        options.may_stiffen = may_stiffen
         self.unit.start(run.run, &options)
         return run
 
@@ -270,6 +276,9 @@ cdef class Run:
             "least_singular": s.least_singular,
             "least_singular_time": s.least_singular_time,
             "coordinate": s.coordinate,
+            "examined": s.examined,
+            "critical_gap": s.critical_gap,
+            "critical_time": s.critical_time,
         }
 
     def states(self):
@@ -282,6 +291,20 @@ cdef class Run:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
+
+    def change_points(self):
+        """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).
+
+        A gap that is not 0 was within rounding of it.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t width = self.scene.coordinates + 2, i, j
+        rows = np.empty((record.passage_count, width))
+        cdef double[:, ::1] view = rows
+        for i in range(record.passage_count):
+            for j in range(width):
+                view[i, j] = record.passages[i * width + j]
+        return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
 
     def interpolate(self, const double[::1] t):
         """Dense output at the times t, projected onto the constraints: (len(t), width)."""

@@ -143,7 +143,7 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--t-end", default="20", metavar="SECONDS", help="[20]")
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
-    parser.add_argument("--method", default="auto", help="auto, dopri5 or dop853 [auto]")
+    parser.add_argument("--method", default="auto", help="auto, dopri5, dop853 or radau5 [auto]")
     parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
     parser.add_argument("--open", action="store_true", help="open the animation in a browser")
     parser.add_argument(
@@ -165,14 +165,14 @@ def _run(chosen: argparse.Namespace) -> int:
     t_end = read_seconds(chosen.t_end)
     if not t_end > 0:
         raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
-    folder = _folder(chosen)
+    rtol = _number("--rtol", chosen.rtol)
     params = _values(model, chosen.parameters, model.parameters, "parameter")
     state = _start_state(model, chosen, params)
+    folder = _folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
         sol = model.simulate(
-            t_end, state, params, rtol=_number("--rtol", chosen.rtol), method=chosen.method,
-            progress=bar.update,
-        )  # fmt: skip
+            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+        )
     if chosen.json:
         print(json.dumps(json_summary(sol)))
     else:

@@ -35,12 +35,16 @@ def shipped_options(name: str) -> dict[str, str]:
     return {option.name: option.description for option in SHIPPED[name].options}
 
 
-def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
-    """A variant of a shipped mechanism."""
+def check_options(name: str, options: Mapping[str, Any]) -> None:
+    """Raise :class:`UnknownNameError` for an option that a shipped mechanism does not have."""
     known = shipped_options(name)
     for option in options:
         if option not in known:
             raise UnknownNameError(f"option of {name}", option, known)
+
+
+def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
+    """A variant of a shipped mechanism; its options are known to exist."""
     mechanism = _compiler_errors(lambda: _shipped(name, options))
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
     return _compile(mechanism, {"options": told})
@@ -92,8 +96,9 @@ def _compile(mechanism: Any, build: dict[str, Any]) -> Model:
     started = time.perf_counter()
     scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),)))
     command = toolchain.compiler()
-    environment = f"{sys.version} {version('mechc')} {_processor()}"
-    key = signature(scene, toolchain.version(tuple(command)), environment)
+    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
+    told = " ".join([*command, toolchain.version(tuple(command))])
+    key = signature(scene, told, environment)
     if key not in _compiled:
         emitted = time.perf_counter()
         path = cache.entry(key, lambda folder: _make(scene, folder))

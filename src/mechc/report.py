@@ -103,10 +103,7 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
         checks.append(
             ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
         )
-    passages = [
-        ("change point", f"passed at {c.t:.9g} s, {_configuration(model, c.q)}")
-        for c in sol.change_points
-    ]
+    passages = _passages(sol)
     return [
         ("outcome", str(sol.status)),
         ("parameters", _parameters_in_words(sol)),
@@ -120,6 +117,13 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
             f"{1e3 * stats['wall_s']:.2f} ms ({stats['method']}, rtol {sol.policy.rtol:g})",
         ),
     ]
+
+
+def _passages(sol: Solution) -> list[tuple[str, str]]:
+    """The first few change points, and how many there were."""
+    points = sol.change_points
+    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.model, c.q)}") for c in points[:3]]
+    return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
 
 
 def extremes(sol: Solution) -> tuple[Any, Any]:

@@ -5,16 +5,27 @@
  * Step control after Hairer, Norsett & Wanner (1993), section II.4.
  */
 
+typedef struct mechc_radau mechc_radau; /* in radau.h */
+
 typedef struct {
     mechc_run head;
-    const mechc_tableau *tableau;
+    const mechc_tableau *tableau, *own; /* of this step; of the method */
     int method, has_tolerances;
     double t1, rtol, max_step, step, direction;
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
+    int on_change_point;
+    mechc_dip dip;
+    mechc_passing passing;
+    double conditioning;       /* of the configuration rows at the last stage taken */
+    double low, best, high;    /* where in a step a crossing is placed best */
+    double horizon;            /* steps ahead that crossings are looked for */
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
+    mechc_radau *implicit;     /* work space, made when first needed */
+    int may_stiffen;           /* go over to the implicit method where stability limits the step */
+    int stiff, easy;           /* steps in a row that were limited so; that were not */
 } mechc_rk_run;
 
 /* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
@@ -22,6 +33,26 @@ typedef struct {
 #define MECHC_RK_SHARE 0.03
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+
+/* In rk_passage.h. */
+MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error);
+MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run);
+MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
+                                const mechc_scalar_place *place);
+MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
+MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows);
+MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
+
+/* In radau.h. */
+MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
+MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end);
+MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, int count,
+                                    double *rows);
+
+MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
+{
+    return run->tableau->stability == 0.0;
+}
 
 /* Project y onto the constraints and take its rates. */
 MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *rates)
@@ -38,13 +69,7 @@ MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *ra
     mechc_scalar_steady(&place, y + MECHC_NQ);
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, run->p, run->k, rates);
     mechc_scalar_accelerate(t, y, y + MECHC_NQ, run->p, run->k, &place, rates + MECHC_NQ, 0);
-#if MECHC_NC > 0
-    const double singular = mechc_scalar_least_singular(&place.all);
-    if (singular < stats->least_singular) {
-        stats->least_singular = singular;
-        stats->least_singular_time = t;
-    }
-#endif
+    mechc_rk_meet(run, t, y, &place);
     for (int i = 0; i < MECHC_NX; i++)
         if (!(fabs(rates[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
     return MECHC_RUNNING;
@@ -83,40 +108,54 @@ MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const dou
     return MECHC_RK_SHARE * (run->tolerance[i] + run->rtol * size);
 }
 
+/* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
 MECHC_STATIC double mechc_rk_norm(const mechc_rk_run *run, const double *weights, double h,
-                                  const double *end)
+                                  const double *end, const mechc_scalar_place *place)
 {
-    double square = 0.0;
+    double error[MECHC_NX], square = 0.0;
     for (int i = 0; i < MECHC_NX; i++) {
         double sum = 0.0;
         for (int j = 0; j <= run->tableau->stages; j++) sum += weights[j] * MECHC_RATE(run, j)[i];
-        const double error = h * sum / mechc_rk_tolerance(run, i, end);
-        square += error * error;
+        error[i] = h * sum;
     }
+    if (place) mechc_rk_keep(place, error);
+    for (int i = 0; i < MECHC_NX; i++) square += pow(error[i] / mechc_rk_tolerance(run, i, end), 2);
     return square / MECHC_NX;
 }
 
-/* Root mean square of the step's error over what is tolerated. */
-MECHC_STATIC double mechc_rk_error(const mechc_rk_run *run, double h, const double *end)
+/* Root mean square of the step's error over what is tolerated.  Near a change point only what the
+ * projection of the end will keep of it counts: the rest is the closure's magnified rounding. */
+MECHC_STATIC double mechc_rk_error(mechc_rk_run *run, double h, const double *end)
 {
-    const double first = mechc_rk_norm(run, run->tableau->error, h, end);
-    if (!run->tableau->second_error) return sqrt(first);
-    const double second = mechc_rk_norm(run, run->tableau->second_error, h, end);
+    const mechc_tableau *tableau = run->tableau;
+    mechc_scalar_place at_end, *place = 0;
+    if (mechc_rk_is_implicit(run)) return mechc_radau_error(run, h, end);
+    if (MECHC_NH > 0 && mechc_dipped(&run->dip, run->horizon)) {
+        place = &at_end;
+        mechc_scalar_locate(run->head.t + h, end, run->p, run->k, place);
+    }
+    const double first = mechc_rk_norm(run, tableau->error, h, end, place);
+    if (!tableau->second_error) return sqrt(first);
+    const double second = mechc_rk_norm(run, tableau->second_error, h, end, place);
     return first > 0.0 ? first / sqrt(first + 0.01 * second) : 0.0;
 }
 
-MECHC_STATIC void mechc_rk_dense(mechc_rk_run *run, double h, const double *end)
+/* The first `count` rows of the dense output, from all rates of the step. */
+MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double *end, int count,
+                                 double *rows)
 {
     const mechc_tableau *tableau = run->tableau;
-    mechc_trajectory *trajectory = &run->head.trajectory;
-    double *rows = trajectory->dense
-                 + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
     const double *first = MECHC_RATE(run, 0), *last = MECHC_RATE(run, tableau->stages);
+    if (mechc_rk_is_implicit(run)) {
+        mechc_radau_dense(run, end, count, rows);
+        return;
+    }
     for (int i = 0; i < MECHC_NX; i++) {
         const double r0 = end[i] - run->y[i], r1 = h * first[i] - r0;
         rows[i] = r0;
         rows[MECHC_NX + i] = r1;
         rows[2 * MECHC_NX + i] = r0 - h * last[i] - r1;
+        for (int row = tableau->dense_rows; row < count; row++) rows[row * MECHC_NX + i] = 0.0;
         for (int row = 3; row < tableau->dense_rows; row++) {
             const double *weights = tableau->dense + (row - 3) * MECHC_MOST_RATES;
             double sum = 0.0;
@@ -133,24 +172,62 @@ MECHC_STATIC void mechc_rk_widen_scale(mechc_rk_run *run)
         run->scale[i] = fmax(run->scale[i], fabs(run->y[i]));
 }
 
+/* Rows of the dense output where they are kept or wanted for a passage. */
+MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
+{
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    const int crosses = run->passing.action == MECHC_CROSSES;
+    double unused[MECHC_NX], own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
+    if (!trajectory->dense_rows && !crosses) return MECHC_RUNNING;
+    if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
+    const int status =
+        mechc_rk_rates(run, run->tableau->stages + 1, run->tableau->rates - 1, h, unused);
+    if (status != MECHC_RUNNING) return status;
+    if (trajectory->dense_rows)
+        rows = trajectory->dense
+             + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
+    mechc_rk_dense(run, h, end,
+                   trajectory->dense_rows ? trajectory->dense_rows : MECHC_BRIDGE.dense_rows, rows);
+    return crosses ? mechc_rk_record(run, h, rows) : MECHC_RUNNING;
+}
+
+/* Two states at the step's end, the last stage's and the end's own, and their rates estimate the
+ * largest eigenvalue; where it times the step stays at the bound of stability, the implicit method
+ * takes over.  Hairer & Wanner (1996), section IV.2. */
+MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end)
+{
+    if (!run->may_stiffen || mechc_rk_is_implicit(run) || run->tableau != run->own) return;
+    const mechc_tableau *tableau = run->tableau;
+    const int stage = tableau->stages - 1;
+    double inner[MECHC_NX], rate = 0.0, state = 0.0;
+    mechc_rk_combine(run, tableau->matrix + stage * MECHC_MOST_RATES, stage, h, inner);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
+        rate += pow(change / run->scale[i], 2);
+        state += pow((end[i] - inner[i]) / run->scale[i], 2);
+    }
+    const int limited = state > 0.0 && fabs(h) * sqrt(rate / state) > tableau->stability;
+    run->stiff = limited ? run->stiff + 1 : run->stiff;
+    run->easy = limited ? 0 : run->easy + 1;
+    if (run->easy >= 6) run->stiff = 0;
+}
+
 /* Take over an accepted step. */
 MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const double *end)
 {
-    mechc_trajectory *trajectory = &run->head.trajectory;
-    double unused[MECHC_NX];
-    if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
-    if (trajectory->dense_rows) {
-        const int status =
-            mechc_rk_rates(run, run->tableau->stages + 1, run->tableau->rates - 1, h, unused);
-        if (status != MECHC_RUNNING) return status;
-        mechc_rk_dense(run, h, end);
-    }
+    const double conditioning = run->conditioning;
+    const int status = mechc_rk_finish(run, h, end);
+    if (status != MECHC_RUNNING) return status;
+    mechc_rk_watch_stiffness(run, h, end);
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
+    run->dip.first = conditioning;
+    run->dip.tries = 0;
+    if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
-    return mechc_append(trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
+    return mechc_append(&run->head.trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
 }
 
 MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
@@ -158,6 +235,8 @@ MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
     run->head.stats.rejected++;
     run->step *= factor;
     run->refused = 1;
+    mechc_rk_leave_bridge(run);
+    run->dip.wanted = 0.0;
 }
 
 MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
@@ -176,8 +255,13 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
     else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
-    if (!last && fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
-    const int status = mechc_rk_rates(run, 1, run->tableau->stages, h, end);
+    if (!last && fabs(h) < smallest)
+        return run->dip.tries ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
+    mechc_dip_begin(&run->dip, run->y);
+    const int status = mechc_rk_is_implicit(run)
+                     ? mechc_radau_step(run, h, end)
+                     : mechc_rk_rates(run, 1, run->tableau->stages, h, end);
+    if (status == MECHC_NO_MEMORY) return status;
     if (status != MECHC_RUNNING) {
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
@@ -192,13 +276,18 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
         return MECHC_RUNNING;
     }
+    const int judged = mechc_rk_judge(run, h, end);
+    if (judged != MECHC_RUNNING || run->passing.action == MECHC_RETRY) return judged;
     const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end);
-    if (accepted == MECHC_NO_MEMORY) return accepted;
+    if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
         mechc_rk_refuse(run, 0.5);
         return MECHC_RUNNING;
     }
-    run->step *= factor;
+    run->step = fmax(run->step * factor, run->dip.wanted);
+    mechc_rk_leave_bridge(run);
+    run->dip.wanted = 0.0;
+    run->dip.patience = HUGE_VAL;
     run->refused = 0;
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }
@@ -215,7 +304,12 @@ static int mechc_rk_advance(mechc_run *head, long steps)
     return head->status;
 }
 
-static void mechc_rk_release(mechc_run *head) { mechc_free(&head->trajectory); }
+static void mechc_rk_release(mechc_run *head)
+{
+    mechc_free(&head->trajectory);
+    free(((mechc_rk_run *)head)->implicit);
+    ((mechc_rk_run *)head)->implicit = 0;
+}
 
 /* A first step after Hairer, Norsett & Wanner (1993), section II.4. */
 MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
@@ -262,7 +356,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
 {
     mechc_rk_run *run = (mechc_rk_run *)head;
     memset(run, 0, sizeof *run);
-    run->tableau = mechc_tableaus[options->method];
+    run->tableau = run->own = mechc_tableaus[options->method];
     run->method = options->method;
     run->t1 = options->t1;
     run->direction = options->t1 >= options->t0 ? 1.0 : -1.0;
@@ -270,51 +364,27 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->has_tolerances = options->atol != 0;
     run->max_step = options->max_step;
     run->max_steps = options->max_steps;
+    run->on_change_point = options->on_change_point;
+    run->may_stiffen = options->may_stiffen;
+    mechc_widest_gap(&MECHC_BRIDGE, &run->low, &run->best, &run->high);
+    run->horizon = run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_NP * sizeof(double));
     mechc_scalar_hoist(run->p, run->k);
     head->t = options->t0;
-    head->stats.least_singular = HUGE_VAL;
+    head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
-    head->trajectory.dense_rows = options->dense ? run->tableau->dense_rows : 0;
+    const int whole = MECHC_NH > 0 || run->may_stiffen; /* other tables may take part */
+    const int most = whole ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
+    head->trajectory.dense_rows = options->dense ? most : 0;
     head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
     if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;
+    if (head->status != MECHC_RUNNING) return;
+    mechc_rk_begin(run);
     if (head->status != MECHC_RUNNING) return;
     mechc_rk_first_scale(run, options->scale);
     run->step = options->first_step > 0.0 ? options->first_step : mechc_rk_first_step(run);
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;
-}
-
-/* The dense output of one step at the fraction s. */
-MECHC_STATIC void mechc_rk_polynomial(const double *y, const double *rows, int count, double s,
-                                      double *out)
-{
-    for (int i = 0; i < MECHC_NX; i++) {
-        double sum = 0.0;
-        for (int row = count - 1; row >= 0; row--)
-            sum = (row % 2 ? 1.0 - s : s) * (sum + rows[row * MECHC_NX + i]);
-        out[i] = y[i] + sum;
-    }
-}
-
-static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
-                                 ptrdiff_t count, const double *t, double *out)
-{
-    (void)method;
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)], unused[2];
-    mechc_scalar_hoist(p, k);
-    for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
-        const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
-        const double start = trajectory->t[step];
-        const double s = trajectory->count > 1
-                       ? (t[n] - start) / (trajectory->t[step + 1] - start) : 0.0;
-        const int rows = trajectory->count > 1 ? trajectory->dense_rows : 0;
-        mechc_rk_polynomial(trajectory->y + step * MECHC_NX,
-                            trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
-                            out);
-        if (s != 0.0 && mechc_project_state(t[n], out, p, k, unused) != MECHC_RUNNING)
-            for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
-    }
 }

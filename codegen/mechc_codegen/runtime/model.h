@@ -4,8 +4,8 @@
 
 #include <stddef.h>
 
-#define MECHC_ABI 1
-#define MECHC_CAPSULE "mechc.model.1"
+#define MECHC_ABI 2
+#define MECHC_CAPSULE "mechc.model.2"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -31,8 +31,14 @@ enum {
     MECHC_NOT_FINITE = 4,      /* NaN or infinity */
     MECHC_SINGULAR_MASS = 5,   /* mass matrix not positive definite; stats.coordinate */
     MECHC_TOO_MANY_STEPS = 6,
-    MECHC_NO_MEMORY = 7
+    MECHC_NO_MEMORY = 7,
+    MECHC_UNDECIDED = 8,       /* a gap so small that doubles cannot tell which way it bends */
+    MECHC_AT_CHANGE_POINT = 9, /* the start is a change point and the speeds choose no branch */
+    MECHC_STOPPED_AT_CHANGE_POINT = 10 /* as asked for; the passage is recorded, not the step */
 };
+
+/* What to do at a change point. */
+enum { MECHC_CONTINUE_STRAIGHT = 0, MECHC_STOP_BEFORE = 1 };
 
 typedef struct {
     double t0, t1;
@@ -46,6 +52,8 @@ typedef struct {
     long max_steps;
     int method;
     int dense; /* keep the coefficients of the dense output */
+    int on_change_point;
+    int may_stiffen; /* an explicit method may hand over to the implicit one */
 } mechc_options;
 
 typedef struct {
@@ -53,13 +61,19 @@ typedef struct {
     double least_singular; /* least ratio of smallest to largest constraint pivot at a step's end */
     double least_singular_time;
     int coordinate; /* the speed whose mass pivot vanished, or -1 */
+    long examined;  /* steps near a critical configuration that were examined */
+    double critical_gap; /* least closure gap at a critical configuration near the motion */
+    double critical_time;
 } mechc_stats;
 
-/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles. */
+/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles.  Passages of change
+ * points are rows of 2 + coordinates doubles: time, closure gap there, configuration. */
 typedef struct {
     ptrdiff_t count, capacity;
     int width, dense_rows;
     double *t, *y, *dense;
+    ptrdiff_t passage_count, passage_capacity;
+    double *passages;
 } mechc_trajectory;
 
 /* The head of a run; private state follows it. */

@@ -33,11 +33,30 @@ MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const doub
     return 1;
 }
 
+/* One more passage of a change point; `coordinates` of them in q. */
+MECHC_STATIC int mechc_append_passage(mechc_trajectory *trajectory, double t, double gap,
+                                      const double *q, int coordinates)
+{
+    if (trajectory->passage_count == trajectory->passage_capacity) {
+        const ptrdiff_t capacity = 2 * trajectory->passage_capacity + 8;
+        if (!mechc_grow(&trajectory->passages, capacity * (coordinates + 2))) return 0;
+        trajectory->passage_capacity = capacity;
+    }
+    double *row = trajectory->passages + trajectory->passage_count++ * (coordinates + 2);
+    row[0] = t;
+    row[1] = gap;
+    memcpy(row + 2, q, (size_t)coordinates * sizeof(double));
+    return 1;
+}
+
 MECHC_STATIC void mechc_free(mechc_trajectory *trajectory)
 {
     free(trajectory->t);
     free(trajectory->y);
     free(trajectory->dense);
+    free(trajectory->passages);
+    trajectory->passages = 0;
+    trajectory->passage_count = trajectory->passage_capacity = 0;
     trajectory->t = trajectory->y = trajectory->dense = 0;
     trajectory->count = trajectory->capacity = 0;
 }

@@ -27,7 +27,12 @@
 
 #include "evaluate.h"
 #include "project.h"
+#include "critical.h"
+#include "passage.h"
 #include "explicit_rk.h"
+#include "rk_passage.h"
+#include "radau.h"
+#include "rk_dense.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
                              double *out)

@@ -1,0 +1,302 @@
+/* Critical configurations: where the configuration rows lose rank beyond what they lose everywhere.
+ *
+ * weakest: the smallest singular value of the Jacobian with its two vectors.   find: the nearby
+ * configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap closed but the one along w; what is
+ * left, g = w . gap(q*), is the distance of the scene's lengths from a change point.   Only g tells
+ * a change point (the curve of configurations crosses itself) from a near miss (two curves that
+ * pass each other); how small a singular value became does not.
+ */
+#if MECHC_NH > 0
+
+#define MECHC_EPS 2.220446049250313e-16
+
+/* Below this share of the largest singular value, a row counts as redundant at a generic place. */
+#define MECHC_GENERIC 1e-7
+
+typedef struct {
+    int rank;
+    double ratio; /* of the rank-th singular value to the largest */
+    double left[MECHC_NH], right[MECHC_NU];
+    double basis[MECHC_NH * MECHC_NH]; /* left vectors, by falling singular value */
+    double values[MECHC_NH];
+} mechc_weakest;
+
+typedef struct {
+    double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
+    double gap;      /* g */
+    double rounding; /* what g may be off by */
+    double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
+} mechc_critical;
+
+typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS } mechc_verdict;
+
+/* Turn rows i and j of `a`, and of the basis, into orthogonal ones; their cosine before. */
+MECHC_STATIC double mechc_rotate_rows(double *a, double *basis, int i, int j)
+{
+    double ii = 0.0, jj = 0.0, ij = 0.0;
+    double *x = a + i * MECHC_NU, *y = a + j * MECHC_NU;
+    for (int k = 0; k < MECHC_NU; k++) ii += x[k] * x[k], jj += y[k] * y[k], ij += x[k] * y[k];
+    if (ij == 0.0 || ii == 0.0 || jj == 0.0) return 0.0;
+    const double zeta = (jj - ii) / (2.0 * ij);
+    const double tangent = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
+    const double c = 1.0 / sqrt(1.0 + tangent * tangent), s = c * tangent;
+    for (int k = 0; k < MECHC_NU; k++) {
+        const double kept = x[k];
+        x[k] = c * kept - s * y[k];
+        y[k] = s * kept + c * y[k];
+    }
+    for (int k = 0; k < MECHC_NH; k++) {
+        const double kept = basis[i * MECHC_NH + k];
+        basis[i * MECHC_NH + k] = c * kept - s * basis[j * MECHC_NH + k];
+        basis[j * MECHC_NH + k] = s * kept + c * basis[j * MECHC_NH + k];
+    }
+    return fabs(ij) / sqrt(ii * jj);
+}
+
+MECHC_STATIC void mechc_exchange(double *a, double *b)
+{
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
+{
+    for (int i = 0; i < MECHC_NH; i++) {
+        int largest = i;
+        for (int j = i + 1; j < MECHC_NH; j++)
+            if (out->values[j] > out->values[largest]) largest = j;
+        if (largest == i) continue;
+        mechc_exchange(&out->values[i], &out->values[largest]);
+        for (int k = 0; k < MECHC_NU; k++)
+            mechc_exchange(&a[i * MECHC_NU + k], &a[largest * MECHC_NU + k]);
+        for (int k = 0; k < MECHC_NH; k++)
+            mechc_exchange(&out->basis[i * MECHC_NH + k], &out->basis[largest * MECHC_NH + k]);
+    }
+}
+
+/* Singular values by one-sided Jacobi rotations, speeds weighted by the mass each moves.  The
+ * smallest is counted up to the rank given, or up to the rank found where that is 0. */
+MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, int rank,
+                                     mechc_weakest *out)
+{
+    double a[MECHC_NH * MECHC_NU];
+    memset(out, 0, sizeof *out);
+    for (int i = 0; i < MECHC_NH; i++) {
+        out->basis[i * MECHC_NH + i] = 1.0;
+        for (int j = 0; j < MECHC_NU; j++)
+            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(mass[j * MECHC_NU + j]);
+    }
+    for (int sweep = 0; sweep < 30; sweep++) {
+        double worst = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            for (int j = i + 1; j < MECHC_NH; j++)
+                worst = fmax(worst, mechc_rotate_rows(a, out->basis, i, j));
+        if (worst < 1e-14) break;
+    }
+    for (int i = 0; i < MECHC_NH; i++) {
+        double square = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) square += a[i * MECHC_NU + j] * a[i * MECHC_NU + j];
+        out->values[i] = sqrt(square);
+    }
+    mechc_sort_rows(a, out);
+    int found = 0;
+    while (found < MECHC_NH && out->values[found] > MECHC_GENERIC * out->values[0]) found++;
+    out->rank = rank > 0 ? rank : found > 0 ? found : 1;
+    const int last = out->rank - 1;
+    out->ratio = out->values[0] > 0.0 ? out->values[last] / out->values[0] : 0.0;
+    memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
+    for (int j = 0; j < MECHC_NU; j++)
+        out->right[j] = a[last * MECHC_NU + j] / fmax(out->values[last], 1e-300);
+}
+
+MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
+{
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* Solve the square system a x = b in place, full pivoting; directions that the equations leave
+ * free do not move. */
+MECHC_STATIC void mechc_solve(double *a, double *b, int n)
+{
+    int order[MECHC_NU + MECHC_NH + 1];
+    double x[MECHC_NU + MECHC_NH + 1], first = 0.0;
+    int rank = 0;
+    for (int i = 0; i < n; i++) order[i] = i;
+    for (; rank < n; rank++) {
+        int row = rank, column = rank;
+        for (int i = rank; i < n; i++)
+            for (int j = rank; j < n; j++)
+                if (fabs(a[i * n + j]) > fabs(a[row * n + column])) row = i, column = j;
+        const double pivot = a[row * n + column];
+        if (rank == 0) first = fabs(pivot);
+        if (!(fabs(pivot) > 1e-9 * first)) break;
+        for (int j = 0; j < n; j++) mechc_exchange(&a[rank * n + j], &a[row * n + j]);
+        mechc_exchange(&b[rank], &b[row]);
+        for (int i = 0; i < n; i++) mechc_exchange(&a[i * n + rank], &a[i * n + column]);
+        const int kept = order[rank];
+        order[rank] = order[column];
+        order[column] = kept;
+        for (int i = rank + 1; i < n; i++) {
+            const double factor = a[i * n + rank] / a[rank * n + rank];
+            for (int j = rank; j < n; j++) a[i * n + j] -= factor * a[rank * n + j];
+            b[i] -= factor * b[rank];
+        }
+    }
+    for (int i = rank; i < n; i++) x[i] = 0.0;
+    for (int i = rank - 1; i >= 0; i--) {
+        x[i] = b[i] - mechc_dot(a + i * n + i + 1, x + i + 1, rank - i - 1);
+        x[i] /= a[i * n + i];
+    }
+    for (int i = 0; i < n; i++) b[order[i]] = x[i];
+}
+
+/* q moved by a displacement given in speeds. */
+MECHC_STATIC void mechc_displace(double t, const double *q, const double *p, const double *k,
+                                 const double *by, double *out)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    (void)t, (void)p, (void)k;
+    for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
+#else
+    double map[MECHC_NQ * MECHC_NU], still[MECHC_NU] = {0};
+    mechc_scalar_output_kinematic_matrix(t, q, still, p, k, map);
+    for (int i = 0; i < MECHC_NQ; i++)
+        out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
+#endif
+}
+
+/* J^T w at q moved by `step` along speed j; step 0: at q. */
+MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const double *k, int j,
+                             double step, const double *normal, double *out)
+{
+    mechc_scalar_place place;
+    double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+    by[j] = step;
+    mechc_displace(t, q, p, k, by, moved);
+    mechc_scalar_configuration(t, moved, p, k, place.gap, place.jacobian, place.bias, place.mass,
+                               place.saved);
+    for (int i = 0; i < MECHC_NU; i++) {
+        out[i] = 0.0;
+        for (int row = 0; row < MECHC_NH; row++)
+            out[i] += place.jacobian[row * MECHC_NU + i] * normal[row];
+    }
+}
+
+/* The equations of a critical configuration, linearised: unknown are the move of q, the change of
+ * w in the basis of the rows that count, and g. */
+MECHC_STATIC void mechc_critical_equations(double t, const double *p, const double *k,
+                                           const mechc_scalar_place *place,
+                                           const mechc_weakest *at, const mechc_critical *c,
+                                           double *a, double *b)
+{
+    const int rank = at->rank, n = MECHC_NU + rank + 1;
+    const double step = 1e-7;
+    double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
+    memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
+    mechc_pull(t, c->q, p, k, 0, 0.0, c->normal, pull);
+    for (int r = 0; r < rank; r++) {
+        const double *basis = at->basis + r * MECHC_NH;
+        const double normal = mechc_dot(basis, c->normal, MECHC_NH);
+        b[r] = c->gap * normal - mechc_dot(basis, place->gap, MECHC_NH);
+        for (int j = 0; j < MECHC_NU; j++) {
+            double entry = 0.0;
+            for (int i = 0; i < MECHC_NH; i++) entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+            a[r * n + j] = entry;
+            a[(rank + j) * n + MECHC_NU + r] = entry;
+        }
+        a[r * n + MECHC_NU + r] = -c->gap;
+        a[r * n + n - 1] = -normal;
+        a[(n - 1) * n + MECHC_NU + r] = normal;
+        square += normal * normal;
+    }
+    for (int j = 0; j < MECHC_NU; j++) {
+        b[rank + j] = -pull[j];
+        mechc_pull(t, c->q, p, k, j, step, c->normal, moved);
+        for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
+    }
+    b[n - 1] = 0.5 * (1.0 - square);
+}
+
+/* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
+ * billionth around q* is rounding. */
+MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, mechc_critical *c)
+{
+    mechc_scalar_place place;
+    double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
+    for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
+        double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
+        mechc_displace(t, c->q, p, k, by, moved);
+        mechc_scalar_configuration(t, moved, p, k, place.gap, place.jacobian, place.bias,
+                                   place.mass, place.saved);
+        const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
+        low = fmin(low, gap), high = fmax(high, gap);
+    }
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = fmax(largest, fabs(place.jacobian[i]));
+    c->gap = 0.5 * (low + high);
+    c->rounding = fmax(MECHC_EPS * largest, high - low);
+}
+
+/* Newton's method from q; 1 where it converged within the reach given (in mass-weighted speeds). */
+MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, const double *k,
+                                   int rank, double reach, mechc_critical *c)
+{
+    double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
+    double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0;
+    mechc_scalar_place place;
+    mechc_weakest at;
+    memcpy(c->q, q, sizeof c->q);
+    for (int iteration = 0; iteration < 12; iteration++) {
+        mechc_scalar_configuration(t, c->q, p, k, place.gap, place.jacobian, place.bias,
+                                   place.mass, place.saved);
+        if (iteration == 0) {
+            mechc_find_weakest(place.jacobian, place.mass, rank, &at);
+            memcpy(c->normal, at.left, sizeof c->normal);
+            c->gap = 0.0;
+            for (int j = 0; j < MECHC_NU; j++)
+                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
+        }
+        mechc_critical_equations(t, p, k, &place, &at, c, a, b);
+        mechc_solve(a, b, MECHC_NU + at.rank + 1);
+        double square = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
+        travelled += sqrt(square);
+        if (!(travelled <= reach)) return 0;
+        double moved[MECHC_NQ];
+        mechc_displace(t, c->q, p, k, b, moved);
+        memcpy(c->q, moved, sizeof moved);
+        for (int r = 0; r < at.rank; r++)
+            for (int i = 0; i < MECHC_NH; i++)
+                c->normal[i] += b[MECHC_NU + r] * at.basis[r * MECHC_NH + i];
+        c->gap += b[MECHC_NU + at.rank];
+        if (sqrt(square) <= 1e-10 * reach) {
+            mechc_measure_gap(t, p, k, c);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Gaps up to a few units of rounding are a change point to whoever typed the lengths as doubles;
+ * up to a hundred, the closure's own rounding bends the curve as much as the gap does. */
+MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
+{
+    if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
+    return fabs(c->gap) <= 100.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
+}
+
+/* 1 where the weakest direction turned over between two places: the signed smallest singular value,
+ * followed with its vectors, changed sign.  0 where it did not, -1 where the vectors turned too far
+ * to tell. */
+MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
+{
+    const double left = mechc_dot(before->left, after->left, MECHC_NH);
+    const double right = mechc_dot(before->right, after->right, MECHC_NU);
+    if (fabs(left) < 0.6 || fabs(right) < 0.6) return -1;
+    return left * right < 0.0;
+}
+
+#endif

@@ -1,6 +1,7 @@
 """Derives, emits and compiles each shipped mechanism while extensions are built."""
 
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from setuptools import Extension, setup
@@ -55,13 +56,19 @@ class BuildScenes(build_ext):
             from mechc_codegen.extension import FLAGS
 
             build, folder = self.builds[extension.name]
-            for source, flags in build.flags.items():
-                extension.extra_objects += self.compiler.compile(
+
+            def compile_unit(unit):
+                source, flags = unit
+                return self.compiler.compile(
                     [str(folder / source)],
                     output_dir=self.build_temp,
                     include_dirs=extension.include_dirs,
                     extra_postargs=[*FLAGS, *flags],
                 )
+
+            with ThreadPoolExecutor() as pool:
+                for objects in pool.map(compile_unit, build.flags.items()):
+                    extension.extra_objects += objects
         super().build_extension(extension)
 
     def is_stale(self, extension):
@@ -72,8 +79,12 @@ class BuildScenes(build_ext):
 setup(
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
-        Extension("mechc._driver", ["src/mechc/_driver.pyx"], include_dirs=[str(RUNTIME)],
-                  depends=[str(RUNTIME / "model.h")]),
+        Extension(
+            "mechc._driver",
+            ["src/mechc/_driver.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=[str(RUNTIME / "model.h")],
+        ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],
 )

@@ -175,11 +175,12 @@ class _Emitter:
 
     def _output(self, output: Output) -> str:
         statements = self._slice((output.name,))
-        body = [*self._loads(self._reads(statements, (output.name,))), *self._statements(statements)]
+        body = [
+            *self._loads(self._reads(statements, (output.name,))),
+            *self._statements(statements),
+        ]
         body += self._assignments(output, "out")
-        signature = (
-            "real t, const real *q, const real *u, const real *p, const real *k, real *out"
-        )
+        signature = "real t, const real *q, const real *u, const real *p, const real *k, real *out"
         name = f"output_{output.name}"
         return _function(output.equation, name, signature, body, _used_names(signature))
 
@@ -259,7 +260,9 @@ class _Emitter:
                 place(j)
             loads = " ".join(f"const double p{j} = p[{j}];" for j in followed)
             text = self.printer.real(value)
-            lines.append(f"    if (!given[{i}]) {{ {loads} p[{i}] = {text}; }}".replace("{  ", "{ "))
+            lines.append(
+                f"    if (!given[{i}]) {{ {loads} p[{i}] = {text}; }}".replace("{  ", "{ ")
+            )
 
         for i in range(len(symbols)):
             place(i)

@@ -33,7 +33,7 @@ def _unused(name: str, equations: Equations) -> bool:
 def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
     """What of the velocity constraints J u + b is free of speeds; absent where it vanishes."""
     velocity = equations.outputs["velocity_constraints"]
-    at_rest = {u: S.Zero for u in equations.symbols.u}
+    at_rest = dict.fromkeys(equations.symbols.u, S.Zero)
     bias = tuple(e.xreplace(at_rest) for e in velocity.elements)
     if all(b == 0 for b in bias):
         return ()

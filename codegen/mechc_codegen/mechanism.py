@@ -217,8 +217,8 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
 
 def _free_symbols(expression: Expr) -> set[Expr]:
     """Symbols, functions of time and their derivatives, each as one thing."""
+    stand_in = Symbol("_rate")
     derivatives = expression.atoms(Derivative)
-    inner = {f for d in derivatives for f in d.atoms(AppliedUndef)}
-    outside = expression.xreplace({d: Symbol("_rate") for d in derivatives})
-    found = outside.atoms(AppliedUndef) | outside.atoms(Symbol) | derivatives
-    return found - {Symbol("_rate"), dynamicsymbols._t} - (inner - outside.atoms(AppliedUndef))
+    outside = expression.xreplace(dict.fromkeys(derivatives, stand_in))
+    found: set[Expr] = outside.atoms(AppliedUndef) | outside.atoms(Symbol) | derivatives
+    return found - {stand_in, dynamicsymbols._t}

@@ -1,35 +1,61 @@
-"""Expressions -> C over ``real``, through SymPy's C printer."""
+"""Expressions -> C over ``real``, through SymPy's C printer.
+
+Input: one expression.  Output: its C text.  Invariant: only what has a meaning for lanes is
+printed; everything else is refused by name, never handed to the C compiler.
+"""
 
 from __future__ import annotations
 
-from sympy import Expr, Float, Integer, Pow, Rational, Symbol
+import math
+
+from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, Symbol, exp
+from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
 from mechc_codegen.errors import MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
+_EXACT = 2**53  # integers up to here are doubles
+_PRINTED = (Symbol, Rational, Float, NumberSymbol, Add, Mul, Pow, exp)
 
 
 class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     """C over ``real``: powers as products, functions through the lane macros."""
 
-    functions = ("tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "atan2")
+    functions = (
+        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
+        *("sinh", "cosh", "tanh", "exp", "log"),
+    )
+
+    def _print(self, expr: Expr, **kwargs: object) -> str:
+        self._refuse_unknown(expr)
+        if isinstance(expr, (Rational, Float)) or expr.free_symbols:
+            return str(super()._print(expr, **kwargs))
+        return _number(expr)
+
+    def _refuse_unknown(self, expr: Expr) -> None:
+        name = type(expr).__name__
+        known = name in (*self.functions, "Abs") and not isinstance(expr, AppliedUndef)
+        if not known and not isinstance(expr, _PRINTED):
+            raise MechanismError(
+                f"{name} has no C form here, in {str(expr)[:80]!r}; known are numbers, "
+                f"+, -, *, /, **, sqrt, Abs, {', '.join(self.functions)}"
+            )
 
     def _print_Symbol(self, expr: Symbol) -> str:
         return str(expr.name)
 
     def _print_Integer(self, expr: Integer) -> str:
-        return f"{int(expr)}.0"
+        return f"{int(expr)}.0" if abs(int(expr)) <= _EXACT else _number(expr)
 
     def _print_Rational(self, expr: Rational) -> str:
         exact = int(expr.q) & (int(expr.q) - 1) == 0 and int(expr.q) < 2**50 > abs(int(expr.p))
-        return repr(float(expr)) if exact else f"({int(expr.p)}.0/{int(expr.q)}.0)"
+        if exact or max(abs(int(expr.p)), int(expr.q)) > _EXACT:
+            return _number(expr)
+        return f"({int(expr.p)}.0/{int(expr.q)}.0)"
 
     def _print_Float(self, expr: Float) -> str:
-        return repr(float(expr))
-
-    def _print_NumberSymbol(self, expr: Expr) -> str:
-        return repr(float(expr))
+        return _number(expr)
 
     def _print_Pow(self, expr: Pow) -> str:
         base, exponent = expr.as_base_exp()
@@ -44,18 +70,12 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
         return f"R_CALL2(pow, {self._real(base)}, {self._real(exponent)})"
 
     def _print_Function(self, expr: Expr) -> str:
-        name = type(expr).__name__
-        if name not in self.functions:
-            raise MechanismError(
-                f"the function {name} has no C form here; known are sin, cos, sqrt, Abs, "
-                f"{', '.join(self.functions)}"
-            )
         call = "R_CALL2" if len(expr.args) == 2 else "R_CALL"
-        return f"{call}({name}, {', '.join(self._real(a) for a in expr.args)})"
+        return f"{call}({type(expr).__name__}, {', '.join(self._real(a) for a in expr.args)})"
 
     _print_tan = _print_asin = _print_acos = _print_atan = _print_atan2 = _print_Function
     _print_sinh = _print_cosh = _print_tanh = _print_exp = _print_log = _print_Function
-    _print_sin = _print_cos = _print_Function  # these are paired before printing
+    _print_sin = _print_cos = _print_Function  # in a program these are paired before printing
 
     def _print_Abs(self, expr: Expr) -> str:
         return f"R_CALL(fabs, {self._real(expr.args[0])})"
@@ -68,3 +88,11 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def real(self, expression: Expr) -> str:
         """C text of type ``real``."""
         return self._real(expression)
+
+
+def _number(expression: Expr) -> str:
+    """A number as the double nearest to it."""
+    value = complex(expression.evalf(30))
+    if value.imag != 0 or not math.isfinite(value.real):
+        raise MechanismError(f"{str(expression)[:80]!r} is not a real number of double range")
+    return repr(value.real)

@@ -13,12 +13,14 @@ from typing import Any
 from mechc.errors import (
     AssemblyError,
     CacheError,
+    ChangePointError,
     CompilerError,
     MechcError,
     MissingPackageError,
     UnknownNameError,
     ValueOutOfBoundsError,
 )
+from mechc.events import Event, EventRecord
 from mechc.load import compile, load, mechanisms
 from mechc.model import Model, Momenta
 from mechc.solution import Solution
@@ -31,9 +33,12 @@ __all__ = [
     "AssemblyError",
     "CacheError",
     "ChangePoint",
+    "ChangePointError",
     "CompilerError",
-    "MechcError",
+    "Event",
+    "EventRecord",
     "Mechanism",
+    "MechcError",
     "MissingPackageError",
     "Model",
     "Momenta",

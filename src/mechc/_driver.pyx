@@ -37,7 +37,7 @@ cdef extern from "model.h":
         const double *scale
         double first_step, max_step
         long max_steps
-        int method, dense, on_change_point
+        int method, dense, on_change_point, may_stiffen
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations
@@ -203,7 +203,7 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0):
+              bint dense, int on_change_point=0, bint may_stiffen=False):
         """Begin a run; see Run.  on_change_point: 0 passes straight on, 1 stops before it."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
@@ -227,6 +227,7 @@ cdef class Scene:
         options.max_steps = max_steps
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
+        options.may_stiffen = may_stiffen
         self.unit.start(run.run, &options)
         return run
 

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
 
 STARTS_PER_UNKNOWN = 24
 ITERATIONS = 60
-SAME = 1e-7  # two solutions closer than this (rad, or of the model's length) are one
+POLISHES = 30
+SAME = 1e-6  # two solutions closer than this (rad, or of the model's length) are one
+DEAD = 1e-7  # relative singular value of a dead point, found to half the digits as it is
 EPS = float(np.finfo(float).eps)
 
 
@@ -58,7 +60,7 @@ def assemble(
         raise AssemblyError(f"{both} is both given and guessed; leave it out of one of them")
     found = _configurations(model, coordinates, params, near)
     chosen = _nearest(model, found, near) if near else found[0]
-    return _with_speeds(model, chosen[None], speeds, params)[0]
+    return np.asarray(_with_speeds(model, chosen[None], speeds, params)[0])
 
 
 def assemblies(
@@ -103,14 +105,14 @@ def _configurations(
     free = [i for i in range(len(model.coordinates)) if i not in kept]
     fixed = np.zeros(len(model.coordinates))
     fixed[kept] = list(given.values())
-    loop = _Loop(model, values, fixed, free)
+    loop = Loop(model, values, fixed, free)
     if not free or not loop.rows:
         return _without_search(model, loop, near)
     _refuse_choice(model, loop, near)
     return _preferred_first(model, values, loop.solve(_starts(model, loop, near)))
 
 
-class _Loop:
+class Loop:
     """The configuration constraints as equations in the free coordinates."""
 
     def __init__(self, model: Model, values: Array, fixed: Array, free: list[int]) -> None:
@@ -122,8 +124,9 @@ class _Loop:
 
     def states(self, x: Array) -> Array:
         """Full states at rest for free coordinates x (n, free)."""
-        y = np.zeros((len(x), len(self.fixed) + len(self.model.speeds)))
-        y[:, : len(self.fixed)] = self.fixed
+        width = len(self.model.coordinates)
+        y = np.zeros((len(x), width + len(self.model.speeds)))
+        y[:, :width] = self.fixed  # (nq,), or (n, nq) with values of their own
         y[:, self.free] = x
         return y
 
@@ -138,16 +141,25 @@ class _Loop:
 
     def solve(self, x: Array) -> Array:
         """Closed configurations (n, nq) reached from the starts, each once."""
+        x, closed = self.search(x)
+        gaps = np.linalg.norm(self.gap(x), axis=1)
+        if not closed.any():
+            raise AssemblyError(self._miss(self._least_gap(x[np.argmin(gaps)])))
+        order = np.argsort(gaps[closed], kind="stable")
+        wrapped = np.where(self.angular, wrap(x[closed]), x[closed])[order]
+        return self.states(self._distinct(wrapped))[:, : len(self.fixed)]
+
+    def search(self, x: Array) -> tuple[Array, Array]:
+        """Where each start (n, free) leads, and whether the loops close there."""
+        before = np.full(len(x), np.inf)
         for _ in range(ITERATIONS):
             x = self._descend(x)
-        for _ in range(3):
-            x = self._polish(x)
-        gaps = np.abs(self.gap(x)).max(axis=1)
-        closed = gaps <= 64 * EPS * self.length
-        if not closed.any():
-            raise AssemblyError(self._miss(float(gaps.min())))
-        wrapped = np.where(self.angular, wrap(x[closed]), x[closed])
-        return self.states(self._distinct(wrapped))[:, : len(self.fixed)]
+            size = np.linalg.norm(self.gap(x), axis=1)
+            if ((size <= 1e-12 * self.length) | (size > 0.999 * before)).all():
+                break
+            before = size
+        x = self._polish(x)
+        return x, np.linalg.norm(self.gap(x), axis=1) <= 64 * EPS * self.length
 
     def _descend(self, x: Array) -> Array:
         """A Levenberg-Marquardt step with the damping of Yamashita & Fukushima (2001)."""
@@ -170,12 +182,19 @@ class _Loop:
         return best
 
     def _polish(self, x: Array) -> Array:
-        """A Gauss-Newton step, kept where it does not open the loop."""
-        gap = self.gap(x)
-        step = np.linalg.pinv(self.gradient(x), rcond=1e-13) @ gap[:, :, None]
-        trial = x - step[:, :, 0]
-        better = np.abs(self.gap(trial)).max(axis=1) <= np.abs(gap).max(axis=1)
-        return np.where(better[:, None], trial, x)
+        """Gauss-Newton steps, each kept where it closes the loop further.
+
+        Where two assemblies meet they gain one bit a step, so there may be many.
+        """
+        for _ in range(POLISHES):
+            gap = self.gap(x)
+            step = np.linalg.pinv(self.gradient(x), rcond=1e-13) @ gap[:, :, None]
+            trial = x - step[:, :, 0]
+            better = np.abs(self.gap(trial)).max(axis=1) < np.abs(gap).max(axis=1)
+            if not better.any():
+                break
+            x = np.where(better[:, None], trial, x)
+        return x
 
     def _distinct(self, x: Array) -> Array:
         kept: list[Array] = []
@@ -187,6 +206,18 @@ class _Loop:
     def _distance(self, a: Array, b: Array) -> float:
         difference = np.where(self.angular, wrap(a - b), a - b)
         return float(np.abs(difference / self.scale).max())
+
+    def _least_gap(self, x: Array) -> float:
+        """How close the ends come from x on, m."""
+        from scipy.optimize import minimize
+
+        def square(z: Array) -> tuple[float, Array]:
+            gap = self.gap((z * self.scale)[None])[0]
+            slope = gap @ self.gradient((z * self.scale)[None])[0] * self.scale
+            return float(gap @ gap) / 2, slope
+
+        found = minimize(square, x / self.scale, jac=True, method="BFGS", options={"gtol": 1e-12})
+        return float(np.sqrt(2 * found.fun))
 
     def _miss(self, gap: float) -> str:
         model = self.model
@@ -201,7 +232,7 @@ class _Loop:
         )
 
 
-def _without_search(model: Model, loop: _Loop, near: Mapping[str, float]) -> Array:
+def _without_search(model: Model, loop: Loop, near: Mapping[str, float]) -> Array:
     """Nothing to solve for, or nothing to close."""
     q = loop.fixed.copy()
     for name, value in near.items():
@@ -216,7 +247,7 @@ def _without_search(model: Model, loop: _Loop, near: Mapping[str, float]) -> Arr
     return q[None]
 
 
-def _refuse_choice(model: Model, loop: _Loop, near: Mapping[str, float]) -> None:
+def _refuse_choice(model: Model, loop: Loop, near: Mapping[str, float]) -> None:
     excess = len(loop.free) - loop.rows
     if excess > 0 and not near:
         names = ", ".join(model.coordinates[i] for i in loop.free)
@@ -226,21 +257,25 @@ def _refuse_choice(model: Model, loop: _Loop, near: Mapping[str, float]) -> None
         )
 
 
-def _starts(model: Model, loop: _Loop, near: Mapping[str, float]) -> Array:
-    """Points spread evenly over the free coordinates (Roberts' R sequence), and the guess."""
+def _starts(model: Model, loop: Loop, near: Mapping[str, float]) -> Array:
+    """Points spread evenly over the free coordinates, and the guess."""
     size = len(loop.free)
     count = STARTS_PER_UNKNOWN * size * size
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1.0 + ratio) ** (1.0 / (size + 1))
-    steps = ratio ** -np.arange(1.0, size + 1.0)
-    even = (0.5 + np.outer(np.arange(count), steps)) % 1.0
-    spread = (2.0 * even - 1.0) * np.where(loop.angular, np.pi, loop.length)
+    spread = even_points(count, size) * np.where(loop.angular, np.pi, loop.length)
     if not near:
         return spread
     guess = np.array([near.get(model.coordinates[i], np.nan) for i in loop.free])
     near_guess = np.where(np.isnan(guess), spread, guess)
     return near_guess if size > loop.rows else np.vstack([near_guess, spread])
+
+
+def even_points(count: int, size: int) -> Array:
+    """Points (count, size) spread evenly over (-1, 1) in every component (Roberts 2018)."""
+    ratio = 2.0
+    for _ in range(40):
+        ratio = (1.0 + ratio) ** (1.0 / (size + 1))
+    steps = ratio ** -np.arange(1.0, size + 1.0)
+    return np.asarray(2.0 * ((0.5 + np.outer(np.arange(count), steps)) % 1.0) - 1.0)
 
 
 def _preferred_first(model: Model, values: Array, found: Array) -> Array:
@@ -289,7 +324,7 @@ def _consistent_speeds(
         return
     residual = model.velocity_constraints(y, params)
     if free:
-        u[free] -= np.linalg.lstsq(jacobian[:, free], residual, rcond=1e-12)[0]
+        u[free] -= np.linalg.lstsq(jacobian[:, free], residual, rcond=DEAD)[0]
         residual = model.velocity_constraints(y, params)
     size = np.abs(jacobian).max() * max(1.0, float(np.abs(u).max()))
     if np.abs(residual).max() > 1e-9 * size:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import re
 import shutil
 import stat
 import tempfile
@@ -20,6 +21,7 @@ from pathlib import Path
 from mechc.errors import CacheError
 
 SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
+_KEY = re.compile(r"[0-9a-f]{64}")
 
 
 def cache_folder() -> Path:
@@ -47,23 +49,40 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
 
 
 def entries() -> list[Path]:
-    """Folders of all entries."""
+    """Folders of all entries, and of nothing else that may lie beside them."""
     root = cache_folder()
-    return sorted(p for p in root.glob("*") if p.is_dir()) if root.is_dir() else []
+    found = root.iterdir() if root.is_dir() else ()
+    return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
 
 
 def clear() -> int:
     """Remove every entry; how many there were."""
     found = entries()
+    if found:
+        _refuse_foreign(cache_folder())
     for folder in found:
-        shutil.rmtree(folder)
-    for lock in cache_folder().glob("*.lock"):
-        lock.unlink()
+        lock = folder.with_name(f"{folder.name}.lock")
+        with _locked(lock):
+            shutil.rmtree(folder, ignore_errors=True)
+            lock.unlink()
     return len(found)
 
 
+def check() -> Path:
+    """The cache folder; raises :class:`CacheError` if it is there and cannot be used safely."""
+    root = cache_folder()
+    existing = next(path for path in (root, *root.absolute().parents) if path.exists())
+    if existing == root:
+        _refuse_foreign(root)
+    if not os.access(existing, os.W_OK):
+        raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
+    return root
+
+
 def _replace(root: Path, target: Path, make: Callable[[Path], None]) -> None:
-    aside = Path(tempfile.mkdtemp(prefix=".new-", dir=root))
+    for left_behind in root.glob(f".new-{target.name}-*"):  # by a process that was killed
+        shutil.rmtree(left_behind)
+    aside = Path(tempfile.mkdtemp(prefix=f".new-{target.name}-", dir=root))
     try:
         make(aside)
         (aside / CHECKSUM).write_text(_checksum(aside / SHARED_OBJECT))
@@ -117,6 +136,17 @@ def _refuse_foreign(folder: Path) -> None:
 @contextmanager
 def _locked(path: Path) -> Iterator[None]:
     """One process at a time; the lock goes with the process that holds it."""
-    with path.open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+    while True:
+        with path.open("w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            if _names(path, file.fileno()):
+                yield
+                return
+
+
+def _names(path: Path, descriptor: int) -> bool:
+    """Whether the path still is the open file; :func:`clear` may have removed it meanwhile."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
+import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -141,8 +143,9 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--t-end", default="20", metavar="SECONDS", help="[20]")
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
-    parser.add_argument("--method", default="auto", help="auto, dopri5 or dop853 [auto]")
+    parser.add_argument("--method", default="auto", help="auto, dopri5, dop853 or radau5 [auto]")
     parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
+    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object; write only with --out"
     )
@@ -162,20 +165,22 @@ def _run(chosen: argparse.Namespace) -> int:
     t_end = read_seconds(chosen.t_end)
     if not t_end > 0:
         raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
-    folder = _folder(chosen)
+    rtol = _number("--rtol", chosen.rtol)
     params = _values(model, chosen.parameters, model.parameters, "parameter")
     state = _start_state(model, chosen, params)
+    folder = _folder(chosen)
     with ProgressBar(f"simulating {model.name}") as bar:
         sol = model.simulate(
-            t_end, state, params, rtol=_number("--rtol", chosen.rtol), method=chosen.method,
-            progress=bar.update,
-        )  # fmt: skip
+            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+        )
     if chosen.json:
         print(json.dumps(json_summary(sol)))
     else:
         print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
     if folder is not None:
         _write(sol, folder, quiet=chosen.json)
+        if chosen.open:
+            _open_in_browser(folder / "animation.html")
     if sol.status.code == "interrupted":
         return INTERRUPTED
     return 0 if sol.status.ok else FAILED
@@ -222,6 +227,13 @@ def _write(sol: Solution, folder: Path, *, quiet: bool) -> None:
         print(f"\nwritten into {folder.resolve()}:")
         print(f"  {'  '.join(sorted(path.name for path in folder.iterdir()))}")
         print(f"open {(folder / 'animation.html').resolve()} in a browser to see it move")
+
+
+def _open_in_browser(path: Path) -> None:
+    """On a desktop; elsewhere the path printed has to do."""
+    desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+    if desktop:
+        webbrowser.open(path.resolve().as_uri())
 
 
 def _show(chosen: argparse.Namespace) -> int:
@@ -305,7 +317,9 @@ def _options(typed: Sequence[str]) -> dict[str, Any]:
     }
 
 
-def _values(model: Model, typed: Sequence[str], known: Sequence[str], kind: str) -> dict[str, float]:
+def _values(
+    model: Model, typed: Sequence[str], known: Sequence[str], kind: str
+) -> dict[str, float]:
     values = {}
     for text in typed:
         name, value = split_assignment(text)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import tempfile
 from collections.abc import Callable
@@ -64,13 +63,7 @@ def _compiler() -> str:
 
 
 def _cache() -> str:
-    folder = cache.cache_folder()
-    existing = folder
-    while not existing.exists():
-        existing = existing.parent
-    if not os.access(existing, os.W_OK):
-        raise MechcError(f"{folder} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
-    return f"{folder}, {len(cache.entries())} compiled scenes"
+    return f"{cache.check()}, {len(cache.entries())} compiled scenes"
 
 
 def written(checks: list[Check]) -> str:

@@ -32,6 +32,14 @@ class AssemblyError(MechcError, ValueError):
     """The loops cannot be closed, or the speeds asked for contradict each other."""
 
 
+class ChangePointError(MechcError):
+    """A change point under ``on_change_point="raise"``; ``solution`` is the run until then."""
+
+    def __init__(self, message: str, solution: object) -> None:
+        super().__init__(message)
+        self.solution = solution
+
+
 class MissingPackageError(MechcError, ImportError):
     """An optional package is needed and not installed."""
 

@@ -35,12 +35,16 @@ def shipped_options(name: str) -> dict[str, str]:
     return {option.name: option.description for option in SHIPPED[name].options}
 
 
-def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
-    """A variant of a shipped mechanism."""
+def check_options(name: str, options: Mapping[str, Any]) -> None:
+    """Raise :class:`UnknownNameError` for an option that a shipped mechanism does not have."""
     known = shipped_options(name)
     for option in options:
         if option not in known:
             raise UnknownNameError(f"option of {name}", option, known)
+
+
+def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
+    """A variant of a shipped mechanism; its options are known to exist."""
     mechanism = _compiler_errors(lambda: _shipped(name, options))
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
     return _compile(mechanism, {"options": told})
@@ -76,9 +80,7 @@ def generated_texts(name: str, options: Mapping[str, Any]) -> Mapping[str, str]:
     """File name -> text of everything generated for a shipped mechanism."""
     from mechc_codegen import build_scene
 
-    texts: Mapping[str, str] = build_scene(
-        _compiler_errors(lambda: _shipped(name, options))
-    ).texts
+    texts: Mapping[str, str] = build_scene(_compiler_errors(lambda: _shipped(name, options))).texts
     return texts
 
 
@@ -94,8 +96,9 @@ def _compile(mechanism: Any, build: dict[str, Any]) -> Model:
     started = time.perf_counter()
     scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),)))
     command = toolchain.compiler()
-    environment = f"{sys.version} {version('mechc')} {_processor()}"
-    key = signature(scene, toolchain.version(tuple(command)), environment)
+    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
+    told = " ".join([*command, toolchain.version(tuple(command))])
+    key = signature(scene, told, environment)
     if key not in _compiled:
         emitted = time.perf_counter()
         path = cache.entry(key, lambda folder: _make(scene, folder))
@@ -154,10 +157,10 @@ def _make(scene: Any, folder: Path) -> None:
 
 
 def _cythonized(path: Path) -> str:
-    from Cython.Compiler.Main import CompilationOptions, default_options
-    from Cython.Compiler.Main import compile as cythonize
+    from Cython.Compiler import Main
 
-    result = cythonize(str(path), CompilationOptions(default_options))
+    main: Any = Main  # without type hints of its own
+    result = main.compile(str(path), main.CompilationOptions(main.default_options))
     if result.num_errors:
         raise MechcError(f"Cython could not translate {path}: this is a bug in mechc")
     return Path(result.c_file).name

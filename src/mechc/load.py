@@ -43,11 +43,17 @@ def load(name: str, *, instruction_set: str | None = None, **options: Any) -> Mo
     """
     if name not in _scenes.NAMES:
         raise UnknownNameError("mechanism", name, _scenes.NAMES)
-    asked = {key: value for key, value in options.items() if value is not False}
-    if asked:
-        from mechc.jit import compile_shipped
+    if options:
+        from mechc.jit import check_options, compile_shipped
 
-        return compile_shipped(name, asked)
+        check_options(name, options)
+        asked = {key: value for key, value in options.items() if value is not False}
+        if asked and instruction_set is not None:
+            raise ValueError(
+                "a variant is compiled for this processor alone: leave instruction_set out"
+            )
+        if asked:
+            return compile_shipped(name, asked)
     key = (name, instruction_set)
     if key not in _loaded:
         _loaded[key] = Model(_scene_module(name).model, instruction_set=instruction_set)

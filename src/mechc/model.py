@@ -13,6 +13,7 @@ import numpy as np
 from mechc import assemble as _assemble
 from mechc import report as _report
 from mechc import simulate as _simulate
+from mechc import statics as _statics
 from mechc._driver import Scene
 from mechc.errors import UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
@@ -249,7 +250,8 @@ class Model:
         shape = self._data["shapes"].get(name)
         if states.ndim == 1 and values.ndim == 1 and np.ndim(t) == 0:
             times = np.array([t], dtype=np.float64)
-            return self._rows(name, times, states[None], values[None], shape)[0]
+            one: Array = self._rows(name, times, states[None], values[None], shape)[0]
+            return one
         return self._evaluate_many(name, states, values, np.asarray(t, dtype=np.float64), shape)
 
     def _evaluate_many(
@@ -308,6 +310,16 @@ class Model:
     ) -> Array:
         """Every state that closes the loops; see :func:`mechc.assemble.assemblies`."""
         return _assemble.assemblies(self, coordinates, speeds, params)
+
+    def equilibria(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[_statics.Equilibrium, ...]:
+        """Configurations that stay at rest; see :func:`mechc.statics.equilibria`."""
+        return _statics.equilibria(self, params, t)
+
+    def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
+        """Ranges in which the loops close; see :func:`mechc.statics.limits`."""
+        return _statics.limits(self, coordinate, params)
 
     def simulate(
         self,

@@ -82,7 +82,7 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, Mapping):
             return self._from_names(params)
-        return self._from_array(np.ascontiguousarray(params, dtype=np.float64))
+        return self._from_array(np.array(params, dtype=np.float64, order="C"))
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter given in metres, 1 if there is none."""

@@ -129,7 +129,7 @@ def _settled(figure: Figure) -> Figure:
     """Lay out once and round: the layout's solver differs in its last bits from run to run."""
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+        figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save
     for axes in figure.axes:
         left, bottom, width, height = np.round(axes.get_position(original=True).bounds, 4)
         axes.set_position((left, bottom, width, height))

@@ -42,7 +42,10 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
     widths = [max(len(row[k]) for row in table) for k in range(len(head))]
     return [
         "  ".join(
-            [row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))]
+            [
+                row[0].ljust(widths[0]),
+                *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True)),
+            ]
         )
         for row in table
     ]
@@ -51,8 +54,7 @@ def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
 def model_html(model: Model) -> str:
     """The model for a notebook: title, coordinates, speeds, parameters."""
     rows = [
-        (name, q.description, q.unit, _default(model, name))
-        for name, q in model.quantities.items()
+        (name, q.description, q.unit, _default(model, name)) for name, q in model.quantities.items()
     ]
     head = ("name", "meaning", "unit", "default")
     return f"<b>{escape(model.title)}</b> {escape(repr(model)[1:-1])}{_html_table(head, rows)}"
@@ -89,18 +91,19 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
     """(label, value) pairs of a finished run, in what people read: degrees, metres, joules."""
     model, stats = sol.model, sol.stats
     names = (*model.coordinates, *model.speeds)
-    end = [(f"{name} at the end", _shown(model, name, sol.y[-1, i])) for i, name in enumerate(names)]
+    end = [
+        (f"{name} at the end", _shown(model, name, sol.y[-1, i])) for i, name in enumerate(names)
+    ]
     swing = [
         (f"{name} between", f"{_shown(model, name, low)} and {_shown(model, name, high)}")
         for name, low, high in zip(model.coordinates, *extremes(sol), strict=True)
     ]
     checks = [("energy drift", f"{sol.energy_drift:.1e} of the largest kinetic energy")]
     if model.constraint_names:
-        checks.append(("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s"))
-    passages = [
-        ("change point", f"passed at {c.t:.9g} s, {_configuration(model, c.q)}")
-        for c in sol.change_points
-    ]
+        checks.append(
+            ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
+        )
+    passages = _passages(sol)
     return [
         ("outcome", str(sol.status)),
         ("parameters", _parameters_in_words(sol)),
@@ -114,6 +117,13 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
             f"{1e3 * stats['wall_s']:.2f} ms ({stats['method']}, rtol {sol.policy.rtol:g})",
         ),
     ]
+
+
+def _passages(sol: Solution) -> list[tuple[str, str]]:
+    """The first few change points, and how many there were."""
+    points = sol.change_points
+    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.model, c.q)}") for c in points[:3]]
+    return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
 
 
 def extremes(sol: Solution) -> tuple[Any, Any]:
@@ -139,7 +149,9 @@ def _extreme(sol: Solution, component: int, sign: int) -> float:
 
 
 def _configuration(model: Model, q: tuple[float, ...]) -> str:
-    return ", ".join(f"{n} = {_shown(model, n, v)}" for n, v in zip(model.coordinates, q, strict=True))
+    return ", ".join(
+        f"{n} = {_shown(model, n, v)}" for n, v in zip(model.coordinates, q, strict=True)
+    )
 
 
 def _parameters_in_words(sol: Solution) -> str:

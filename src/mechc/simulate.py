@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    AssemblyError,
+    ChangePointError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
+from mechc.events import EventFinder
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
 from mechc.status import status_of
@@ -18,10 +24,11 @@ from mechc.status import status_of
 if TYPE_CHECKING:
     from mechc.model import Model
 
-METHODS = {"dopri5": 0, "dop853": 1}
+METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2}
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
-INTERRUPTED = 8
+EVENT_CHUNK = 50
+INTERRUPTED, STOPPED_BY_EVENT = 108, 109
 
 
 @dataclass(frozen=True)
@@ -35,6 +42,8 @@ class Policy:
     max_step: float
     max_steps: int
     dense: bool
+    on_change_point: str
+    stiff_switch: bool
 
 
 def simulate(
@@ -51,6 +60,8 @@ def simulate(
     max_step: float = math.inf,
     max_steps: int = 10_000_000,
     dense: bool = True,
+    events: Sequence[Any] = (),
+    on_change_point: str = "continue",
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Integrate the motion, every stage and every accepted state on the constraints.
@@ -70,11 +81,21 @@ def simulate(
     t_eval
         Times to report at, within the span; the accepted steps when None.
     method
-        ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8), or ``"auto"``.
+        ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
+        ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: explicit, going
+        over to ``"radau5"`` where stability limits the steps.
     first_step, max_step, max_steps
         First and largest step in s, and the largest number of attempted steps.
     dense
         Keep what ``sol(t)`` needs.
+    events
+        Functions ``g(t, y)`` whose zeros are found on the dense output, each an
+        :class:`mechc.Event` or a function with SciPy's attributes ``direction`` and
+        ``terminal``; their times and states are in ``sol.events``.
+    on_change_point
+        At a configuration where the mechanism has more than one way on: ``"continue"`` straight
+        on along the same branch, ``"stop"`` before it, or ``"raise"``
+        :class:`mechc.ChangePointError`.  Passages are in ``sol.change_points``.
     progress
         Called now and then with the fraction done.
 
@@ -102,10 +123,15 @@ def simulate(
         first_step=0.0 if first_step is None else _positive("first_step", first_step),
         max_step=_positive("max_step", max_step, infinite=True),
         max_steps=int(_positive("max_steps", max_steps)),
-        dense=bool(dense) or times is not None,
+        dense=bool(dense) or times is not None or len(events) > 0,
+        on_change_point=_checked_change_point(on_change_point),
+        stiff_switch=method == "auto",
     )
     state = checked_state(model, y0, values, span[0])
-    return run(model, span, state, values, policy, times, progress)
+    sol = run(model, span, state, values, policy, times, events, progress)
+    if on_change_point == "raise" and sol.change_points:
+        raise ChangePointError(_met(sol), sol)
+    return sol
 
 
 def run(
@@ -115,6 +141,7 @@ def run(
     values: Array,
     policy: Policy,
     times: Array | None = None,
+    events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Solution:
     """Integrate with everything checked already."""
@@ -123,40 +150,74 @@ def run(
         span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense,
+        policy.on_change_point != "continue",
+        policy.stiff_switch,
     )  # fmt: skip
-    code = _drive(compiled, span, progress)
+    finder = EventFinder(events, compiled, model._scene.width) if events else None
+    code, stop = _drive(compiled, span, finder, progress)
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
     bad = stats.pop("coordinate")
     status = status_of(
-        code, compiled.t, model.speeds[bad] if bad >= 0 else "", _warnings(stats)
+        code,
+        compiled.t if stop is None else stop,
+        model.speeds[bad] if bad >= 0 else "",
+        stats["critical_gap"],
+        _warnings(compiled),
     )
-    return Solution(model, values, policy, compiled, status, stats, times)
+    found = finder.records() if finder else ()
+    return Solution(model, values, policy, compiled, status, stats, times, found, stop)
 
 
-def _drive(compiled: Any, span: tuple[float, float], progress: Callable[[float], None] | None) -> int:
-    """Advance to the end; the final status code."""
+def _drive(
+    compiled: Any,
+    span: tuple[float, float],
+    finder: EventFinder | None,
+    progress: Callable[[float], None] | None,
+) -> tuple[int, float | None]:
+    """Advance to the end; the final status code, and the time of a terminal event."""
+    steps = CHUNK if finder is None else EVENT_CHUNK
     try:
-        while compiled.advance(CHUNK) == 0:
+        while True:
+            code = compiled.advance(steps)
+            stop = finder.look() if finder else None
+            if stop is not None:
+                return STOPPED_BY_EVENT, stop
+            if code != 0:
+                return code, None
             if progress is not None:
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
-        return INTERRUPTED
-    return int(compiled.status)
+        return INTERRUPTED, None
 
 
-NEARLY_SINGULAR = 0.02
-
-
-def _warnings(stats: dict[str, Any]) -> tuple[str, ...]:
-    if not stats["least_singular"] < NEARLY_SINGULAR:
+def _warnings(compiled: Any) -> tuple[str, ...]:
+    """What an engineer should know about change points passed."""
+    times = compiled.change_points()[0]
+    if not len(times):
         return ()
+    passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
     return (
-        f"At t = {stats['least_singular_time']:.6g} s the links were nearly in line (ratio of "
-        f"constraint pivots {stats['least_singular']:.1e}): there the mechanism may have to "
-        "choose between two ways on, and which one was taken has not been verified",
+        f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
+        "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
+        "with any play or tolerance in its lengths, has to be guided",
     )
+
+
+def _met(sol: Solution) -> str:
+    point = sol.change_points[0]
+    where = ", ".join(f"{n} = {x:.9g}" for n, x in zip(sol.model.coordinates, point.q, strict=True))
+    return (
+        f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "
+        "on_change_point='continue' to go straight on; error.solution has the motion until there"
+    )
+
+
+def _checked_change_point(policy: str) -> str:
+    if policy not in ("continue", "stop", "raise"):
+        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
+    return policy
 
 
 def _scale(model: Model, values: Array) -> Array:
@@ -176,7 +237,8 @@ def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
         )
     code, projected, gap, drift = model._scene.project(t0, state, values)
     allowed = OFF_BY_ROUNDING * model._parameters.length(values)
-    if not (code == 0 and gap <= allowed and drift <= allowed):
+    sound = code == 0 and gap <= allowed and drift <= allowed
+    if not (sound and math.isfinite(state.dot(state))):
         _refuse_state(model, state, gap, drift, allowed)
     return np.asarray(projected)
 

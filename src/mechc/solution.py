@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.events import EventRecord
 from mechc.parameters import Array
 from mechc.status import ChangePoint, Status
 
@@ -33,6 +34,8 @@ class Solution:
         the constraints and its time, wall time in s, method.
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
+    events
+        An :class:`mechc.EventRecord` (times, states) for each event asked for.
     y : (nt, nq + nu)
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
@@ -46,19 +49,27 @@ class Solution:
         status: Status,
         stats: dict[str, Any],
         times: Array | None = None,
+        events: tuple[EventRecord, ...] = (),
+        stop: float | None = None,
     ) -> None:
         self.model, self.params, self.policy = model, params, policy
         self.status = status
         self.stats: Mapping[str, Any] = MappingProxyType(stats)
-        self._run, self._times = run, times
+        self.events = events
+        self._run, self._times, self._stop = run, times, stop
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:
         """Times and states as reported; t_eval beyond where the run ended falls away."""
         t, y = self._run.states()
+        start, end = self.span
         if self._times is None:
-            return t, y
-        reached = np.abs(self._times - t[0]) <= np.abs(t[-1] - t[0])
+            if self._stop is None:
+                return t, y
+            before = np.abs(t - start) < abs(end - start)
+            last = self._run.interpolate(np.array([end]))
+            return np.append(t[before], end), np.vstack([y[before], last])
+        reached = np.abs(self._times - start) <= abs(end - start)
         times = self._times[reached]
         return times, self._run.interpolate(times)
 
@@ -110,7 +121,7 @@ class Solution:
     def span(self) -> tuple[float, float]:
         """Times between which the run has states, s."""
         t = self._run.states()[0]
-        return float(t[0]), float(t[-1])
+        return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
     # -- histories, computed when asked for ---------------------------------------------------
 
@@ -133,13 +144,19 @@ class Solution:
     def energy_drift(self) -> float:
         """Largest departure of the energy from its first value, relative to the largest T."""
         largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
-        departure = float(np.abs(self.energy - self.energy[0]).max(initial=0.0))
+        departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 
-    @property
+    @cached_property
     def change_points(self) -> tuple[ChangePoint, ...]:
-        """Passages of a change point, in order."""
-        return ()
+        """Change points passed (or, with "stop", met), in order: time and configuration."""
+        times, configurations, gaps = self._run.change_points()
+        end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
+        return tuple(
+            ChangePoint(float(t), tuple(q.tolist()), float(gap))
+            for t, q, gap in zip(times, configurations, gaps, strict=True)
+            if abs(t - self.span[0]) <= end
+        )
 
     # -- what people see ----------------------------------------------------------------------
 
@@ -180,5 +197,3 @@ def _largest(residuals: Array) -> Array:
     if residuals.shape[-1] == 0:
         return np.zeros(len(residuals))
     return np.asarray(np.abs(residuals).max(axis=-1))
-
-

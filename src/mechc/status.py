@@ -9,11 +9,20 @@ from dataclasses import dataclass
 class ChangePoint:
     """A passage of a configuration where the configuration curve crosses itself.
 
-    ``t`` in s; ``q`` the coordinates there, in state order.
+    Attributes
+    ----------
+    t
+        Time in s.
+    q
+        The coordinates there, in state order.
+    gap
+        By how much the loop misses closing exactly in that critical configuration, m: within
+        rounding of the lengths.
     """
 
     t: float
     q: tuple[float, ...]
+    gap: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -23,7 +32,7 @@ class Status:
     Attributes
     ----------
     code
-        One of ``CODES``; ``"finished"`` when the end time was reached.
+        One of ``CODES``: ``"finished"``, ``"stopped by an event"``, or what went wrong.
     t
         Time reached, s.
     cause, advice
@@ -40,12 +49,12 @@ class Status:
 
     @property
     def ok(self) -> bool:
-        """Whether the end time was reached."""
-        return self.code == "finished"
+        """Whether the end time, or a terminal event, was reached."""
+        return self.code in ("finished", "stopped by an event")
 
     def __str__(self) -> str:
         if self.ok:
-            head = f"finished: reached t = {self.t:g} s"
+            head = f"{self.code}: reached t = {self.t:g} s"
         else:
             head = f"{self.code} at t = {self.t:.9g} s: {self.cause}. {self.advice}"
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
@@ -82,15 +91,39 @@ CODES = {
         "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
     ),
     7: ("no memory", "the trajectory did not fit into memory", "Pass dense=False and t_eval"),
-    8: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
+    8: (
+        "undecided",
+        "the links come so nearly in line that doubles cannot tell on which side they pass: the "
+        "loop misses the change point by {gap:.1e} m",
+        "Which way the motion goes on depends on digits below rounding. Change a length by more "
+        "than that, or make it exact",
+    ),
+    9: (
+        "at a change point",
+        "the start is a change point, where the configuration has more than one way on, and the "
+        "speeds do not choose one",
+        "Start a little beside it, or give speeds that satisfy the constraints along one branch",
+    ),
+    10: (
+        "stopped at a change point",
+        "a change point comes next, and on_change_point='stop' was asked for",
+        "sol.change_points holds its time and configuration; continue past it with "
+        "on_change_point='continue'",
+    ),
+    109: ("stopped by an event", "", ""),
+    108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
 }
 
 
 def status_of(
-    code: int, t: float, coordinate: str = "", warnings: tuple[str, ...] = ()
+    code: int,
+    t: float,
+    coordinate: str = "",
+    gap: float = 0.0,
+    warnings: tuple[str, ...] = (),
 ) -> Status:
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
     if not cause:
         return Status(name, t, warnings=warnings)
-    return Status(name, t, cause.format(coordinate=coordinate), advice, warnings)
+    return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)

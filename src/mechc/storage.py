@@ -5,18 +5,30 @@ from __future__ import annotations
 import csv
 import json
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import MechcError, MissingPackageError, ValueOutOfBoundsError
+from mechc.errors import (
+    CompilerError,
+    MechcError,
+    MissingPackageError,
+    ValueOutOfBoundsError,
+)
+from mechc.parameters import Array
+from mechc.status import Status
 
 if TYPE_CHECKING:
+    from mechc.model import Model
     from mechc.solution import Solution
 
 FORMAT = 1
+LONGEST = 200  # characters of a NetCDF name
+TAKEN = {"time", "energy", "closure", "velocity_closure"}
+TAKEN |= {"byte", "char", "short", "ushort", "int", "uint", "int64", "uint64"}  # NetCDF's own
+TAKEN |= {"float", "real", "double", "bool", "string"}
 
 
 def to_dataset(sol: Solution) -> Any:
@@ -45,11 +57,11 @@ def to_dataset(sol: Solution) -> Any:
 
 
 def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
-    """NetCDF variable name -> name; distinct, and none of ours."""
-    taken = {"time", "energy", "closure", "velocity_closure"}
+    """NetCDF variable name -> name; distinct, none of ours and none of NetCDF's."""
+    taken = set(TAKEN)
     keys: dict[str, str] = {}
     for name in names:
-        key = re.sub(r"[^A-Za-z0-9_]", "_", name)
+        key = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST]
         key = key if key[:1].isalpha() else f"x_{key}"
         while key in taken:
             key += "_"
@@ -73,7 +85,7 @@ def open_saved(path: str | Path) -> Solution:
     """A solution saved as ``.nc``, again.
 
     The model is loaded and the motion simulated again from the saved start with the saved
-    settings, and compared with the saved states; so dense output works as before.
+    settings, and compared with the saved states; so it has dense output.
 
     Raises
     ------
@@ -81,33 +93,45 @@ def open_saved(path: str | Path) -> Solution:
         If the file is not a saved solution, its mechanism is not at hand, or the motion comes
         out different.
     """
-    recipe, states = _read(Path(path))
-    from mechc.load import load
-    from mechc.simulate import Policy, run
-
-    if recipe.get("custom"):
-        raise MechcError(
-            f"{path} holds the mechanism {recipe['mechanism']!r}, which is not shipped: compile "
-            "it and simulate again"
-        )
-    model = load(recipe["mechanism"], **recipe["options"])
-    policy = recipe["policy"]
-    if policy["atol"] is not None:
-        policy["atol"] = np.array(policy["atol"])
-    times = None if recipe["times"] is None else np.array(recipe["times"])
-    sol = run(
-        model,
-        (recipe["span"][0], recipe["span"][1]),
-        np.array(recipe["y0"]),
-        np.array(recipe["params"]),
-        Policy(**policy),
-        times,
-    )
+    path = Path(path)
+    try:
+        recipe, t, states = _read(path)
+        model = _model(recipe)
+        sol = _again(model, recipe, t)
+    except (FileNotFoundError, MissingPackageError, CompilerError):
+        raise
+    except (MechcError, OSError, KeyError, ValueError, TypeError, AttributeError) as error:
+        raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {error}") from None
     _compare(path, sol, states)
     return sol
 
 
-def _compare(path: str | Path, sol: Solution, states: Any) -> None:
+def _model(recipe: dict[str, Any]) -> Model:
+    from mechc.load import load
+
+    if recipe["custom"]:
+        raise MechcError(
+            f"its mechanism {recipe['mechanism']!r} is not a shipped one; compile it and simulate "
+            "again, or read the file with xarray"
+        )
+    return load(recipe["mechanism"], **recipe["options"])
+
+
+def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
+    """The run up to where it ended, with all that a file says checked as a user's input is."""
+    policy = recipe["policy"]
+    policy["first_step"] = policy["first_step"] or None
+    params, allowed = np.array(recipe["params"]), policy["max_steps"]
+    policy |= {"dense": True, "max_steps": allowed + 100}  # cut short, the last steps differ
+    sol = model.simulate(recipe["span"], np.array(recipe["y0"]), params, **policy)
+    sol.policy = replace(sol.policy, max_steps=allowed)
+    sol.status = Status(**recipe["status"] | {"warnings": tuple(recipe["status"]["warnings"])})
+    if not np.array_equal(sol._run.states()[0], t):
+        sol._times = t
+    return sol
+
+
+def _compare(path: Path, sol: Solution, states: Array) -> None:
     again = sol.y
     scale = 1.0 + np.abs(states).max(initial=0.0)
     same = again.shape == states.shape and np.abs(again - states).max(initial=0.0) < 1e-6 * scale
@@ -122,35 +146,31 @@ def _recipe(sol: Solution) -> dict[str, Any]:
     policy = asdict(sol.policy)
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
-    t, y = sol._run.states()
+    y0 = sol._run.states()[1][0]
     return {
         "format": FORMAT,
         "mechanism": sol.model.name,
         "options": dict(sol.model.options),
         "custom": bool(sol.model.build.get("custom", False)),
         "params": sol.params.tolist(),
-        "span": [float(t[0]), float(t[-1])],
-        "y0": y[0].tolist(),
-        "times": None if sol._times is None else sol.t.tolist(),
+        "span": list(sol.span),
+        "y0": y0.tolist(),
         "policy": policy,
+        "status": asdict(sol.status),
         "state": [*sol.model.coordinates, *sol.model.speeds],
     }
 
 
-def _read(path: Path) -> tuple[dict[str, Any], Any]:
+def _read(path: Path) -> tuple[dict[str, Any], Array, Array]:
+    """What is needed to simulate again, and the times and states saved."""
     xarray = _xarray()
-    try:
-        with xarray.open_dataset(path, engine="scipy", decode_times=False) as data:
-            recipe = json.loads(data.attrs["mechc"])
-            keys = netcdf_names(tuple(recipe["state"]))
-            states = np.column_stack([data[key].values for key in keys])
-    except FileNotFoundError:
-        raise
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise MechcError(f"{path} is not a solution saved by mechc ({error})") from None
-    if recipe.get("format") != FORMAT:
-        raise MechcError(f"{path} was saved in format {recipe.get('format')}, not {FORMAT}")
-    return recipe, states
+    with xarray.open_dataset(path, engine="scipy", decode_times=False) as data:
+        recipe = json.loads(data.attrs["mechc"])
+        if recipe["format"] != FORMAT:
+            raise MechcError(f"its format is {recipe['format']}, not {FORMAT}")
+        keys = netcdf_names(tuple(recipe["state"]))
+        states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
+        return recipe, data["time"].values.astype(np.float64), states
 
 
 def _write_csv(sol: Solution, path: Path) -> None:

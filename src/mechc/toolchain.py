@@ -40,8 +40,7 @@ def compiler() -> list[str]:
 @lru_cache
 def version(command: tuple[str, ...]) -> str:
     """First line of ``--version``."""
-    done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False)
-    return done.stdout.partition("\n")[0]
+    return _output([*command, "--version"]).stdout.partition("\n")[0]
 
 
 def compile_all(
@@ -72,11 +71,17 @@ def link(objects: Sequence[Path], target: Path) -> None:
     _run([*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)])
 
 
-def _run(command: list[str]) -> None:
+def _output(command: list[str]) -> subprocess.CompletedProcess[str]:
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        return subprocess.run(
+            command, capture_output=True, text=True, errors="replace", check=False
+        )
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
+
+
+def _run(command: list[str]) -> None:
+    done = _output(command)
     if done.returncode != 0:
         raise CompilerError(
             f"the C compiler failed (exit {done.returncode}).\n{shlex.join(command)}\n"

@@ -42,8 +42,7 @@ def read_value(text: str, quantity: Quantity) -> float:
     known = UNITS.get(quantity.unit, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
-            f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; "
-            f"{_choices(known)} {'are' if len(known) > 1 else 'is'}"
+            f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; use {_choices(known)}"
         )
     return float(number) * (known[unit] if unit else 1.0)
 
@@ -54,4 +53,4 @@ def read_seconds(text: str) -> float:
 
 
 def _choices(units: Iterable[str]) -> str:
-    return ", ".join(units)
+    return " or ".join(units)

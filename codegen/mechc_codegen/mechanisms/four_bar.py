@@ -161,9 +161,7 @@ def _parameters(
     ]
     about = "moment of inertia of the {} about its mass centre (follows m l^2/12 unless set)"
     inertias = [
-        Parameter(
-            I[k], m[k] * l[k] ** 2 / 12, Quantity("kg m^2", about.format(LINKS[k]), lower=0)
-        )
+        Parameter(I[k], m[k] * l[k] ** 2 / 12, Quantity("kg m^2", about.format(LINKS[k]), lower=0))
         for k in range(3)
     ]
     weight = Parameter(g, 9.81, Quantity("m/s^2", "acceleration of free fall, along -y"))

@@ -1,4 +1,4 @@
-"""Hoist: what depends on parameters alone is computed once a run, into constants ``k0, k1, ...``."""
+"""Hoist: what depends on parameters alone is computed once a run, into ``k0, k1, ...``."""
 
 from __future__ import annotations
 

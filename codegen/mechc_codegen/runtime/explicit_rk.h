@@ -5,6 +5,8 @@
  * Step control after Hairer, Norsett & Wanner (1993), section II.4.
  */
 
+typedef struct mechc_radau mechc_radau; /* in radau.h */
+
 typedef struct {
     mechc_run head;
     const mechc_tableau *tableau, *own; /* of this step; of the method */
@@ -21,6 +23,9 @@ typedef struct {
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
+    mechc_radau *implicit;     /* work space, made when first needed */
+    int may_stiffen;           /* go over to the implicit method where stability limits the step */
+    int stiff, easy;           /* steps in a row that were limited so; that were not */
 } mechc_rk_run;
 
 /* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
@@ -37,6 +42,17 @@ MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows);
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
+
+/* In radau.h. */
+MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
+MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end);
+MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, int count,
+                                    double *rows);
+
+MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
+{
+    return run->tableau->stability == 0.0;
+}
 
 /* Project y onto the constraints and take its rates. */
 MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *rates)
@@ -109,10 +125,11 @@ MECHC_STATIC double mechc_rk_norm(const mechc_rk_run *run, const double *weights
 
 /* Root mean square of the step's error over what is tolerated.  Near a change point only what the
  * projection of the end will keep of it counts: the rest is the closure's magnified rounding. */
-MECHC_STATIC double mechc_rk_error(const mechc_rk_run *run, double h, const double *end)
+MECHC_STATIC double mechc_rk_error(mechc_rk_run *run, double h, const double *end)
 {
     const mechc_tableau *tableau = run->tableau;
     mechc_scalar_place at_end, *place = 0;
+    if (mechc_rk_is_implicit(run)) return mechc_radau_error(run, h, end);
     if (MECHC_NH > 0 && mechc_dipped(&run->dip, run->horizon)) {
         place = &at_end;
         mechc_scalar_locate(run->head.t + h, end, run->p, run->k, place);
@@ -129,6 +146,10 @@ MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double
 {
     const mechc_tableau *tableau = run->tableau;
     const double *first = MECHC_RATE(run, 0), *last = MECHC_RATE(run, tableau->stages);
+    if (mechc_rk_is_implicit(run)) {
+        mechc_radau_dense(run, end, count, rows);
+        return;
+    }
     for (int i = 0; i < MECHC_NX; i++) {
         const double r0 = end[i] - run->y[i], r1 = h * first[i] - r0;
         rows[i] = r0;
@@ -170,17 +191,40 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
     return crosses ? mechc_rk_record(run, h, rows) : MECHC_RUNNING;
 }
 
+/* Two states at the step's end, the last stage's and the end's own, and their rates estimate the
+ * largest eigenvalue; where it times the step stays at the bound of stability, the implicit method
+ * takes over.  Hairer & Wanner (1996), section IV.2. */
+MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end)
+{
+    if (!run->may_stiffen || mechc_rk_is_implicit(run) || run->tableau != run->own) return;
+    const mechc_tableau *tableau = run->tableau;
+    const int stage = tableau->stages - 1;
+    double inner[MECHC_NX], rate = 0.0, state = 0.0;
+    mechc_rk_combine(run, tableau->matrix + stage * MECHC_MOST_RATES, stage, h, inner);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
+        rate += pow(change / run->scale[i], 2);
+        state += pow((end[i] - inner[i]) / run->scale[i], 2);
+    }
+    const int limited = state > 0.0 && fabs(h) * sqrt(rate / state) > tableau->stability;
+    run->stiff = limited ? run->stiff + 1 : run->stiff;
+    run->easy = limited ? 0 : run->easy + 1;
+    if (run->easy >= 6) run->stiff = 0;
+}
+
 /* Take over an accepted step. */
 MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const double *end)
 {
     const double conditioning = run->conditioning;
     const int status = mechc_rk_finish(run, h, end);
     if (status != MECHC_RUNNING) return status;
+    mechc_rk_watch_stiffness(run, h, end);
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
     run->dip.first = conditioning;
     run->dip.tries = 0;
+    if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
     return mechc_append(&run->head.trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
@@ -214,7 +258,10 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     if (!last && fabs(h) < smallest)
         return run->dip.tries ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
     mechc_dip_begin(&run->dip, run->y);
-    const int status = mechc_rk_rates(run, 1, run->tableau->stages, h, end);
+    const int status = mechc_rk_is_implicit(run)
+                     ? mechc_radau_step(run, h, end)
+                     : mechc_rk_rates(run, 1, run->tableau->stages, h, end);
+    if (status == MECHC_NO_MEMORY) return status;
     if (status != MECHC_RUNNING) {
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
@@ -257,7 +304,12 @@ static int mechc_rk_advance(mechc_run *head, long steps)
     return head->status;
 }
 
-static void mechc_rk_release(mechc_run *head) { mechc_free(&head->trajectory); }
+static void mechc_rk_release(mechc_run *head)
+{
+    mechc_free(&head->trajectory);
+    free(((mechc_rk_run *)head)->implicit);
+    ((mechc_rk_run *)head)->implicit = 0;
+}
 
 /* A first step after Hairer, Norsett & Wanner (1993), section II.4. */
 MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
@@ -313,6 +365,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->max_step = options->max_step;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
+    run->may_stiffen = options->may_stiffen;
     mechc_widest_gap(&MECHC_BRIDGE, &run->low, &run->best, &run->high);
     run->horizon = run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
@@ -323,7 +376,8 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
-    const int most = MECHC_NH > 0 ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
+    const int whole = MECHC_NH > 0 || run->may_stiffen; /* other tables may take part */
+    const int most = whole ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
     head->trajectory.dense_rows = options->dense ? most : 0;
     head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
     if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;

@@ -53,6 +53,7 @@ typedef struct {
     int method;
     int dense; /* keep the coefficients of the dense output */
     int on_change_point;
+    int may_stiffen; /* an explicit method may hand over to the implicit one */
 } mechc_options;
 
 typedef struct {

@@ -1,4 +1,4 @@
-/* Explicit Runge-Kutta pairs as data: adding one is adding a table here and a test.
+/* Runge-Kutta methods as data: adding one is adding a table here and a test.
  *
  * rate i is taken at t + nodes[i] h, y + h sum_j matrix[i][j] rate_j.  Rows past `stages` belong to
  * the dense output; row `stages` is the step's end.  The dense output is
@@ -16,6 +16,7 @@ typedef struct {
     const double *nodes, *matrix;         /* matrix: rows of MECHC_MOST_RATES */
     const double *error, *second_error;   /* second_error may be NULL */
     const double *dense;                  /* dense_rows - 3 rows of MECHC_MOST_RATES */
+    double stability;                     /* |h lambda| that an explicit method bears; 0: implicit */
 } mechc_tableau;
 
 /* Dormand & Prince (1980), order 5(4), 6 stages; dense output of order 4 after Hairer, Norsett &
@@ -45,7 +46,7 @@ static const double mechc_dopri5_dense[] = {
     -1.7672812570757455, 2.382468931778144, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 };
 static const mechc_tableau mechc_dopri5 = {6, 7, 5, 4, mechc_dopri5_nodes, mechc_dopri5_matrix,
-                                           mechc_dopri5_error, 0, mechc_dopri5_dense};
+                                           mechc_dopri5_error, 0, mechc_dopri5_dense, 3.25};
 
 /* Dormand & Prince, order 8(5,3), 12 stages; dense output of order 7: Hairer, Norsett & Wanner
  * (1993), section II.10, coefficients of their DOP853. */
@@ -114,10 +115,33 @@ static const double mechc_dop853_dense[] = {
 };
 static const mechc_tableau mechc_dop853 = {12, 16, 8, 7, mechc_dop853_nodes, mechc_dop853_matrix,
                                            mechc_dop853_error, mechc_dop853_second_error,
-                                           mechc_dop853_dense};
+                                           mechc_dop853_dense, 6.1};
 
-#define MECHC_METHODS 2
-static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853};
+/* Radau IIA, order 5, 3 stages (Radau's quadrature; Hairer & Wanner 1996, section IV.8).  Rate 0 is
+ * the start's; the error is that of an embedded formula of order 3, filtered by (I - h g J)^-1. */
+#define MECHC_RADAU_GAMMA 0.27488882959567734
+static const double mechc_radau5_nodes[] = {
+    0, 0.1550510257216822, 0.6449489742783178, 1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+};
+static const double mechc_radau5_matrix[] = {
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0.1968154772236604, -0.06553542585019839, 0.02377097434822015, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0,
+    0, 0.3944243147390873, 0.2920734116652285, -0.04154875212599793, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0,
+    0, 0.37640306270046725, 0.5124858261884216, 0.1111111111111111, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0,
+};
+static const double mechc_radau5_error[] = {
+    0, -10.048809399827416, 1.382142733160749, -0.3333333333333333, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0,
+};
+static const mechc_tableau mechc_radau5 = {3, 4, 4, 3, mechc_radau5_nodes, mechc_radau5_matrix,
+                                           mechc_radau5_error, 0, 0, 0.0};
+
+#define MECHC_METHODS 3
+static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853,
+                                                                   &mechc_radau5};
 
 /* The table that steps over a change point are taken with: the longest steps keep the farthest from
  * it. */

@@ -29,6 +29,7 @@
 #include "passage.h"
 #include "explicit_rk.h"
 #include "rk_passage.h"
+#include "radau.h"
 #include "rk_dense.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,

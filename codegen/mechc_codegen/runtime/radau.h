@@ -1,0 +1,218 @@
+/* Radau IIA of order 5 for stiff scenes: three implicit stages by simplified Newton iteration.
+ *
+ * It takes part in the explicit pairs' run (explicit_rk.h): only how a step's rates and its error
+ * are found differs.  The rates are those of the projected state, so that a stage's closure is
+ * part of the equations solved; their Jacobian is taken by differences in compiled code.
+ * Hairer & Wanner (1996), section IV.8.
+ */
+
+#define MECHC_RADAU_STAGES 3
+#define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
+#define MECHC_RADAU_ITERATIONS 10
+
+/* Work space of one implicit step. */
+struct mechc_radau {
+    double jacobian[MECHC_NX * MECHC_NX];
+    double system[MECHC_RADAU_SIZE * MECHC_RADAU_SIZE], filter[MECHC_NX * MECHC_NX];
+    int system_rows[MECHC_RADAU_SIZE], filter_rows[MECHC_NX];
+    double z[MECHC_RADAU_SIZE];   /* stages less the start */
+    double error[MECHC_NX];
+};
+
+/* a = P^-1 L U in place; 0 where a pivot vanishes. */
+MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size)
+{
+    for (int j = 0; j < size; j++) {
+        int best = j;
+        for (int i = j + 1; i < size; i++)
+            if (fabs(a[i * size + j]) > fabs(a[best * size + j])) best = i;
+        rows[j] = best;
+        if (!(fabs(a[best * size + j]) > 0.0)) return 0;
+        if (best != j)
+            for (int k = 0; k < size; k++) {
+                const double kept = a[j * size + k];
+                a[j * size + k] = a[best * size + k];
+                a[best * size + k] = kept;
+            }
+        const double inverse = 1.0 / a[j * size + j];
+        for (int i = j + 1; i < size; i++) {
+            const double factor = a[i * size + j] *= inverse;
+            if (factor != 0.0)
+                for (int k = j + 1; k < size; k++) a[i * size + k] -= factor * a[j * size + k];
+        }
+    }
+    return 1;
+}
+
+MECHC_ONCE void mechc_lu_solve(const double *a, const int *rows, int size, double *x)
+{
+    for (int i = 0; i < size; i++) {
+        const double kept = x[i];
+        x[i] = x[rows[i]];
+        x[rows[i]] = kept;
+    }
+    for (int i = 1; i < size; i++)
+        for (int k = 0; k < i; k++) x[i] -= a[i * size + k] * x[k];
+    for (int i = size - 1; i >= 0; i--) {
+        for (int k = i + 1; k < size; k++) x[i] -= a[i * size + k] * x[k];
+        x[i] /= a[i * size + i];
+    }
+}
+
+/* Derivative of the projected rates by the state at the step's start, by differences. */
+MECHC_STATIC int mechc_radau_jacobian(mechc_rk_run *run)
+{
+    mechc_radau *radau = run->implicit;
+    for (int j = 0; j < MECHC_NX; j++) {
+        double y[MECHC_NX], rates[MECHC_NX];
+        memcpy(y, run->y, sizeof y);
+        const double change = 1e-7 * fmax(run->scale[j], 1e-2 * fabs(y[j]));
+        y[j] += change;
+        const int status = mechc_rk_stage(run, run->head.t, y, rates);
+        if (status != MECHC_RUNNING) return status;
+        for (int i = 0; i < MECHC_NX; i++)
+            radau->jacobian[i * MECHC_NX + j] = (rates[i] - MECHC_RATE(run, 0)[i]) / change;
+    }
+    return MECHC_RUNNING;
+}
+
+/* Factor I - h A (x) J and I - h g J. */
+MECHC_STATIC int mechc_radau_factor(mechc_rk_run *run, double h)
+{
+    mechc_radau *radau = run->implicit;
+    const double *matrix = run->tableau->matrix;
+    for (int a = 0; a < MECHC_RADAU_STAGES; a++)
+        for (int b = 0; b < MECHC_RADAU_STAGES; b++) {
+            const double weight = h * matrix[(a + 1) * MECHC_MOST_RATES + b + 1];
+            for (int i = 0; i < MECHC_NX; i++)
+                for (int j = 0; j < MECHC_NX; j++)
+                    radau->system[(a * MECHC_NX + i) * MECHC_RADAU_SIZE + b * MECHC_NX + j] =
+                        (a == b && i == j) - weight * radau->jacobian[i * MECHC_NX + j];
+        }
+    for (int i = 0; i < MECHC_NX; i++)
+        for (int j = 0; j < MECHC_NX; j++)
+            radau->filter[i * MECHC_NX + j] =
+                (i == j) - h * MECHC_RADAU_GAMMA * radau->jacobian[i * MECHC_NX + j];
+    return mechc_lu_factor(radau->system, radau->system_rows, MECHC_RADAU_SIZE)
+        && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX);
+}
+
+/* Rates at the stages as they stand. */
+MECHC_STATIC int mechc_radau_rates(mechc_rk_run *run, double h, double *end)
+{
+    mechc_radau *radau = run->implicit;
+    for (int a = 0; a < MECHC_RADAU_STAGES; a++) {
+        for (int i = 0; i < MECHC_NX; i++) end[i] = run->y[i] + radau->z[a * MECHC_NX + i];
+        const double t = run->head.t + run->tableau->nodes[a + 1] * h;
+        const int status = mechc_rk_stage(run, t, end, MECHC_RATE(run, a + 1));
+        if (status != MECHC_RUNNING) return status;
+    }
+    return MECHC_RUNNING;
+}
+
+/* One Newton correction of the stages; its size over what is tolerated. */
+MECHC_STATIC double mechc_radau_correct(mechc_rk_run *run, double h)
+{
+    mechc_radau *radau = run->implicit;
+    double change[MECHC_RADAU_SIZE], square = 0.0;
+    for (int a = 0; a < MECHC_RADAU_STAGES; a++) {
+        const double *row = run->tableau->matrix + (a + 1) * MECHC_MOST_RATES;
+        for (int i = 0; i < MECHC_NX; i++) {
+            double sum = -radau->z[a * MECHC_NX + i];
+            for (int b = 1; b <= MECHC_RADAU_STAGES; b++)
+                sum += h * row[b] * MECHC_RATE(run, b)[i];
+            change[a * MECHC_NX + i] = sum;
+        }
+    }
+    mechc_lu_solve(radau->system, radau->system_rows, MECHC_RADAU_SIZE, change);
+    for (int n = 0; n < MECHC_RADAU_SIZE; n++) {
+        radau->z[n] += change[n];
+        square += pow(change[n] / mechc_rk_tolerance(run, n % MECHC_NX, run->y), 2);
+    }
+    return sqrt(square / MECHC_RADAU_SIZE);
+}
+
+/* Solve for the stages; MECHC_NOT_CLOSED where the iteration does not converge. */
+MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
+{
+    const double enough = 1e-2; /* of what is tolerated */
+    double before = HUGE_VAL, floor = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
+        floor = fmax(floor, 2e-16 * fabs(run->y[i]) / mechc_rk_tolerance(run, i, run->y));
+    for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
+        const int status = mechc_radau_rates(run, h, end);
+        if (status != MECHC_RUNNING) return status;
+        const double size = mechc_radau_correct(run, h);
+        const double contraction = size / before;
+        if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
+            return MECHC_NOT_CLOSED;
+        const double left = iteration ? size * contraction / fmax(1.0 - contraction, 0.05) : size;
+        if (left <= fmax(enough, 8.0 * floor)) return mechc_radau_rates(run, h, end);
+        before = size;
+    }
+    return MECHC_NOT_CLOSED;
+}
+
+/* The embedded error of order 3, filtered so that stiff components do not blow it up. */
+MECHC_STATIC void mechc_radau_estimate(mechc_rk_run *run, double h, const double *rates)
+{
+    mechc_radau *radau = run->implicit;
+    for (int i = 0; i < MECHC_NX; i++) {
+        double sum = h * rates[i];
+        for (int a = 0; a < MECHC_RADAU_STAGES; a++)
+            sum += run->tableau->error[a + 1] * radau->z[a * MECHC_NX + i];
+        radau->error[i] = MECHC_RADAU_GAMMA * sum;
+    }
+    mechc_lu_solve(radau->filter, radau->filter_rows, MECHC_NX, radau->error);
+}
+
+/* All rates of a step: the explicit pairs' mechc_rk_rates, implicitly. */
+MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end)
+{
+    if (!run->implicit && !(run->implicit = malloc(sizeof *run->implicit))) return MECHC_NO_MEMORY;
+    if (!run->refused) {
+        const int status = mechc_radau_jacobian(run);
+        if (status != MECHC_RUNNING) return status;
+    }
+    if (!mechc_radau_factor(run, h)) return MECHC_NOT_FINITE;
+    memset(run->implicit->z, 0, sizeof run->implicit->z);
+    return mechc_radau_solve(run, h, end);
+}
+
+MECHC_STATIC double mechc_radau_size(const mechc_rk_run *run, const double *end)
+{
+    double square = 0.0;
+    for (int i = 0; i < MECHC_NX; i++)
+        square += pow(run->implicit->error[i] / mechc_rk_tolerance(run, i, end), 2);
+    return sqrt(square / MECHC_NX);
+}
+
+MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end)
+{
+    mechc_radau_estimate(run, h, MECHC_RATE(run, 0));
+    const double size = mechc_radau_size(run, end);
+    if (size < 1.0 || !(run->refused || run->head.stats.steps == 0)) return size;
+    double y[MECHC_NX], rates[MECHC_NX];
+    for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + run->implicit->error[i];
+    if (mechc_rk_stage(run, run->head.t, y, rates) != MECHC_RUNNING) return size;
+    mechc_radau_estimate(run, h, rates);
+    return mechc_radau_size(run, end);
+}
+
+/* The collocation polynomial through start and stages, in the rows of the dense output: what is
+ * left of it beyond the chord is s (1 - s)(r1 + s r2). */
+MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, int count,
+                                    double *rows)
+{
+    const double *nodes = run->tableau->nodes, a = nodes[1], b = nodes[2];
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double chord = end[i] - run->y[i];
+        const double at_a = (run->implicit->z[i] - a * chord) / (a * (1.0 - a));
+        const double at_b = (run->implicit->z[MECHC_NX + i] - b * chord) / (b * (1.0 - b));
+        const double slope = (at_b - at_a) / (b - a);
+        rows[i] = chord;
+        rows[MECHC_NX + i] = at_a - a * slope;
+        rows[2 * MECHC_NX + i] = slope;
+        for (int row = 3; row < count; row++) rows[row * MECHC_NX + i] = 0.0;
+    }
+}

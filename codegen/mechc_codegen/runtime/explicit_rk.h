@@ -246,6 +246,12 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
 }
 
+/* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
+MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
+{
+    return MECHC_NH > 0 && run->dip.least < MECHC_NARROW ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
+}
+
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
@@ -255,8 +261,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
     else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
-    if (!last && fabs(h) < smallest)
-        return run->dip.tries ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
+    if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
     const int status = mechc_rk_is_implicit(run)
                      ? mechc_radau_step(run, h, end)
@@ -272,7 +277,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     const double factor = mechc_rk_factor(run, error);
     run->step = fabs(h);
     if (!(error <= 1.0)) {
-        if (fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
+        if (fabs(h) < smallest) return mechc_rk_too_small(run);
         mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
         return MECHC_RUNNING;
     }

@@ -55,10 +55,13 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
     memcpy(dip->q, q, sizeof dip->q);
 }
 
+/* Conditioning below which a step is looked at however short it is: short steps see little change. */
+#define MECHC_NARROW 0.03
+
 /* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
 MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least <= horizon * (dip->most - dip->least);
+    return dip->least <= fmax(MECHC_NARROW, horizon * (dip->most - dip->least));
 }
 
 #if MECHC_NH > 0

@@ -37,11 +37,10 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
 {
 #if MECHC_NH > 0
     for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
-        double values[MECHC_NC], step[MECHC_NU] = {0};
+        double values[MECHC_NC], step[MECHC_NU];
         for (int i = 0; i < MECHC_NC; i++)
             values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
-        mechc_scalar_constrain(&place->all, MECHC_NC, values, step, 0);
-        mechc_scalar_backward(&place->all, step);
+        mechc_scalar_least_change(&place->all, MECHC_NC, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
 #else
@@ -65,8 +64,9 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,
                              MECHC_RATE(run, run->tableau->stages), run->p, run->k,
-                             run->low, run->best, run->high, run->horizon,
-                             run->tableau == &MECHC_BRIDGE};
+                             run->low, run->best, run->high,
+                             mechc_rk_is_collocation(run) ? MECHC_GAUSS_SIDE : 0.0, run->horizon,
+                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run)};
     mechc_stats *stats = &run->head.stats;
     run->passing.gap = HUGE_VAL;
     mechc_examine(&span, &run->dip, &run->passing);
@@ -81,7 +81,7 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
         stats->rejected++;
         run->step = fabs(h) * run->passing.factor;
         run->refused = run->dip.wanted == 0.0;
-        run->tableau = run->passing.bridge ? &MECHC_BRIDGE : run->own;
+        if (!mechc_rk_is_collocation(run)) run->tableau = run->passing.bridge ? &MECHC_BRIDGE : run->own;
     }
 #else
     (void)h, (void)end;

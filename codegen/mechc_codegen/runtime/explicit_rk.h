@@ -21,6 +21,8 @@ typedef struct {
     double conditioning;       /* of the configuration rows at the last stage taken */
     double low, best, high;    /* where in a step a crossing is placed best */
     double horizon;            /* steps ahead that crossings are looked for */
+    double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
+    double refused_t, refused_step, refused_error; /* the last step that its error refused */
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
@@ -37,6 +39,9 @@ typedef struct {
 #define MECHC_GAUSS_GROWTH 2.0
 /* From the middle of its step to the middles of the next gaps between its nodes. */
 #define MECHC_GAUSS_SIDE 0.1773
+
+/* Errors that rounding near a crossing may leave, in units of each component's scale. */
+#define MECHC_RK_ROUNDING 1e-9
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
@@ -59,6 +64,7 @@ MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, 
 MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end);
 MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error);
+MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error);
 MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h);
 MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run);
 MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const double *end,
@@ -248,6 +254,8 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
+    run->refused_step = 0.0;
+    if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.first = conditioning;
     run->dip.tries = 0;
     if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
@@ -263,6 +271,34 @@ MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
     run->refused = 1;
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
+}
+
+/* Near a crossing an error that a shorter step hardly lowers is rounding, which grows the nearer
+ * the nodes come: let it pass, for shrinking on would only creep onto the crossing. */
+MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double error)
+{
+    const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
+    const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
+    const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
+    if (again && mechc_dipped(&run->dip, run->horizon)
+        && error > run->refused_error * shrunk * shrunk * shrunk)
+        run->allowed = fmin(fmax(run->allowed, 4.0 * error),
+                            fmax(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
+    run->refused_t = t;
+    run->refused_step = fabs(h);
+    run->refused_error = error;
+}
+
+/* A node that came near a crossing spoils a step more than its length does: place the crossing
+ * between the nodes rather than shrink the step. */
+MECHC_STATIC int mechc_rk_place_instead(mechc_rk_run *run, double h, const double *end,
+                                        double error)
+{
+    const int good_enough_to_see = mechc_rk_is_collocation(run)
+                                 ? mechc_gauss_reached_end(run, error)
+                                 : error * MECHC_RK_SHARE * run->rtol < 1e-3;
+    if (!good_enough_to_see || run->dip.tries >= 4) return 0;
+    return mechc_rk_judge(run, h, end) == MECHC_RUNNING && run->passing.action == MECHC_RETRY;
 }
 
 MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
@@ -299,10 +335,13 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         return MECHC_RUNNING;
     }
     const double error = mechc_rk_error(run, h, end);
+    mechc_stats *stats = &run->head.stats;
     run->step = fabs(h);
     const double factor = mechc_rk_factor(run, error);
-    if (!(error <= 1.0)) {
+    if (!(error <= run->allowed)) {
         if (fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
+        if (mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
+        mechc_rk_learn_rounding(run, h, error);
         mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
         return MECHC_RUNNING;
     }
@@ -313,6 +352,10 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
         mechc_rk_refuse(run, 0.5);
         return MECHC_RUNNING;
+    }
+    if (error > 1.0) {
+        const double part = mechc_rk_is_collocation(run) ? error * error : error;
+        stats->rounding = fmax(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
     }
     run->step = fmax(run->step * factor, run->dip.wanted);
     if (mechc_rk_is_collocation(run)) run->step = fmin(run->step, MECHC_GAUSS_GROWTH * fabs(h));
@@ -399,6 +442,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;
+    run->allowed = 1.0;
     const int collocation = mechc_rk_is_collocation(run);
     mechc_widest_gap(collocation ? run->own : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
     run->horizon = run->own == &MECHC_BRIDGE || collocation ? 2.0 : 8.0;

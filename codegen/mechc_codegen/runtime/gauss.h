@@ -259,7 +259,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
         if (iteration > 0 && change * fmax(rate, 0.1) <= 0.1) return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0 && change <= floor) return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
-        if (iteration == 2 && mechc_gauss_error(run, h, run->y) > 3.0) return MECHC_RUNNING;
+        if (iteration == 2 && mechc_gauss_error(run, h, run->y) > fmax(3.0, 2.0 * run->allowed))
+            return MECHC_RUNNING;
         before = change;
     }
     return MECHC_NOT_CLOSED;
@@ -329,6 +330,13 @@ MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
 #endif
 }
 
+/* A step is followed to its end where it will be accepted or where its end tells how to place a
+ * crossing. */
+MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error)
+{
+    return error <= run->allowed || (run->collocation->near_critical && error < 10.0);
+}
+
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
 MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
 {
@@ -339,7 +347,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
     mechc_gauss_predict(g, h);
     const int status = mechc_gauss_converge(run, h);
     if (status != MECHC_RUNNING) return status;
-    if (mechc_gauss_error(run, h, end) > 1.0) return status; /* will be refused */
+    if (!mechc_gauss_reached_end(run, mechc_gauss_error(run, h, end))) return status;
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
     mechc_gauss_meet(run, h);
     mechc_gauss_end(g, run->y, h, end);

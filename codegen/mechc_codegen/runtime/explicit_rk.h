@@ -62,7 +62,7 @@ MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, 
 
 /* In gauss.h. */
 MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end);
-MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run, double h, const double *end);
+MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run);
 MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error);
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error);
 MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h);
@@ -155,7 +155,7 @@ MECHC_STATIC double mechc_rk_error(mechc_rk_run *run, double h, const double *en
 {
     const mechc_tableau *tableau = run->tableau;
     mechc_scalar_place at_end, *place = 0;
-    if (mechc_rk_is_collocation(run)) return mechc_gauss_error(run, h, end);
+    if (mechc_rk_is_collocation(run)) return mechc_gauss_error(run);
     if (mechc_rk_is_implicit(run)) return mechc_radau_error(run, h, end);
     if (MECHC_NH > 0 && mechc_dipped(&run->dip, run->horizon)) {
         place = &at_end;
@@ -445,7 +445,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->allowed = 1.0;
     const int collocation = mechc_rk_is_collocation(run);
     mechc_widest_gap(collocation ? run->own : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
-    run->horizon = run->own == &MECHC_BRIDGE || collocation ? 2.0 : 8.0;
+    run->horizon = collocation ? 1.3 : run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_NP * sizeof(double));

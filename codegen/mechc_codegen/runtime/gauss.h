@@ -22,7 +22,10 @@ struct mechc_gauss {
     mechc_lane shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */
     double rates[MECHC_UNKNOWNS][MECHC_STAGES];
     double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
-    double conditioning[MECHC_STAGES];
+    double least[MECHC_STAGES], length[MECHC_STAGES]; /* conditioning: root of one over other */
+    double weights[MECHC_NX];            /* 1 over what is tolerated */
+    double error_weights[MECHC_UNKNOWNS]; /* of the polynomial's last coefficients, squared */
+    double error;
     double low[MECHC_NX];        /* of the state, what run->y is too coarse for */
     double next_low[MECHC_NX];
     int near_critical;           /* close the loops before each evaluation, not after */
@@ -71,6 +74,15 @@ MECHC_INLINE mechc_lane mechc_gauss_state(const struct mechc_gauss *g, const dou
 }
 
 #if MECHC_NH > 0
+/* What the conditioning (linear.h) is made of, its root and quotient left for when it is asked. */
+MECHC_INLINE void mechc_gauss_note(struct mechc_gauss *g, const mechc_lanes_factors *f, int block)
+{
+    mechc_lane length = mechc_spread(1.0);
+    for (int i = 0; i < MECHC_NC - 1; i++) length *= f->scale[i];
+    mechc_put(f->norm[MECHC_NC - 1] * f->inverse_norm[0], g->least, block);
+    mechc_put(length, g->length, block);
+}
+
 /* One correction of the stages towards closed loops; moved: by how much. */
 MECHC_INLINE void mechc_gauss_close(struct mechc_gauss *g, mechc_lane time, int block,
                                     const mechc_lanes_place *place, mechc_lane *q,
@@ -110,23 +122,28 @@ MECHC_ONCE void mechc_gauss_stages(struct mechc_gauss *g, double t, const double
 #endif
 #if MECHC_NH > 0
     mechc_gauss_close(g, time, block, &place, state, moved);
-    mechc_put(mechc_lanes_least_singular(&place.all), g->conditioning, block);
+    mechc_gauss_note(g, &place.all, block);
 #else
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);
 #endif
 }
 
-MECHC_INLINE mechc_lane mechc_larger(mechc_lane a, mechc_lane b)
+MECHC_INLINE mechc_lane mechc_greater(mechc_lane a, mechc_lane b)
 {
-    b = (mechc_lane)((mechc_lane_mask)b & INT64_MAX);
-    const mechc_lane_mask larger = ~(a >= b); /* keeps a NaN in b */
-    return (mechc_lane)((larger & (mechc_lane_mask)b) | (~larger & (mechc_lane_mask)a));
+    const mechc_lane_mask greater = ~(a >= b); /* keeps a NaN in b */
+    return (mechc_lane)((greater & (mechc_lane_mask)b) | (~greater & (mechc_lane_mask)a));
 }
 
-/* One iteration; the largest change of a rate, in units of `weights`. */
-MECHC_ONCE double mechc_gauss_iterate(struct mechc_gauss *g, double t, const double *y, double h,
-                                      const double *weights)
+/* The greater of a and |b|. */
+MECHC_INLINE mechc_lane mechc_larger(mechc_lane a, mechc_lane b)
 {
+    return mechc_greater(a, (mechc_lane)((mechc_lane_mask)b & INT64_MAX));
+}
+
+/* One iteration; the largest change of a rate over what is tolerated. */
+MECHC_ONCE double mechc_gauss_iterate(struct mechc_gauss *g, double t, const double *y, double h)
+{
+    const double *weights = g->weights;
     mechc_lane rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
     for (int block = 0; block < MECHC_BLOCKS; block++) {
         mechc_gauss_stages(g, t, y, h, block, rates[block], moved);
@@ -191,23 +208,33 @@ MECHC_STATIC double mechc_gauss_tolerance(const mechc_rk_run *run, int i, const 
     return fmin(mechc_rk_tolerance(run, i, end) / run->scale[i], MECHC_GAUSS_LOOSEST);
 }
 
-/* Root of the step's error over what is tolerated.  The end is of order 16, twice that of the stages: what the stages'
- * polynomial lacks, by its two coefficients of highest degree (one alone may vanish), counts with
- * its square. */
-MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run, double h, const double *end)
+/* Weights of this step's errors. */
+MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss *g)
 {
-    const struct mechc_gauss *g = run->collocation;
-    double square = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) g->weights[i] = 1.0 / mechc_rk_tolerance(run, i, run->y);
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         const int component = MECHC_FIRST_UNKNOWN + i;
-        const double top = h * mechc_sum(mechc_gauss_top, g->rates[i]);
-        const double next = h * mechc_sum(mechc_gauss_next, g->rates[i]);
         const double scale = run->scale[component];
-        square += (top * top + next * next)
-                / (scale * scale * mechc_gauss_tolerance(run, component, end));
+        const double tolerance = mechc_gauss_tolerance(run, component, run->y);
+        g->error_weights[i] = MECHC_GAUSS_SAFETY / (MECHC_UNKNOWNS * scale * scale * tolerance);
     }
-    return sqrt(MECHC_GAUSS_SAFETY * square / MECHC_UNKNOWNS);
 }
+
+/* Root of the step's error over what is tolerated.  The end is of order 16, twice that of the
+ * stages: what the stages' polynomial lacks, by its two coefficients of highest degree (one alone
+ * may vanish), counts with its square. */
+MECHC_STATIC double mechc_gauss_measure(const struct mechc_gauss *g, double h)
+{
+    double square = 0.0;
+    for (int i = 0; i < MECHC_UNKNOWNS; i++) {
+        const double top = mechc_sum(mechc_gauss_top, g->rates[i]);
+        const double next = mechc_sum(mechc_gauss_next, g->rates[i]);
+        square += (top * top + next * next) * g->error_weights[i];
+    }
+    return fabs(h) * sqrt(square);
+}
+
+MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run) { return run->collocation->error; }
 
 /* The step's error as it grew from the last step to this one is expected to go on growing.
  * Gustafsson (1991). */
@@ -225,13 +252,10 @@ MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error)
 MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
 {
 #if MECHC_NH > 0
-    mechc_lane least = -mechc_take(g->conditioning, 0);
-    for (int block = 1; block < MECHC_BLOCKS; block++) {
-        const mechc_lane other = -mechc_take(g->conditioning, block);
-        const mechc_lane_mask larger = other > least;
-        least = (mechc_lane)((larger & (mechc_lane_mask)other) | (~larger & (mechc_lane_mask)least));
-    }
-    g->near_critical = -mechc_greatest(least) < MECHC_GAUSS_CRITICAL;
+    mechc_lane least = -mechc_take(g->least, 0);
+    for (int block = 1; block < MECHC_BLOCKS; block++)
+        least = mechc_greater(least, -mechc_take(g->least, block));
+    g->near_critical = -mechc_greatest(least) < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL;
 #else
     g->near_critical = 0;
 #endif
@@ -242,24 +266,20 @@ MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
  * iterations is not worth more. */
 MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 {
-    double weights[MECHC_NX], before = HUGE_VAL, most = 0.0;
-    for (int i = 0; i < MECHC_NX; i++) {
-        weights[i] = 1.0 / mechc_rk_tolerance(run, i, run->y);
-        most = fmax(most, run->scale[i] * weights[i]);
-    }
+    struct mechc_gauss *g = run->collocation;
+    double before = HUGE_VAL, most = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) most = fmax(most, run->scale[i] * g->weights[i]);
     const double floor = 1e-9 * most;
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
-        mechc_gauss_watch(run->collocation);
-        const double change =
-            mechc_gauss_iterate(run->collocation, run->head.t, run->y, h, weights);
-        const double rate = change / before;
+        mechc_gauss_watch(g);
+        const double change = mechc_gauss_iterate(g, run->head.t, run->y, h), rate = change / before;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
         if (iteration > 0 && change * fmax(rate, 0.1) <= 0.1) return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0 && change <= floor) return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
-        if (iteration == 2 && mechc_gauss_error(run, h, run->y) > fmax(3.0, 2.0 * run->allowed))
+        if (iteration == 2 && mechc_gauss_measure(g, h) > fmax(3.0, 2.0 * run->allowed))
             return MECHC_RUNNING;
         before = change;
     }
@@ -274,9 +294,11 @@ MECHC_STATIC int mechc_gauss_stays(const mechc_rk_run *run)
     double tolerated = 0.0;
     for (int i = 0; i < MECHC_NX; i++)
         tolerated = fmax(tolerated, mechc_gauss_tolerance(run, i, run->y));
-    for (int i = 0; i < MECHC_NQ; i++)
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double weight = 1.0 / run->scale[i];
         for (int block = 0; block < MECHC_BLOCKS; block++)
-            most = mechc_larger(most, run->collocation->shift[i][block] / run->scale[i]);
+            most = mechc_larger(most, run->collocation->shift[i][block] * weight);
+    }
     return mechc_greatest(most) < 1e-11 + sqrt(tolerated / MECHC_GAUSS_SAFETY);
 }
 
@@ -305,29 +327,36 @@ MECHC_STATIC void mechc_gauss_end(struct mechc_gauss *g, const double *y, double
     }
 }
 
-MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
+/* Conditioning of the configuration rows at a stage: see mechc_rk_conditioning. */
+MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, int stage,
+                                             const double *q)
 {
 #if MECHC_NH > 0
     const struct mechc_gauss *g = run->collocation;
-    for (int stage = 0; stage < MECHC_STAGES; stage++) {
+    if (MECHC_NC == MECHC_NH && run->dip.rank == MECHC_NH)
+        return sqrt(g->least[stage]) / g->length[stage];
+    mechc_scalar_place place;
+    mechc_weakest weakest;
+    mechc_scalar_configuration(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k,
+                               place.gap, place.jacobian, place.bias, place.mass, place.saved);
+    mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
+    return weakest.ratio;
+#else
+    (void)run, (void)h, (void)stage, (void)q;
+    return 1.0;
+#endif
+}
+
+/* The conditioning met at the stages. */
+MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
+{
+    const struct mechc_gauss *g = run->collocation;
+    for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
         double q[MECHC_NQ];
         for (int i = 0; i < MECHC_NQ; i++)
             q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
-        mechc_scalar_place place;
-        const double t = run->head.t + mechc_gauss_nodes[stage] * h;
-        double conditioning = g->conditioning[stage];
-        if (MECHC_NC != MECHC_NH || run->dip.rank != MECHC_NH) {
-            mechc_scalar_configuration(t, q, run->p, run->k, place.gap, place.jacobian, place.bias,
-                                       place.mass, place.saved);
-            mechc_weakest weakest;
-            mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
-            conditioning = weakest.ratio;
-        }
-        mechc_dip_meet(&run->dip, conditioning, q);
+        mechc_dip_meet(&run->dip, mechc_gauss_conditioning(run, h, stage, q), q);
     }
-#else
-    (void)run, (void)h;
-#endif
 }
 
 /* A step is followed to its end where it will be accepted or where its end tells how to place a
@@ -344,10 +373,12 @@ MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
     memcpy(end, run->y, sizeof run->y);
+    mechc_gauss_weigh(run, g);
     mechc_gauss_predict(g, h);
     const int status = mechc_gauss_converge(run, h);
     if (status != MECHC_RUNNING) return status;
-    if (!mechc_gauss_reached_end(run, mechc_gauss_error(run, h, end))) return status;
+    g->error = mechc_gauss_measure(g, h);
+    if (!mechc_gauss_reached_end(run, g->error)) return status;
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
     mechc_gauss_meet(run, h);
     mechc_gauss_end(g, run->y, h, end);
@@ -361,7 +392,7 @@ MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h)
     memcpy(g->low, g->next_low, sizeof g->low);
     memcpy(g->tried, g->rates, sizeof g->tried);
     g->last_step = h;
-    g->last_error = mechc_gauss_error(run, h, run->y);
+    g->last_error = g->error;
 }
 
 /* Rows of the dense output: see tableaus.h. */

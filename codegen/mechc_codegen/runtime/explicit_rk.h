@@ -6,6 +6,7 @@
  */
 
 typedef struct mechc_radau mechc_radau; /* in radau.h */
+struct mechc_gauss;                      /* in gauss.h */
 
 typedef struct {
     mechc_run head;
@@ -15,7 +16,7 @@ typedef struct {
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
     int failure; /* why a stage of it could not be taken; 0 */
-    int on_change_point;
+    int on_change_point, most_dense;
     mechc_dip dip;
     mechc_passing passing;
     double conditioning;       /* of the configuration rows at the last stage taken */
@@ -27,6 +28,7 @@ typedef struct {
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
     mechc_radau *implicit;     /* work space, made when first needed */
+    struct mechc_gauss *collocation; /* work space of that method */
     int may_stiffen;           /* go over to the implicit method where stability limits the step */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
 } mechc_rk_run;
@@ -34,6 +36,10 @@ typedef struct {
 /* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
  * asked for is judged at its end. */
 #define MECHC_RK_SHARE 0.03
+/* A collocation polynomial is worth nothing farther ahead. */
+#define MECHC_GAUSS_GROWTH 2.0
+/* From the middle of its step to the middles of the next gaps between its nodes. */
+#define MECHC_GAUSS_SIDE 0.1773
 
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_RK_ROUNDING 1e-9
@@ -54,6 +60,21 @@ MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
 MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, int count,
                                     double *rows);
+
+/* In gauss.h. */
+MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end);
+MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run);
+MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error);
+MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error);
+MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h);
+MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run);
+MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const double *end,
+                                   double *rows);
+
+MECHC_STATIC int mechc_rk_is_collocation(const mechc_rk_run *run)
+{
+    return run->tableau == &mechc_gauss8;
+}
 
 MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
 {
@@ -136,6 +157,7 @@ MECHC_STATIC double mechc_rk_error(mechc_rk_run *run, double h, const double *en
 {
     const mechc_tableau *tableau = run->tableau;
     mechc_scalar_place at_end, *place = 0;
+    if (mechc_rk_is_collocation(run)) return mechc_gauss_error(run);
     if (mechc_rk_is_implicit(run)) return mechc_radau_error(run, h, end);
     if (MECHC_NH > 0 && mechc_dipped(&run->dip, run->horizon)) {
         place = &at_end;
@@ -153,6 +175,10 @@ MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double
 {
     const mechc_tableau *tableau = run->tableau;
     const double *first = MECHC_RATE(run, 0), *last = MECHC_RATE(run, tableau->stages);
+    if (mechc_rk_is_collocation(run)) {
+        mechc_gauss_rows(run, h, end, rows);
+        return;
+    }
     if (mechc_rk_is_implicit(run)) {
         mechc_radau_dense(run, end, count, rows);
         return;
@@ -194,7 +220,7 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
         rows = trajectory->dense
              + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
     mechc_rk_dense(run, h, end,
-                   trajectory->dense_rows ? trajectory->dense_rows : MECHC_BRIDGE.dense_rows, rows);
+                   trajectory->dense_rows ? trajectory->dense_rows : run->most_dense, rows);
     return crosses ? mechc_rk_record(run, h, rows) : MECHC_RUNNING;
 }
 
@@ -203,7 +229,7 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
  * takes over.  Hairer & Wanner (1996), section IV.2. */
 MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end)
 {
-    if (!run->may_stiffen || mechc_rk_is_implicit(run) || run->tableau != run->own) return;
+    if (!run->may_stiffen || !run->tableau->matrix || mechc_rk_is_implicit(run) || run->tableau != run->own) return;
     const mechc_tableau *tableau = run->tableau;
     const int stage = tableau->stages - 1;
     double inner[MECHC_NX], rate = 0.0, state = 0.0;
@@ -226,6 +252,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     const int status = mechc_rk_finish(run, h, end);
     if (status != MECHC_RUNNING) return status;
     mechc_rk_watch_stiffness(run, h, end);
+    if (mechc_rk_is_collocation(run)) mechc_gauss_accept(run, h);
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
@@ -255,10 +282,11 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
 {
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
+    const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
     if (again && mechc_dipped(&run->dip, run->horizon)
         && error > run->refused_error * shrunk * shrunk * shrunk)
         run->allowed = fmin(fmax(run->allowed, 4.0 * error),
-                            fmax(1.0, MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol)));
+                            fmax(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
     run->refused_t = t;
     run->refused_step = fabs(h);
     run->refused_error = error;
@@ -269,15 +297,21 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
 MECHC_STATIC int mechc_rk_place_instead(mechc_rk_run *run, double h, const double *end,
                                         double error)
 {
-    const int good_enough_to_see = error * MECHC_RK_SHARE * run->rtol < 1e-3;
+    const int good_enough_to_see = mechc_rk_is_collocation(run)
+                                 ? mechc_gauss_reached_end(run, error)
+                                 : error * MECHC_RK_SHARE * run->rtol < 1e-3;
     if (!good_enough_to_see || run->dip.tries >= 4) return 0;
     return mechc_rk_judge(run, h, end) == MECHC_RUNNING && run->passing.action == MECHC_RETRY;
 }
 
 MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
 {
-    const double most = run->refused ? 1.0 : run->tableau->order > 5 ? 6.0 : 10.0;
-    const double factor = 0.9 * pow(error, -1.0 / run->tableau->order);
+    const double most = run->refused                   ? 1.0
+                      : mechc_rk_is_collocation(run) ? MECHC_GAUSS_GROWTH
+                      : run->tableau->order > 5      ? 6.0 : 10.0;
+    const double factor = mechc_rk_is_collocation(run)
+                        ? mechc_gauss_factor(run, error)
+                        : 0.9 * pow(error, -1.0 / run->tableau->order);
     return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
 }
 
@@ -299,21 +333,21 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
     if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
-    const int status = mechc_rk_is_implicit(run)
-                     ? mechc_radau_step(run, h, end)
+    const int status = mechc_rk_is_collocation(run) ? mechc_gauss_step(run, h, end)
+                     : mechc_rk_is_implicit(run)    ? mechc_radau_step(run, h, end)
                      : mechc_rk_rates(run, 1, run->tableau->stages, h, end);
     if (status == MECHC_NO_MEMORY) return status;
     if (status != MECHC_RUNNING) {
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
         run->failure = status;
-        mechc_rk_refuse(run, 0.3);
+        mechc_rk_refuse(run, mechc_rk_is_collocation(run) ? 0.7 : 0.3);
         return MECHC_RUNNING;
     }
     const double error = mechc_rk_error(run, h, end);
     mechc_stats *stats = &run->head.stats;
-    const double factor = mechc_rk_factor(run, error);
     run->step = fabs(h);
+    const double factor = mechc_rk_factor(run, error);
     if (!(error <= run->allowed)) {
         if (fabs(h) < smallest) return mechc_rk_too_small(run);
         if (mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
@@ -329,8 +363,12 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         mechc_rk_refuse(run, 0.5);
         return MECHC_RUNNING;
     }
-    if (error > 1.0) stats->rounding = fmax(stats->rounding, error * MECHC_RK_SHARE * run->rtol);
+    if (error > 1.0) {
+        const double part = mechc_rk_is_collocation(run) ? error * error : error;
+        stats->rounding = fmax(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
+    }
     run->step = fmax(run->step * factor, run->dip.wanted);
+    if (mechc_rk_is_collocation(run)) run->step = fmin(run->step, MECHC_GAUSS_GROWTH * fabs(h));
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
     run->dip.patience = HUGE_VAL;
@@ -354,7 +392,9 @@ static void mechc_rk_release(mechc_run *head)
 {
     mechc_free(&head->trajectory);
     free(((mechc_rk_run *)head)->implicit);
+    free(((mechc_rk_run *)head)->collocation);
     ((mechc_rk_run *)head)->implicit = 0;
+    ((mechc_rk_run *)head)->collocation = 0;
 }
 
 /* A first step after Hairer, Norsett & Wanner (1993), section II.4. */
@@ -413,8 +453,9 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;
     run->allowed = 1.0;
-    mechc_widest_gap(&MECHC_BRIDGE, &run->low, &run->best, &run->high);
-    run->horizon = run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
+    const int collocation = mechc_rk_is_collocation(run);
+    mechc_widest_gap(collocation ? run->own : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
+    run->horizon = collocation ? 1.3 : run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_NP * sizeof(double));
@@ -424,10 +465,11 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
     const int whole = MECHC_NH > 0 || run->may_stiffen; /* other tables may take part */
-    const int most = whole ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
-    head->trajectory.dense_rows = options->dense ? most : 0;
+    run->most_dense = whole && !collocation ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
+    head->trajectory.dense_rows = options->dense ? run->most_dense : 0;
     head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
     if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;
+    if (collocation && !mechc_gauss_make(run)) head->status = MECHC_NO_MEMORY;
     if (head->status != MECHC_RUNNING) return;
     mechc_rk_begin(run);
     if (head->status != MECHC_RUNNING) return;

@@ -27,6 +27,7 @@ typedef struct {
     const double *start, *start_rates, *end, *end_rates;
     const double *p, *k;
     double low, best, high; /* fractions of a step between which a crossing is best placed */
+    double side;            /* further such places lie so far on either side; 0: none */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
 } mechc_span;
@@ -154,11 +155,26 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
     return fabs(span->h) * sqrt(square);
 }
 
+/* Where several gaps are almost as wide, the step need not change as much: to the nearest place by
+ * shortening it, or, with the crossing near the end, so that the next step has it in its middle. */
+MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
+{
+    const double half = span->high - span->best;
+    double factor = s > 0.5 + span->best ? fmax(s - span->best, 0.6) : 0.0;
+    for (int place = -1; place <= 1; place++) {
+        const double at = span->best + place * span->side;
+        if (fabs(s - at) <= half) return 1.0;
+        if (s / at <= 1.05) factor = fmax(factor, s / at);
+    }
+    return factor > 0.0 ? factor : s / (span->best - span->side);
+}
+
 /* Place a crossing that lies at the fraction s: into the widest gap between the nodes of this step
  * or of the next one.  1 where the step stands as it is. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
     if (s < 0.1 || s > 1.3) return 1.0;
+    if (span->side > 0.0) return mechc_aim_at_places(span, s);
     if (s >= span->low && s <= span->high) return 1.0;
     if (s < 1.3 * span->best) return s / span->best;
     return s - span->best;

@@ -9,7 +9,7 @@
 #define MECHC_TABLEAUS_H
 
 #define MECHC_MOST_RATES 16
-#define MECHC_MOST_DENSE 7
+#define MECHC_MOST_DENSE 9
 
 typedef struct {
     int stages, rates, order, dense_rows; /* order: exponent of the step-size law */
@@ -139,9 +139,17 @@ static const double mechc_radau5_error[] = {
 static const mechc_tableau mechc_radau5 = {3, 4, 4, 3, mechc_radau5_nodes, mechc_radau5_matrix,
                                            mechc_radau5_error, 0, 0, 0.0};
 
-#define MECHC_METHODS 3
+/* Gauss-Legendre collocation; gauss.h holds what is its own. */
+static const double mechc_gauss8_nodes[] = {
+    0, 0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
+    0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681, 1.0, 0, 0, 0, 0,
+    0, 0,
+};
+static const mechc_tableau mechc_gauss8 = {9, 10, 8, 9, mechc_gauss8_nodes, 0, 0, 0, 0, 0.0};
+
+#define MECHC_METHODS 4
 static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853,
-                                                                   &mechc_radau5};
+                                                                   &mechc_radau5, &mechc_gauss8};
 
 /* The table that steps over a change point are taken with: the longest steps keep the farthest from
  * it. */

@@ -32,6 +32,8 @@
 #include "explicit_rk.h"
 #include "rk_passage.h"
 #include "radau.h"
+#include "gauss_table.h"
+#include "gauss.h"
 #include "rk_dense.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,

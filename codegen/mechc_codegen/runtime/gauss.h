@@ -1,0 +1,427 @@
+/* Gauss-Legendre collocation with 8 stages, the stages of one trajectory side by side in the lanes.
+ *
+ * It takes part in the run of explicit_rk.h: only how a step, its error and its dense output are
+ * found differs.  Where q' = u the accelerations are the only unknowns and positions and speeds
+ * their second and first integrals, otherwise all rates are.  Fixed-point iteration, begun by
+ * extrapolating the last step's polynomial.  Every stage is on the constraints: the least change
+ * that closes its loops is an unknown too, improved by one Gauss-Newton step an iteration, so
+ * that nothing is evaluated twice; speeds are projected outright.
+ */
+
+#define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
+#define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
+#define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
+#define MECHC_GAUSS_ITERATIONS 40
+#define MECHC_GAUSS_LOOSEST 3e-7
+#define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which what closes a loop changes quickly */
+#define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
+
+struct mechc_gauss {
+    mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_lane q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
+    mechc_lane shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */
+    double rates[MECHC_UNKNOWNS][MECHC_STAGES];
+    double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
+    double least[MECHC_STAGES], length[MECHC_STAGES]; /* conditioning: root of one over other */
+    double weights[MECHC_NX];            /* 1 over what is tolerated */
+    double error_weights[MECHC_UNKNOWNS]; /* of the polynomial's last coefficients, squared */
+    double error;
+    double low[MECHC_NX];        /* of the state, what run->y is too coarse for */
+    double next_low[MECHC_NX];
+    int near_critical;           /* close the loops before each evaluation, not after */
+    double last_step;            /* 0: no polynomial yet */
+    double last_error;           /* of the last accepted step; 0: none yet */
+    double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
+};
+
+MECHC_INLINE mechc_lane mechc_spread(double x) { return (mechc_lane){0} + x; }
+
+MECHC_INLINE mechc_lane mechc_take(const double *eight, int block)
+{
+    mechc_lane lanes;
+    memcpy(&lanes, eight + block * MECHC_LANES, sizeof lanes);
+    return lanes;
+}
+
+MECHC_INLINE void mechc_put(mechc_lane lanes, double *eight, int block)
+{
+    memcpy(eight + block * MECHC_LANES, &lanes, sizeof lanes);
+}
+
+/* sum_j column_j x_j */
+MECHC_INLINE mechc_lane mechc_integrate(const double *columns, const double *x, int block)
+{
+    mechc_lane even = mechc_take(columns, block) * x[0];
+    mechc_lane odd = mechc_take(columns + MECHC_STAGES, block) * x[1];
+    for (int j = 2; j < MECHC_STAGES; j += 2) {
+        even += mechc_take(columns + j * MECHC_STAGES, block) * x[j];
+        odd += mechc_take(columns + (j + 1) * MECHC_STAGES, block) * x[j + 1];
+    }
+    return even + odd;
+}
+
+/* Stage values of component i before any projection. */
+MECHC_INLINE mechc_lane mechc_gauss_state(const struct mechc_gauss *g, const double *y, double h,
+                                          int i, int block)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    if (i < MECHC_NQ) {
+        const mechc_lane straight = h * y[MECHC_NQ + i] * mechc_take(mechc_gauss_nodes, block);
+        return y[i] + (straight + h * h * mechc_integrate(mechc_gauss_second, g->rates[i], block));
+    }
+#endif
+    return y[i] + h * mechc_integrate(mechc_gauss_first, g->rates[i - MECHC_FIRST_UNKNOWN], block);
+}
+
+#if MECHC_NH > 0
+/* What the conditioning (linear.h) is made of, its root and quotient left for when it is asked. */
+MECHC_INLINE void mechc_gauss_note(struct mechc_gauss *g, const mechc_lanes_factors *f, int block)
+{
+    mechc_lane length = mechc_spread(1.0);
+    for (int i = 0; i < MECHC_NC - 1; i++) length *= f->scale[i];
+    mechc_put(f->norm[MECHC_NC - 1] * f->inverse_norm[0], g->least, block);
+    mechc_put(length, g->length, block);
+}
+
+/* One correction of the stages towards closed loops; moved: by how much. */
+MECHC_INLINE void mechc_gauss_close(struct mechc_gauss *g, mechc_lane time, int block,
+                                    const mechc_lanes_place *place, mechc_lane *q,
+                                    mechc_lane *moved)
+{
+    for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
+    mechc_lanes_correct(time, q, g->p, g->k, place);
+    for (int i = 0; i < MECHC_NQ; i++) {
+        moved[i] = q[i] - moved[i];
+        g->shift[i][block] += moved[i];
+    }
+}
+#endif
+
+/* Rates of one block of stages at positions and speeds projected; places shift and q. */
+MECHC_ONCE void mechc_gauss_stages(struct mechc_gauss *g, double t, const double *y, double h,
+                                   int block, mechc_lane *rates, mechc_lane *moved)
+{
+    mechc_lanes_place place;
+    mechc_lane state[MECHC_NX];
+    const mechc_lane time = t + h * mechc_take(mechc_gauss_nodes, block);
+    for (int i = 0; i < MECHC_NX; i++) state[i] = mechc_gauss_state(g, y, h, i, block);
+    for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
+    mechc_lanes_locate(time, state, g->p, g->k, &place);
+#if MECHC_NH > 0
+    if (g->near_critical) {
+        mechc_gauss_close(g, time, block, &place, state, moved);
+        mechc_lanes_locate(time, state, g->p, g->k, &place);
+    }
+#endif
+    for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
+    mechc_lanes_steady(&place, state + MECHC_NQ);
+    mechc_lanes_accelerate(time, state, state + MECHC_NQ, g->p, g->k, &place,
+                           rates + MECHC_UNKNOWNS - MECHC_NU, 0);
+#if !MECHC_IDENTITY_KINEMATICS
+    mechc_lanes_coordinate_rates_of(time, state, state + MECHC_NQ, g->p, g->k, rates);
+#endif
+#if MECHC_NH > 0
+    mechc_gauss_close(g, time, block, &place, state, moved);
+    mechc_gauss_note(g, &place.all, block);
+#else
+    for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);
+#endif
+}
+
+MECHC_INLINE mechc_lane mechc_greater(mechc_lane a, mechc_lane b)
+{
+    const mechc_lane_mask greater = ~(a >= b); /* keeps a NaN in b */
+    return (mechc_lane)((greater & (mechc_lane_mask)b) | (~greater & (mechc_lane_mask)a));
+}
+
+/* The greater of a and |b|. */
+MECHC_INLINE mechc_lane mechc_larger(mechc_lane a, mechc_lane b)
+{
+    return mechc_greater(a, (mechc_lane)((mechc_lane_mask)b & INT64_MAX));
+}
+
+/* One iteration; the largest change of a rate over what is tolerated. */
+MECHC_ONCE double mechc_gauss_iterate(struct mechc_gauss *g, double t, const double *y, double h)
+{
+    const double *weights = g->weights;
+    mechc_lane rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
+    for (int block = 0; block < MECHC_BLOCKS; block++) {
+        mechc_gauss_stages(g, t, y, h, block, rates[block], moved);
+        for (int i = 0; i < MECHC_NQ; i++) change = mechc_larger(change, moved[i] * weights[i]);
+    }
+    for (int i = 0; i < MECHC_UNKNOWNS; i++)
+        for (int block = 0; block < MECHC_BLOCKS; block++) {
+            const mechc_lane by = rates[block][i] - mechc_take(g->rates[i], block);
+            const double weight = fabs(h) * weights[MECHC_FIRST_UNKNOWN + i];
+            change = mechc_larger(change, by * weight);
+            mechc_put(rates[block][i], g->rates[i], block);
+        }
+    return mechc_greatest(change);
+}
+
+/* Start values: the last step's polynomial through its stages and its end, continued. */
+MECHC_STATIC void mechc_gauss_extrapolate(struct mechc_gauss *g, double h)
+{
+    const double ratio = h / g->last_step;
+    for (int block = 0; block < MECHC_BLOCKS; block++) {
+        mechc_lane before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS];
+        const mechc_lane x = 1.0 + ratio * mechc_take(mechc_gauss_nodes, block);
+        before[0] = mechc_spread(1.0);
+        for (int j = 0; j < MECHC_STAGES; j++)
+            before[j + 1] = before[j] * (x - mechc_gauss_nodes[j]);
+        for (int i = 0; i < MECHC_UNKNOWNS; i++) sum[i] = mechc_spread(0.0);
+        for (int j = MECHC_STAGES; j >= 0; j--) {
+            const mechc_lane weight = before[j] * after * mechc_gauss_barycentric[j];
+            for (int i = 0; i < MECHC_UNKNOWNS; i++)
+                sum[i] += weight * (j < MECHC_STAGES ? g->tried[i][j] : g->ends[i]);
+            after *= x - mechc_gauss_nodes[j];
+        }
+        for (int i = 0; i < MECHC_UNKNOWNS; i++) mechc_put(sum[i], g->rates[i], block);
+    }
+}
+
+MECHC_STATIC void mechc_gauss_predict(struct mechc_gauss *g, double h)
+{
+    memset(g->shift, 0, sizeof g->shift);
+    if (g->last_step != 0.0 && fabs(h) <= MECHC_GAUSS_GROWTH * fabs(g->last_step)) {
+        mechc_gauss_extrapolate(g, h);
+        return;
+    }
+    for (int i = 0; i < MECHC_UNKNOWNS; i++)
+        for (int j = 0; j < MECHC_STAGES; j++) g->rates[i][j] = g->ends[i];
+}
+
+MECHC_STATIC double mechc_sum(const double *weights, const double *x)
+{
+    double even = 0.0, odd = 0.0;
+    for (int j = 0; j < MECHC_STAGES; j += 2) {
+        even += weights[j] * x[j];
+        odd += weights[j + 1] * x[j + 1];
+    }
+    return even + odd;
+}
+
+/* Tolerated error of one step over the scale of component i: looser steps than the bound cost more
+ * in refused ones than they gain. */
+MECHC_STATIC double mechc_gauss_tolerance(const mechc_rk_run *run, int i, const double *end)
+{
+    return fmin(mechc_rk_tolerance(run, i, end) / run->scale[i], MECHC_GAUSS_LOOSEST);
+}
+
+/* Weights of this step's errors. */
+MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss *g)
+{
+    for (int i = 0; i < MECHC_NX; i++) g->weights[i] = 1.0 / mechc_rk_tolerance(run, i, run->y);
+    for (int i = 0; i < MECHC_UNKNOWNS; i++) {
+        const int component = MECHC_FIRST_UNKNOWN + i;
+        const double scale = run->scale[component];
+        const double tolerance = mechc_gauss_tolerance(run, component, run->y);
+        g->error_weights[i] = MECHC_GAUSS_SAFETY / (MECHC_UNKNOWNS * scale * scale * tolerance);
+    }
+}
+
+/* Root of the step's error over what is tolerated.  The end is of order 16, twice that of the
+ * stages: what the stages' polynomial lacks, by its two coefficients of highest degree (one alone
+ * may vanish), counts with its square. */
+MECHC_STATIC double mechc_gauss_measure(const struct mechc_gauss *g, double h)
+{
+    double square = 0.0;
+    for (int i = 0; i < MECHC_UNKNOWNS; i++) {
+        const double top = mechc_sum(mechc_gauss_top, g->rates[i]);
+        const double next = mechc_sum(mechc_gauss_next, g->rates[i]);
+        square += (top * top + next * next) * g->error_weights[i];
+    }
+    return fabs(h) * sqrt(square);
+}
+
+MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run) { return run->collocation->error; }
+
+/* The step's error as it grew from the last step to this one is expected to go on growing.
+ * Gustafsson (1991). */
+MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error)
+{
+    const struct mechc_gauss *g = run->collocation;
+    const double plain = pow(error, -1.0 / run->tableau->order);
+    if (!(g->last_error > 0.0) || error > 1.0) return 0.9 * plain;
+    const double trend = run->step / fabs(g->last_step)
+                       * pow(g->last_error / error, 1.0 / run->tableau->order);
+    return 0.9 * plain * fmin(1.0, trend);
+}
+
+/* Near a critical configuration the closing of loops must not lag behind. */
+MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
+{
+#if MECHC_NH > 0
+    mechc_lane least = -mechc_take(g->least, 0);
+    for (int block = 1; block < MECHC_BLOCKS; block++)
+        least = mechc_greater(least, -mechc_take(g->least, block));
+    g->near_critical = -mechc_greatest(least) < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL;
+#else
+    g->near_critical = 0;
+#endif
+}
+
+/* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
+ * though small, which near a singularity is rounding.  A step whose error shows after three
+ * iterations is not worth more. */
+MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
+{
+    struct mechc_gauss *g = run->collocation;
+    double before = HUGE_VAL, most = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) most = fmax(most, run->scale[i] * g->weights[i]);
+    const double floor = 1e-9 * most;
+    for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
+        mechc_gauss_watch(g);
+        const double change = mechc_gauss_iterate(g, run->head.t, run->y, h), rate = change / before;
+        run->head.stats.rhs_evaluations += MECHC_STAGES;
+        if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
+        /* the first changes shrink faster than those that stay */
+        if (iteration > 0 && change * fmax(rate, 0.1) <= 0.1) return MECHC_RUNNING;
+        if (iteration > 1 && rate > 2.0 / 3.0 && change <= floor) return MECHC_RUNNING;
+        if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
+        if (iteration == 2 && mechc_gauss_measure(g, h) > fmax(3.0, 2.0 * run->allowed))
+            return MECHC_RUNNING;
+        before = change;
+    }
+    return MECHC_NOT_CLOSED;
+}
+
+/* Were the stages moved little to close their loops?  They are off by the polynomial's error;
+ * stages moved farther have landed on another branch or another way to assemble the mechanism. */
+MECHC_STATIC int mechc_gauss_stays(const mechc_rk_run *run)
+{
+    mechc_lane most = {0};
+    double tolerated = 0.0;
+    for (int i = 0; i < MECHC_NX; i++)
+        tolerated = fmax(tolerated, mechc_gauss_tolerance(run, i, run->y));
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double weight = 1.0 / run->scale[i];
+        for (int block = 0; block < MECHC_BLOCKS; block++)
+            most = mechc_larger(most, run->collocation->shift[i][block] * weight);
+    }
+    return mechc_greatest(most) < 1e-11 + sqrt(tolerated / MECHC_GAUSS_SAFETY);
+}
+
+/* Gain of component i over the step. */
+MECHC_STATIC double mechc_gauss_gain(const struct mechc_gauss *g, const double *y, double h, int i)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    if (i < MECHC_NQ) {
+        const double speed = y[MECHC_NQ + i] + g->low[MECHC_NQ + i];
+        return h * (speed + h * mechc_sum(mechc_gauss_second_weights, g->rates[i]));
+    }
+#else
+    (void)y;
+#endif
+    return h * mechc_sum(mechc_gauss_weights, g->rates[i - MECHC_FIRST_UNKNOWN]);
+}
+
+/* The end of the step in twice the digits, before it is projected. */
+MECHC_STATIC void mechc_gauss_end(struct mechc_gauss *g, const double *y, double h, double *end)
+{
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double gain = mechc_gauss_gain(g, y, h, i) + g->low[i];
+        end[i] = y[i] + gain;
+        const double moved = end[i] - y[i];
+        g->next_low[i] = (y[i] - (end[i] - moved)) + (gain - moved);
+    }
+}
+
+/* Conditioning of the configuration rows at a stage: see mechc_rk_conditioning. */
+MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, int stage,
+                                             const double *q)
+{
+#if MECHC_NH > 0
+    const struct mechc_gauss *g = run->collocation;
+    if (MECHC_NC == MECHC_NH && run->dip.rank == MECHC_NH)
+        return sqrt(g->least[stage]) / g->length[stage];
+    mechc_scalar_place place;
+    mechc_weakest weakest;
+    mechc_scalar_configuration(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k,
+                               place.gap, place.jacobian, place.bias, place.mass, place.saved);
+    mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
+    return weakest.ratio;
+#else
+    (void)run, (void)h, (void)stage, (void)q;
+    return 1.0;
+#endif
+}
+
+/* The conditioning met at the stages. */
+MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
+{
+    const struct mechc_gauss *g = run->collocation;
+    for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
+        double q[MECHC_NQ];
+        for (int i = 0; i < MECHC_NQ; i++)
+            q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
+        mechc_dip_meet(&run->dip, mechc_gauss_conditioning(run, h, stage, q), q);
+    }
+}
+
+/* A step is followed to its end where it will be accepted or where its end tells how to place a
+ * crossing. */
+MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error)
+{
+    return error <= run->allowed || (run->collocation->near_critical && error < 10.0);
+}
+
+/* A step from the run's state; leaves the end's rates where the explicit pairs do. */
+MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
+{
+    struct mechc_gauss *g = run->collocation;
+    for (int i = 0; i < MECHC_UNKNOWNS; i++)
+        g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
+    memcpy(end, run->y, sizeof run->y);
+    mechc_gauss_weigh(run, g);
+    mechc_gauss_predict(g, h);
+    const int status = mechc_gauss_converge(run, h);
+    if (status != MECHC_RUNNING) return status;
+    g->error = mechc_gauss_measure(g, h);
+    if (!mechc_gauss_reached_end(run, g->error)) return status;
+    if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
+    mechc_gauss_meet(run, h);
+    mechc_gauss_end(g, run->y, h, end);
+    return mechc_rk_stage(run, run->head.t + h, end, MECHC_RATE(run, run->tableau->stages));
+}
+
+/* Take over an accepted step. */
+MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h)
+{
+    struct mechc_gauss *g = run->collocation;
+    memcpy(g->low, g->next_low, sizeof g->low);
+    memcpy(g->tried, g->rates, sizeof g->tried);
+    g->last_step = h;
+    g->last_error = g->error;
+}
+
+/* Rows of the dense output: see tableaus.h. */
+MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const double *end,
+                                   double *rows)
+{
+    const struct mechc_gauss *g = run->collocation;
+    for (int row = 0; row < MECHC_GAUSS_DENSE; row++)
+        for (int i = 0; i < MECHC_NX; i++) {
+            const double *first = mechc_gauss_first_dense + row * MECHC_STAGES;
+#if MECHC_IDENTITY_KINEMATICS
+            const double *second = mechc_gauss_second_dense + row * MECHC_STAGES;
+            rows[row * MECHC_NX + i] = i < MECHC_NQ ? h * h * mechc_sum(second, g->rates[i])
+                                                    : h * mechc_sum(first, g->rates[i - MECHC_NQ]);
+#else
+            rows[row * MECHC_NX + i] = h * mechc_sum(first, g->rates[i]);
+#endif
+        }
+    for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
+}
+
+/* Work space, for lanes; 0 without memory. */
+MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run)
+{
+    const size_t size = (sizeof(struct mechc_gauss) + 63) / 64 * 64;
+    struct mechc_gauss *g = run->collocation = aligned_alloc(64, size);
+    if (!g) return 0;
+    memset(g, 0, sizeof *g);
+    for (int i = 0; i < MECHC_NP; i++) g->p[i] = mechc_spread(run->p[i]);
+    for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
+    return 1;
+}

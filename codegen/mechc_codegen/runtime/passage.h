@@ -38,6 +38,7 @@ typedef struct {
     int action;
     double factor;   /* MECHC_RETRY: of the step */
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
+    int near;        /* a change point is within reach */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_passing;
@@ -71,8 +72,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *
                                    mechc_weakest *out)
 {
     mechc_scalar_place place;
-    mechc_scalar_configuration(t, q, span->p, span->k, place.gap, place.jacobian, place.bias,
-                               place.mass, place.saved);
+    mechc_place_at(t, q, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, rank, out);
 }
 
@@ -219,8 +219,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    mechc_scalar_configuration(span->t, span->start, span->p, span->k, place.gap, place.jacobian,
-                               place.bias, place.mass, place.saved);
+    out->near = 0;
+    mechc_place_at(span->t, span->start, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > dip->rank) dip->rank = before.rank;
     if (before.rank < dip->rank) mechc_weakest_at(span->t, span->start, span, dip->rank, &before);
@@ -238,7 +238,10 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     out->gap = critical.gap;
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
-    case MECHC_CROSSING: mechc_examine_crossing(span, dip, between, turned, out); break;
+    case MECHC_CROSSING:
+        out->near = 1;
+        mechc_examine_crossing(span, dip, between, turned, out);
+        break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned) out->action = MECHC_CANNOT_TELL;
         break;

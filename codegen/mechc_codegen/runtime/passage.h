@@ -10,6 +10,9 @@
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
 
+/* An accepted state nearer than this to a crossing (conditioning there) is noise. */
+#define MECHC_TOO_NEAR 3e-4
+
 /* The conditioning met within one step. */
 typedef struct {
     double first, least, most;
@@ -188,11 +191,11 @@ MECHC_STATIC void mechc_retry(mechc_passing *out, double factor, int bridge)
 }
 
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip, int between,
-                                         int turned, mechc_passing *out)
+                                         int turned, int too_near, mechc_passing *out)
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
-    if (turned != between) {
+    if (turned != between || too_near) {
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, factors[dip->tries % 8], 0);
         return;
@@ -240,7 +243,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
         out->near = 1;
-        mechc_examine_crossing(span, dip, between, turned, out);
+        mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned) out->action = MECHC_CANNOT_TELL;

@@ -172,6 +172,14 @@ MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
     return factor > 0.0 ? factor : s / (span->best - span->side);
 }
 
+/* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
+MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
+{
+    double heaviest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) heaviest = fmax(heaviest, mass[j * MECHC_NU + j]);
+    return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
+}
+
 /* Place a crossing that lies at the fraction s: into the widest gap between the nodes of this step
  * or of the next one.  1 where the step stands as it is. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
@@ -229,7 +237,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     if (before.rank < dip->rank) mechc_weakest_at(span->t, span->start, span, dip->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
-    const double reach = span->horizon * mechc_reach(span, place.mass);
+    const double reach =
+        fmax(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;

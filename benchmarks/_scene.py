@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mechc._driver import Scene
 from numpy.typing import NDArray
 
-from mechc._driver import Scene
 from mechc._scenes import four_bar
 
 Array = NDArray[np.float64]

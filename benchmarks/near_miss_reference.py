@@ -63,7 +63,9 @@ class FourBar:
         level_sines = [[mp.sin(x)] for x in q]
         level = [[mp.cos(x)] for x in q]
         n, dn = [[], [], []], [[], [], []]  # n and its derivative along n
-        nn: dict[tuple[int, int], list[mp.mpf]] = {(i, j): [] for i in range(3) for j in range(i + 1)}
+        nn: dict[tuple[int, int], list[mp.mpf]] = {
+            (i, j): [] for i in range(3) for j in range(i + 1)
+        }
         A, dA, dV, w2, top = [], [], [], [], []
         difference = {(2, 1): 0, (2, 0): 1, (1, 0): 2}
         slope, turning = [[], [], []], [[], [], []]

@@ -44,7 +44,7 @@ cdef extern from "model.h":
         double least_singular, least_singular_time
         int coordinate
         long examined
-        double critical_gap, critical_time
+        double critical_gap, critical_time, rounding
 
     ctypedef struct mechc_trajectory:
         ptrdiff_t count, capacity
@@ -279,6 +279,7 @@ cdef class Run:
             "examined": s.examined,
             "critical_gap": s.critical_gap,
             "critical_time": s.critical_time,
+            "rounding": s.rounding,
         }
 
     def states(self):

@@ -68,7 +68,8 @@ class Model:
         self.parameters = self._parameters.names
         units = [q.unit for k in ("coordinates", "speeds") for q in self._quantities(k)]
         self._angular = np.array([unit.startswith("rad") for unit in units])
-        self._all_angular = bool(self._angular.all())
+        self._pure = np.array([unit.startswith(("rad", "1")) for unit in units])
+        self._all_pure = bool(self._pure.all())
         self._ones = np.ones(len(units))
         self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
 

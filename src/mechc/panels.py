@@ -386,7 +386,8 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
         draw(cell, run)
         _entitle(figure.axes[drawn], name)
     heading = clean_text(run.model.title or run.model.name, 100)
-    outcome = clean_text(str(run.solution.status), 180)
+    status = run.solution.status
+    outcome = clean_text(getattr(status, "headline", str(status)), 180)
     figure.suptitle(f"{_plain(heading)}\n{_plain(outcome)}", fontsize=11)
 
 

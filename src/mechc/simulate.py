@@ -221,10 +221,10 @@ def _checked_change_point(policy: str) -> str:
 
 
 def _scale(model: Model, values: Array) -> Array:
-    """Size of each component: 1 for angles, the model's length for lengths."""
-    if model._all_angular:
+    """Size of each component: 1 for angles and numbers, the model's length for lengths."""
+    if model._all_pure:
         return model._ones
-    return np.where(model._angular, 1.0, model._parameters.length(values))
+    return np.where(model._pure, 1.0, model._parameters.length(values))
 
 
 def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:

@@ -52,9 +52,15 @@ class Status:
         """Whether the end time, or a terminal event, was reached."""
         return self.code in ("finished", "stopped by an event")
 
+    @property
+    def headline(self) -> str:
+        """The outcome without its cause, advice and warnings."""
+        how = "reached" if self.ok else "got to"
+        return f"{self.code}: {how} t = {self.t:g} s"
+
     def __str__(self) -> str:
         if self.ok:
-            head = f"{self.code}: reached t = {self.t:g} s"
+            head = self.headline
         else:
             head = f"{self.code} at t = {self.t:.9g} s: {self.cause}. {self.advice}"
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")

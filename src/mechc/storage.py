@@ -119,12 +119,21 @@ def _model(recipe: dict[str, Any]) -> Model:
 
 def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
     """The run up to where it ended, with all that a file says checked as a user's input is."""
-    policy = recipe["policy"]
-    policy["first_step"] = policy["first_step"] or None
-    params, allowed = np.array(recipe["params"]), policy["max_steps"]
-    policy |= {"dense": True, "max_steps": allowed + 100}  # cut short, the last steps differ
-    sol = model.simulate(recipe["span"], np.array(recipe["y0"]), params, **policy)
-    sol.policy = replace(sol.policy, max_steps=allowed)
+    from mechc.simulate import Policy
+
+    told = Policy(**recipe["policy"])
+    policy = asdict(told) | {
+        "dense": True,
+        "first_step": told.first_step or None,
+        "method": "auto" if told.stiff_switch else told.method,
+        "max_steps": told.max_steps + 100,  # cut short, the last steps differ
+        "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
+    }
+    del policy["stiff_switch"]
+    sol = model.simulate(
+        recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
+    )
+    sol.policy = replace(told, dense=True, atol=sol.policy.atol)
     sol.status = Status(**recipe["status"] | {"warnings": tuple(recipe["status"]["warnings"])})
     if not np.array_equal(sol._run.states()[0], t):
         sol._times = t

@@ -45,9 +45,10 @@ def evaluator(scene: str, *names: str) -> Callable[..., list[State]]:
 
 def close(one: Sequence[mpmath.mpf], other: Sequence[mpmath.mpf]) -> bool:
     scale = 1 + max(abs(x) for x in one)
-    return len(one) == len(other) and max(
-        abs(a - b) for a, b in zip(one, other, strict=True)
-    ) < TINY * scale
+    return (
+        len(one) == len(other)
+        and max(abs(a - b) for a, b in zip(one, other, strict=True)) < TINY * scale
+    )
 
 
 # -- the four-bar by hand ---------------------------------------------------------------------
@@ -235,9 +236,7 @@ def test_accelerations_are_those_of_sympys_kanes_method(scene: str) -> None:
     theirs = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
     ours = [*derived.symbols.q, *derived.symbols.u, *derived.symbols.parameters]
     plain = dict(zip(theirs, ours, strict=True)) | {scenes.t: derived.symbols.time}
-    outputs = [
-        list(matrix.xreplace(plain)) for matrix in (kane.mass_matrix, kane.forcing)
-    ]
+    outputs = [list(matrix.xreplace(plain)) for matrix in (kane.mass_matrix, kane.forcing)]
     reference = lambdify(scenes.arguments(derived), outputs, modules="mpmath", cse=True)
     for seed in range(3):
         inputs = random_inputs(derived, seed)
@@ -269,18 +268,19 @@ def test_an_option_brings_its_parameters_and_is_gone_without(option: str) -> Non
     assert option in shipped_mechanism("four_bar").skipped
     base = scenes.equations("four_bar").outputs
     changed = {
-        name
-        for name, output in derived.outputs.items()
-        if output.elements != base[name].elements
+        name for name, output in derived.outputs.items() if output.elements != base[name].elements
     }
     speeds = {"motion_constraints", "velocity_constraints", "constraint_jacobian", "gamma"}
     points = {"points", "point_velocities"}
-    assert changed == {
-        "crank_torque": {"forcing"},
-        "friction": {"forcing"},
-        "crank_speed": speeds,
-        "coupler_point": points,
-    }[option]
+    assert (
+        changed
+        == {
+            "crank_torque": {"forcing"},
+            "friction": {"forcing"},
+            "crank_speed": speeds,
+            "coupler_point": points,
+        }[option]
+    )
 
 
 def test_torque_and_friction_enter_the_forcing_by_their_power() -> None:

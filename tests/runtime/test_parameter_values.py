@@ -73,7 +73,7 @@ def test_gravity_may_point_up_or_vanish_but_is_finite(model):
     y = np.full(6, 0.5)
     assert model.potential_energy(y, {"g": 0.0}) == 0.0
     assert model.potential_energy(y, {"g": -9.81}) == -model.potential_energy(y)
-    with pytest.raises(ValueOutOfBoundsError, match="^g = nan"):
+    with pytest.raises(ValueOutOfBoundsError, match=r"^g = nan"):
         model.potential_energy(y, {"g": np.nan})
 
 

@@ -14,12 +14,15 @@ typedef struct {
     double t1, rtol, max_step, step, direction;
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
+    int failure; /* why a stage of it could not be taken; 0 */
     int on_change_point;
     mechc_dip dip;
     mechc_passing passing;
     double conditioning;       /* of the configuration rows at the last stage taken */
     double low, best, high;    /* where in a step a crossing is placed best */
     double horizon;            /* steps ahead that crossings are looked for */
+    double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
+    double refused_t, refused_step, refused_error; /* the last step that its error refused */
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
@@ -32,9 +35,8 @@ typedef struct {
  * asked for is judged at its end. */
 #define MECHC_RK_SHARE 0.03
 
-/* The few steps beside a change point may use this many shares: the rounding that the crossing
- * magnifies shows in their error, and shortening them brings their nodes nearer to it. */
-#define MECHC_RK_PATIENCE 20.0
+/* Errors that rounding near a crossing may leave, in units of each component's scale. */
+#define MECHC_RK_ROUNDING 1e-9
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
@@ -104,12 +106,13 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
 }
 
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
- * times the scale. */
+ * times the scale; never less than rounding. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
 {
-    if (!run->has_tolerances) return MECHC_RK_SHARE * run->rtol * run->scale[i];
     const double size = fmax(fabs(run->y[i]), fabs(end[i]));
-    return MECHC_RK_SHARE * (run->tolerance[i] + run->rtol * size);
+    const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
+                                             : run->rtol * run->scale[i];
+    return fmax(MECHC_RK_SHARE * asked, 2.0 * 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -226,6 +229,9 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
+    run->refused_step = 0.0;
+    run->failure = 0;
+    if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.first = conditioning;
     run->dip.tries = 0;
     if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
@@ -243,6 +249,31 @@ MECHC_STATIC void mechc_rk_refuse(mechc_rk_run *run, double factor)
     run->dip.wanted = 0.0;
 }
 
+/* Near a crossing an error that a shorter step hardly lowers is rounding, which grows the nearer
+ * the nodes come: let it pass, for shrinking on would only creep onto the crossing. */
+MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double error)
+{
+    const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
+    const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
+    if (again && mechc_dipped(&run->dip, run->horizon)
+        && error > run->refused_error * shrunk * shrunk * shrunk)
+        run->allowed = fmin(fmax(run->allowed, 4.0 * error),
+                            fmax(1.0, MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol)));
+    run->refused_t = t;
+    run->refused_step = fabs(h);
+    run->refused_error = error;
+}
+
+/* A node that came near a crossing spoils a step more than its length does: place the crossing
+ * between the nodes rather than shrink the step. */
+MECHC_STATIC int mechc_rk_place_instead(mechc_rk_run *run, double h, const double *end,
+                                        double error)
+{
+    const int good_enough_to_see = error * MECHC_RK_SHARE * run->rtol < 1e-3;
+    if (!good_enough_to_see || run->dip.tries >= 4) return 0;
+    return mechc_rk_judge(run, h, end) == MECHC_RUNNING && run->passing.action == MECHC_RETRY;
+}
+
 MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
 {
     const double most = run->refused ? 1.0 : run->tableau->order > 5 ? 6.0 : 10.0;
@@ -250,30 +281,18 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
 }
 
-MECHC_STATIC double mechc_rk_smallest(const mechc_rk_run *run)
-{
-    const double t = run->head.t;
-    return 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
-}
-
 /* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
 MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
 {
-    return MECHC_NH > 0 && run->dip.least < MECHC_NARROW ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
-}
-
-MECHC_STATIC int mechc_rk_too_large(mechc_rk_run *run, double h, double error)
-{
-    if (fabs(h) < mechc_rk_smallest(run)) return mechc_rk_too_small(run);
-    mechc_rk_refuse(run, error > 1.0 ? mechc_rk_factor(run, error) : 0.2);
-    return MECHC_RUNNING;
+    if (MECHC_NH > 0 && run->dip.least < MECHC_NARROW) return MECHC_UNDECIDED;
+    return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
     const double t = run->head.t, left = run->t1 - t;
-    const double smallest = mechc_rk_smallest(run);
+    const double smallest = 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
     double end[MECHC_NX], h = run->direction * fmin(run->step, run->max_step);
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
@@ -287,24 +306,31 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     if (status != MECHC_RUNNING) {
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
+        run->failure = status;
         mechc_rk_refuse(run, 0.3);
         return MECHC_RUNNING;
     }
     const double error = mechc_rk_error(run, h, end);
+    mechc_stats *stats = &run->head.stats;
     const double factor = mechc_rk_factor(run, error);
-    const double most = MECHC_NH > 0 && run->dip.least < MECHC_NARROW ? MECHC_RK_PATIENCE : 1.0;
     run->step = fabs(h);
-    if (!(error <= most)) return mechc_rk_too_large(run, h, error);
+    if (!(error <= run->allowed)) {
+        if (fabs(h) < smallest) return mechc_rk_too_small(run);
+        if (mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
+        mechc_rk_learn_rounding(run, h, error);
+        mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
+        return MECHC_RUNNING;
+    }
     const int judged = mechc_rk_judge(run, h, end);
     if (judged != MECHC_RUNNING || run->passing.action == MECHC_RETRY) return judged;
-    if (error > 1.0 && !run->passing.near) return mechc_rk_too_large(run, h, error);
     const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end);
     if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
         mechc_rk_refuse(run, 0.5);
         return MECHC_RUNNING;
     }
-    run->step = fmax(run->step * fmax(factor, error > 1.0), run->dip.wanted);
+    if (error > 1.0) stats->rounding = fmax(stats->rounding, error * MECHC_RK_SHARE * run->rtol);
+    run->step = fmax(run->step * factor, run->dip.wanted);
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
     run->dip.patience = HUGE_VAL;
@@ -386,6 +412,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;
+    run->allowed = 1.0;
     mechc_widest_gap(&MECHC_BRIDGE, &run->low, &run->best, &run->high);
     run->horizon = run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);

@@ -10,6 +10,9 @@
 #include <math.h>
 #include <stdint.h>
 #include <string.h>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
 
 #define MECHC_INLINE static inline __attribute__((always_inline, unused))
 #define MECHC_STATIC static __attribute__((unused))

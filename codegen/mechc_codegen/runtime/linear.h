@@ -1,72 +1,87 @@
-/* Small dense linear algebra in the metric of the mass matrix; generic over `real`.
+/* Small dense linear algebra of the constraint rows and of the mass matrix; generic over `real`.
  *
- * With M = L D L^T, a row a of the constraint Jacobian becomes w = a L^-T, and two rows meet in
- * the inner product sum_k w_k v_k / D_k, which is a M^-1 b^T.  The rows are orthogonalised by
- * Gram-Schmidt with the largest remaining row first and every row swept twice (Giraud et al.
- * 2005: twice is enough); no normal equations are formed, so singular values are not squared.
- * A row that vanishes against the largest is redundant here and is left out.
+ * The rows of the constraint Jacobian are orthogonalised in a diagonal metric, sum_k w_k a_k b_k
+ * with w_k near 1 / M_kk, so that speeds of different units may be added and no factor of M is
+ * needed to stay on the constraints.  Gram-Schmidt with the largest remaining row first; a row
+ * that lost more than nine tenths of its length is swept again (Giraud et al. 2005: twice is
+ * enough).  No normal equations are formed, so singular values are not squared.  A row that
+ * vanishes against the largest is redundant here and is left out.
  */
 
-/* Squared ratio of pivots below which a row is rounding: (16 eps)^2. */
+/* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
 #define MECHC_REDUNDANT 1.3e-29
+/* Squared loss of length at which a row is swept again. */
+#define MECHC_LOSS 1e-2
 
 typedef struct {
     real lower[MECHC_NU * MECHC_NU]; /* strictly lower part of L, row by row */
     real inverse[MECHC_NU];          /* 1 / D */
-#if MECHC_NC > 0
-    real rows[MECHC_NC * MECHC_NU];  /* orthogonalised */
-    real mix[MECHC_NC * MECHC_NC];   /* row i held mix[i][k] times row k, k < i */
-    real norm[MECHC_NC];             /* squared */
-    real inverse_norm[MECHC_NC];     /* 0 where redundant */
-    rmask swapped[MECHC_NC * MECHC_NC];
-#endif
-} FN(factors);
+} FN(mass_factors);
 
-/* M = L D L^T; returns the first speed whose pivot is not positive, or -1. */
-MECHC_INLINE int FN(factor_mass)(const real *mass, FN(factors) *f)
+/* M = L D L^T, n by n; returns the first row whose pivot is not positive, or -1. */
+MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
 {
     real scaled[MECHC_NU];
     int bad = -1;
-    for (int j = 0; j < MECHC_NU; j++) {
-        real pivot = mass[j * MECHC_NU + j];
+    for (int j = 0; j < n; j++) {
+        real pivot = mass[j * n + j];
         for (int k = 0; k < j; k++) {
-            scaled[k] = f->lower[j * MECHC_NU + k];
-            f->lower[j * MECHC_NU + k] *= f->inverse[k];
-            pivot -= scaled[k] * f->lower[j * MECHC_NU + k];
+            scaled[k] = f->lower[j * n + k];
+            f->lower[j * n + k] *= f->inverse[k];
+            pivot -= scaled[k] * f->lower[j * n + k];
         }
-        if (bad < 0 && R_ANY(~R_MASK(pivot > 4e-16 * mass[j * MECHC_NU + j]))) bad = j;
+        if (bad < 0 && R_ANY(~R_MASK(pivot > 4e-16 * mass[j * n + j]))) bad = j;
         f->inverse[j] = 1.0 / pivot;
-        for (int i = j + 1; i < MECHC_NU; i++) {
-            real entry = mass[i * MECHC_NU + j];
+        for (int i = j + 1; i < n; i++) {
+            real entry = mass[i * n + j];
             for (int k = 0; k < j; k++)
-                entry -= f->lower[i * MECHC_NU + k] * f->lower[j * MECHC_NU + k];
-            f->lower[i * MECHC_NU + j] = entry;
+                entry -= f->lower[i * n + k] * f->lower[j * n + k];
+            f->lower[i * n + j] = entry;
         }
     }
     return bad;
 }
 
 /* x <- L^-1 x */
-MECHC_INLINE void FN(forward)(const FN(factors) *f, real *x)
+MECHC_INLINE void FN(forward)(const FN(mass_factors) *f, int n, real *x)
 {
-    for (int i = 1; i < MECHC_NU; i++)
-        for (int k = 0; k < i; k++) x[i] -= f->lower[i * MECHC_NU + k] * x[k];
+    for (int i = 1; i < n; i++)
+        for (int k = 0; k < i; k++) x[i] -= f->lower[i * n + k] * x[k];
 }
 
 /* x <- L^-T D^-1 x */
-MECHC_INLINE void FN(backward)(const FN(factors) *f, real *x)
+MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
 {
-    for (int i = MECHC_NU - 1; i >= 0; i--) {
+    for (int i = n - 1; i >= 0; i--) {
         x[i] *= f->inverse[i];
-        for (int k = i + 1; k < MECHC_NU; k++) x[i] -= f->lower[k * MECHC_NU + i] * x[k];
+        for (int k = i + 1; k < n; k++) x[i] -= f->lower[k * n + i] * x[k];
     }
 }
 
 #if MECHC_NC > 0
+/* Row i of those given became  scale[0] ... scale[i-1] row - sum_k mix[i][k] scale[k+1] ...
+ * scale[i-1] rows[k]: scaling by near-one numbers instead of dividing by a norm keeps the
+ * divisions out of the chain of dependent operations. */
+typedef struct {
+    real weight[MECHC_NU];
+    real rows[MECHC_NC * MECHC_NU]; /* orthogonal */
+    real mix[MECHC_NC * MECHC_NC];
+    real scale[MECHC_NC];
+    real norm[MECHC_NC];         /* squared */
+    real inverse_norm[MECHC_NC]; /* 0 where redundant */
+    rmask swapped[MECHC_NC * MECHC_NC];
+} FN(factors);
+
+/* 1/x within an eighth, for positive x: exponent and mantissa subtracted as one integer. */
+MECHC_INLINE real FN(rough_inverse)(real x)
+{
+    return R_FROM_BITS(INT64_C(0x7fde623822fc16e6) - R_BITS(x));
+}
+
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
 {
-    real sum = a[0] * b[0] * f->inverse[0];
-    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * b[k] * f->inverse[k];
+    real sum = a[0] * (b[0] * f->weight[0]);
+    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * (b[k] * f->weight[k]);
     return sum;
 }
 
@@ -78,12 +93,13 @@ MECHC_INLINE void FN(swap)(rmask mask, real *a, real *b)
 }
 
 /* Bring the largest remaining row to place i. */
-MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows)
+MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
 {
     for (int j = i + 1; j < rows; j++) {
         const rmask larger = R_MASK(f->norm[j] > f->norm[i]);
         f->swapped[i * MECHC_NC + j] = larger;
         FN(swap)(larger, &f->norm[i], &f->norm[j]);
+        FN(swap)(larger, &start[i], &start[j]);
         for (int k = 0; k < MECHC_NU; k++)
             FN(swap)(larger, &f->rows[i * MECHC_NU + k], &f->rows[j * MECHC_NU + k]);
         for (int k = 0; k < i; k++)
@@ -91,68 +107,117 @@ MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows)
     }
 }
 
-/* Orthogonalise the first `rows` rows of the Jacobian; the mass matrix is factored already. */
-MECHC_INLINE void FN(factor_rows)(const real *jacobian, int rows, FN(factors) *f)
+/* Take what rounding left of the rows before it out of row i. */
+MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i)
 {
-    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
-    for (int i = 0; i < rows; i++) {
-        FN(forward)(f, f->rows + i * MECHC_NU);
-        f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
+    real *row = f->rows + i * MECHC_NU, follow = R(1.0);
+    for (int k = i - 1; k >= 0; k--) {
+        const real *before = f->rows + k * MECHC_NU;
+        const real part = FN(inner)(f, row, before) * f->inverse_norm[k];
+        for (int n = 0; n < MECHC_NU; n++) row[n] -= part * before[n];
+        f->mix[i * MECHC_NC + k] += part / follow;
+        follow *= f->scale[k];
     }
+    f->norm[i] = FN(inner)(f, row, row);
+}
+
+/* Take row i out of row j. */
+MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
+{
+    const real *row = f->rows + i * MECHC_NU;
+    real *other = f->rows + j * MECHC_NU;
+    const real part = FN(inner)(f, row, other) * inverse;
+    for (int k = 0; k < MECHC_NU; k++) other[k] = f->scale[i] * other[k] - part * row[k];
+    f->mix[j * MECHC_NC + i] = part;
+    f->norm[j] = FN(inner)(f, other, other);
+}
+
+/* Orthogonalise the first `rows` of f->rows in the metric of f->weight. */
+MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows)
+{
+    real start[MECHC_NC];
+    for (int i = 0; i < rows; i++)
+        start[i] = f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
     for (int i = 0; i < rows; i++) {
-        FN(pivot)(f, i, rows);
-        real *first = f->rows + i * MECHC_NU;
+        FN(pivot)(f, i, rows, start);
+        if (i && __builtin_expect(R_ANY(R_MASK(f->norm[i] < MECHC_LOSS * start[i])), 0))
+            FN(sweep_again)(f, i);
         const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0]);
         f->inverse_norm[i] = R_SELECT(kept, 1.0 / f->norm[i], R(0.0));
+        /* near-one numbers must not pile up over many rows */
+        const real inverse = MECHC_NC > 8 ? f->inverse_norm[i] : FN(rough_inverse)(f->norm[i]);
+        f->scale[i] = MECHC_NC > 8 ? R(1.0) : f->norm[i] * inverse;
         for (int j = i + 1; j < rows; j++) {
-            real *other = f->rows + j * MECHC_NU;
-            real held = R(0.0);
-            for (int sweep = 0; sweep < 2; sweep++) {
-                const real part = FN(inner)(f, other, first) * f->inverse_norm[i];
-                for (int k = 0; k < MECHC_NU; k++) other[k] -= part * first[k];
-                held += part;
-            }
-            f->mix[j * MECHC_NC + i] = held;
-            f->norm[j] = FN(inner)(f, other, other);
+            FN(sweep)(f, i, j, inverse);
+            start[j] *= f->scale[i] * f->scale[i];
         }
     }
 }
 
-/* Move g (in the metric of L) the least so that its rows take the values given.
- * step[i], when asked for, is what was added of orthogonal row i. */
-MECHC_INLINE void FN(constrain)(const FN(factors) *f, int rows, const real *values, real *g,
-                                real *step)
+/* The first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
+MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows,
+                                  FN(factors) *f)
 {
-    real wanted[MECHC_NC];
+    for (int i = 0; i < MECHC_NU; i++)
+        f->weight[i] = FN(rough_inverse)(mass[i * MECHC_NU + i]);
+    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
+    FN(orthogonalise)(f, rows);
+}
+
+/* Values wanted of the rows as given -> of the orthogonal rows. */
+MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real *values,
+                                     real *wanted)
+{
     for (int i = 0; i < rows; i++) wanted[i] = values[i];
     for (int i = 0; i < rows; i++) {
         for (int j = i + 1; j < rows; j++)
             FN(swap)(f->swapped[i * MECHC_NC + j], &wanted[i], &wanted[j]);
-        for (int k = 0; k < i; k++) wanted[i] -= f->mix[i * MECHC_NC + k] * wanted[k];
-    }
-    for (int i = 0; i < rows; i++) {
-        const real *row = f->rows + i * MECHC_NU;
-        const real part = (wanted[i] - FN(inner)(f, row, g)) * f->inverse_norm[i];
-        for (int k = 0; k < MECHC_NU; k++) g[k] += part * row[k];
-        if (step) step[i] = part;
+        for (int k = 0; k < i; k++)
+            wanted[i] = f->scale[k] * wanted[i] - f->mix[i * MECHC_NC + k] * wanted[k];
     }
 }
 
-/* Multipliers of the rows as given, from the steps along the orthogonal rows. */
-MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *step, real *lambda)
+/* The least x, in the metric of the weights, on which the rows take the values given. */
+MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *values, real *x)
 {
-    for (int i = MECHC_NC - 1; i >= 0; i--) {
-        lambda[i] = R_SELECT(R_MASK(f->inverse_norm[i] > 0.0), -step[i], R(0.0));
-        for (int j = i + 1; j < MECHC_NC; j++) lambda[i] -= f->mix[j * MECHC_NC + i] * lambda[j];
+    real wanted[MECHC_NC];
+    FN(values_of_rows)(f, rows, values, wanted);
+    for (int k = 0; k < MECHC_NU; k++) x[k] = R(0.0);
+    for (int i = 0; i < rows; i++) {
+        const real part = wanted[i] * f->inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * f->rows[i * MECHC_NU + k];
     }
+    for (int k = 0; k < MECHC_NU; k++) x[k] *= f->weight[k];
+}
+
+/* Multipliers of the rows as given, from the multiples of the orthogonal rows. */
+MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *multiples, real *lambda)
+{
+    for (int i = 0; i < MECHC_NC; i++)
+        lambda[i] = R_SELECT(R_MASK(f->inverse_norm[i] > 0.0), multiples[i], R(0.0));
+    for (int i = MECHC_NC - 1; i >= 0; i--)
+        for (int k = i - 1; k >= 0; k--) {
+            lambda[k] -= f->mix[i * MECHC_NC + k] * lambda[i];
+            lambda[i] *= f->scale[k];
+        }
     for (int i = MECHC_NC - 1; i >= 0; i--)
         for (int j = MECHC_NC - 1; j > i; j--)
             FN(swap)(f->swapped[i * MECHC_NC + j], &lambda[i], &lambda[j]);
 }
 
-/* Ratio of the smallest pivot to the largest: 0 where the rows are dependent. */
+/* A lane in which some row is redundant. */
+MECHC_INLINE int FN(has_redundant)(const FN(factors) *f)
+{
+    rmask redundant = R_MASK(f->inverse_norm[0] == 0.0);
+    for (int i = 1; i < MECHC_NC; i++) redundant |= R_MASK(f->inverse_norm[i] == 0.0);
+    return R_ANY(redundant);
+}
+
+/* Length of the shortest orthogonal row over that of the longest: 0 where rows are dependent. */
 MECHC_INLINE real FN(least_singular)(const FN(factors) *f)
 {
-    return R_SQRT(f->norm[MECHC_NC - 1] / f->norm[0]);
+    real scale = R(1.0);
+    for (int i = 0; i < MECHC_NC - 1; i++) scale *= f->scale[i];
+    return R_SQRT(f->norm[MECHC_NC - 1] / f->norm[0]) / scale;
 }
 #endif

@@ -64,6 +64,7 @@ typedef struct {
     long examined;  /* steps near a critical configuration that were examined */
     double critical_gap; /* least closure gap at a critical configuration near the motion */
     double critical_time;
+    double rounding; /* largest relative error of a step that rounding near a crossing left */
 } mechc_stats;
 
 /* Accepted states; dense holds count-1 blocks of dense_rows * width doubles.  Passages of change

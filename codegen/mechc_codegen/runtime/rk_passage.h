@@ -37,11 +37,10 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
 {
 #if MECHC_NH > 0
     for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
-        double values[MECHC_NC], step[MECHC_NU] = {0};
+        double values[MECHC_NC], step[MECHC_NU];
         for (int i = 0; i < MECHC_NC; i++)
             values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
-        mechc_scalar_constrain(&place->all, MECHC_NC, values, step, 0);
-        mechc_scalar_backward(&place->all, step);
+        mechc_scalar_least_change(&place->all, MECHC_NC, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
 #else
@@ -61,7 +60,6 @@ MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run)
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
 {
     run->passing.action = MECHC_STANDS;
-    run->passing.near = 0;
 #if MECHC_NH > 0
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,

@@ -1,14 +1,11 @@
 /* Sine and cosine of one argument with a shared range reduction; generic over `real`. */
 
-MECHC_INLINE void FN(sincos_beyond)(real x, real *sine, real *cosine)
-{
-    *sine = R_CALL(sin, x);
-    *cosine = R_CALL(cos, x);
-}
+/* Out of line, by value: the usual path keeps its registers. */
+MECHC_ONCE __attribute__((cold)) real FN(sin_beyond)(real x) { return R_CALL(sin, x); }
+MECHC_ONCE __attribute__((cold)) real FN(cos_beyond)(real x) { return R_CALL(cos, x); }
 
 MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
 {
-    const rmask far = R_MASK(x > MECHC_REDUCTION_LIMIT) | R_MASK(x < -MECHC_REDUCTION_LIMIT);
     const real shifted = x * MECHC_TWO_OVER_PI + MECHC_ROUND;
     const rmask quadrant = R_BITS(shifted);
     const real n = shifted - MECHC_ROUND;
@@ -25,5 +22,8 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     const rmask sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
     *sine = R_FROM_BITS(R_BITS(R_SELECT(swap, c, s)) ^ sine_sign);
     *cosine = R_FROM_BITS(R_BITS(R_SELECT(swap, s, c)) ^ cosine_sign);
-    if (__builtin_expect(R_ANY(far), 0)) FN(sincos_beyond)(x, sine, cosine);
+    if (__builtin_expect(R_ANY_BEYOND(x, MECHC_REDUCTION_LIMIT), 0)) {
+        *sine = FN(sin_beyond)(x);
+        *cosine = FN(cos_beyond)(x);
+    }
 }

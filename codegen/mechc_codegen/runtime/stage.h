@@ -1,12 +1,16 @@
 /* One stage of an integrator on the constraint manifold; generic over `real`.
  *
- * locate: configuration terms and factors at q.   close_loops: nearest q that closes the loops.
+ * locate: configuration terms and rows at q.   close_loops: nearest q that closes the loops.
  * steady: nearest speeds that keep them closed.   accelerate: u' from M u' + J^T lambda = F and
- * J u' = gamma, by Gauss's principle: the accelerations nearest to the free ones in the metric M.
+ * J u' = gamma.
  */
 
 typedef struct {
+#if MECHC_NC > 0
     FN(factors) all; /* every row: speeds and accelerations */
+#else
+    FN(mass_factors) factored;
+#endif
 #if MECHC_NC > MECHC_NH && MECHC_NH > 0
     FN(factors) holonomic; /* configuration rows only: coordinates */
 #endif
@@ -22,14 +26,23 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k
 {
     FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
                       place->saved);
-    place->bad = FN(factor_mass)(place->mass, &place->all);
 #if MECHC_NC > 0
+    place->bad = -1;
 #if MECHC_NC > MECHC_NH && MECHC_NH > 0
-    place->holonomic = place->all;
-    FN(factor_rows)(place->jacobian, MECHC_NH, &place->holonomic);
+    FN(factor_rows)(place->jacobian, place->mass, MECHC_NH, &place->holonomic);
 #endif
-    FN(factor_rows)(place->jacobian, MECHC_NC, &place->all);
+    FN(factor_rows)(place->jacobian, place->mass, MECHC_NC, &place->all);
+#else
+    place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
 #endif
+}
+
+/* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
+MECHC_INLINE int FN(find_massless)(FN(place) *place)
+{
+    for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
+        if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] > 0.0))) place->bad = i;
+    return place->bad;
 }
 
 MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, const real *p,
@@ -67,20 +80,17 @@ MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *round
     return R_GREATEST(gap);
 }
 
-/* One Gauss-Newton correction of q, the least in the metric of the mass matrix. */
+/* One Gauss-Newton correction of q, the least in the metric of the rows. */
 MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
                               const FN(place) *place)
 {
     real values[MECHC_NH], step[MECHC_NU];
     for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
-    for (int i = 0; i < MECHC_NU; i++) step[i] = R(0.0);
 #if MECHC_NC > MECHC_NH
-    const FN(factors) *f = &place->holonomic;
+    FN(least_change)(&place->holonomic, MECHC_NH, values, step);
 #else
-    const FN(factors) *f = &place->all;
+    FN(least_change)(&place->all, MECHC_NH, values, step);
 #endif
-    FN(constrain)(f, MECHC_NH, values, step, 0);
-    FN(backward)(f, step);
 #if MECHC_IDENTITY_KINEMATICS
     (void)t, (void)p, (void)k;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
@@ -104,7 +114,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, 
     for (int iteration = 0; iteration < 20; iteration++) {
         FN(locate)(t, q, p, k, place);
         ++*iterations;
-        if (place->bad >= 0) return MECHC_SINGULAR_MASS;
+        if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
         if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
@@ -116,7 +126,7 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, 
 #else
     FN(locate)(t, q, p, k, place);
     ++*iterations;
-    return place->bad >= 0 ? MECHC_SINGULAR_MASS : MECHC_RUNNING;
+    return FN(find_massless)(place) >= 0 ? MECHC_SINGULAR_MASS : MECHC_RUNNING;
 #endif
 }
 
@@ -131,16 +141,14 @@ MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, r
 }
 #endif
 
-/* The speeds nearest to u, in the metric of the mass matrix, that satisfy the constraints. */
+/* The speeds nearest to u, in the metric of the rows, that satisfy the constraints. */
 MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 {
 #if MECHC_NC > 0
     real values[MECHC_NC], step[MECHC_NU];
     FN(velocity_residual)(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
-    for (int i = 0; i < MECHC_NU; i++) step[i] = R(0.0);
-    FN(constrain)(&place->all, MECHC_NC, values, step, 0);
-    FN(backward)(&place->all, step);
+    FN(least_change)(&place->all, MECHC_NC, values, step);
     for (int i = 0; i < MECHC_NU; i++) u[i] += step[i];
 #else
     (void)place, (void)u;
@@ -151,17 +159,18 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const real *p, const real *k,
                                  const FN(place) *place, real *accelerations, real *lambda)
 {
-    real gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    FN(motion)(t, q, u, p, k, place->saved, accelerations, gamma);
-    FN(forward)(&place->all, accelerations);
 #if MECHC_NC > 0
-    real step[MECHC_NC];
-    FN(constrain)(&place->all, MECHC_NC, gamma, accelerations, step);
-    if (lambda) FN(multipliers)(&place->all, step, lambda);
+    real forcing[MECHC_NU], gamma[MECHC_NC];
+    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma};
+    FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
+    FN(solve_motion)(&terms, &place->all, accelerations, lambda);
 #else
-    (void)gamma, (void)lambda;
+    real none[1];
+    (void)lambda;
+    FN(motion)(t, q, u, p, k, place->saved, accelerations, none);
+    FN(forward)(&place->factored, MECHC_NU, accelerations);
+    FN(backward)(&place->factored, MECHC_NU, accelerations);
 #endif
-    FN(backward)(&place->all, accelerations);
 }
 
 /* State rates at a state taken as it is. */

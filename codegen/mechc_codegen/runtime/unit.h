@@ -14,12 +14,14 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "dynamics.h"
 #include "stage.h"
 
 #include "use_lanes.h"
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "dynamics.h"
 #include "stage.h"
 #include "unuse.h"
 

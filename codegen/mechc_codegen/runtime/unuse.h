@@ -8,6 +8,7 @@
 #undef R_MASK
 #undef R_SELECT
 #undef R_ANY
+#undef R_ANY_BEYOND
 #undef R_SQRT
 #undef R_CALL
 #undef R_CALL2

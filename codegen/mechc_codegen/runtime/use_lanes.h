@@ -11,6 +11,7 @@
 #define R_SELECT(mask, a, b) \
     R_FROM_BITS(((mask) & R_BITS(a)) | (~(mask) & R_BITS(b)))
 #define R_ANY(mask) mechc_any(mask)
+#define R_ANY_BEYOND(x, limit) mechc_any_beyond(x, limit)
 #define R_SQRT(x) mechc_sqrt(x)
 #define R_CALL(f, x) mechc_call(f, x)
 #define R_CALL2(f, x, y) mechc_call2(f, x, y)
@@ -19,20 +20,45 @@
 
 #ifndef MECHC_LANE_FUNCTIONS
 #define MECHC_LANE_FUNCTIONS
+/* One instruction where there is one: gcc moves the lanes one by one otherwise. */
 MECHC_INLINE int mechc_any(mechc_lane_mask mask)
 {
+#if MECHC_LANES == 8 && defined __AVX512DQ__
+    return _mm512_movepi64_mask((__m512i)mask) != 0;
+#elif MECHC_LANES == 4 && defined __AVX__
+    return _mm256_movemask_pd((__m256d)mask) != 0;
+#elif MECHC_LANES == 2 && defined __SSE2__
+    return _mm_movemask_pd((__m128d)mask) != 0;
+#else
     int64_t any = 0;
     for (int k = 0; k < MECHC_LANES; k++) any |= mask[k];
     return any != 0;
+#endif
+}
+
+/* |x| > limit, or x not a number, in some lane */
+MECHC_INLINE int mechc_any_beyond(mechc_lane x, double limit)
+{
+    const mechc_lane size = (mechc_lane)((mechc_lane_mask)x & INT64_MAX);
+#if MECHC_LANES == 8 && defined __AVX512DQ__
+    return _mm512_cmp_pd_mask((__m512d)size, _mm512_set1_pd(limit), _CMP_NLE_UQ) != 0;
+#else
+    return mechc_any(~(size <= limit));
+#endif
 }
 
 MECHC_INLINE mechc_lane mechc_sqrt(mechc_lane x)
 {
-    double lanes[MECHC_LANES]; /* a loop over an array becomes one vector instruction */
-    memcpy(lanes, &x, sizeof lanes);
-    for (int k = 0; k < MECHC_LANES; k++) lanes[k] = __builtin_sqrt(lanes[k]);
-    memcpy(&x, lanes, sizeof lanes);
+#if MECHC_LANES == 8 && defined __AVX512F__
+    return (mechc_lane)_mm512_sqrt_pd((__m512d)x);
+#elif MECHC_LANES == 4 && defined __AVX__
+    return (mechc_lane)_mm256_sqrt_pd((__m256d)x);
+#elif MECHC_LANES == 2 && defined __SSE2__
+    return (mechc_lane)_mm_sqrt_pd((__m128d)x);
+#else
+    for (int k = 0; k < MECHC_LANES; k++) x[k] = __builtin_sqrt(x[k]);
     return x;
+#endif
 }
 
 MECHC_INLINE mechc_lane mechc_call(double (*f)(double), mechc_lane x)

@@ -10,6 +10,7 @@
 #define R_MASK(condition) (-(int64_t)(condition))
 #define R_SELECT(mask, a, b) ((mask) ? (a) : (b))
 #define R_ANY(mask) ((mask) != 0)
+#define R_ANY_BEYOND(x, limit) (!(__builtin_fabs(x) <= (limit)))
 #define R_SQRT(x) __builtin_sqrt(x)
 #define R_CALL(f, x) f(x)
 #define R_CALL2(f, x, y) f(x, y)

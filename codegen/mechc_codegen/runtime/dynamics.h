@@ -1,0 +1,202 @@
+/* Accelerations from M u' + J^T lambda = F and J u' = gamma; generic over `real`.
+ *
+ * Where few directions are free and no row is redundant, the motion is solved in them alone: the
+ * rows leave NU - NC directions v, and v^T M v z = v^T (F - M a) with a any accelerations that
+ * satisfy the rows.  M is not factored, and with one degree of freedom there is one division.
+ * Elsewhere Gauss's principle: the accelerations nearest to the free ones in the metric M.  With
+ * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
+ */
+
+/* Beyond so many free directions it is cheaper to factor M. */
+#define MECHC_MOST_FREE 3
+#define MECHC_FREE (MECHC_NU - MECHC_NC)
+#define MECHC_REDUCED (MECHC_NC > 0 && MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
+
+typedef struct {
+    const real *mass, *jacobian, *forcing, *gamma;
+} FN(motion_terms);
+
+/* y <- y - M x */
+MECHC_INLINE void FN(take_inertia)(const real *mass, const real *x, real *y)
+{
+    for (int i = 0; i < MECHC_NU; i++)
+        for (int j = 0; j < MECHC_NU; j++) y[i] -= mass[i * MECHC_NU + j] * x[j];
+}
+
+#if MECHC_NC > 0
+/* lambda may be NULL. */
+MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *x, real *lambda)
+{
+    FN(mass_factors) mass;
+    FN(factors) rows;
+    real wanted[MECHC_NC], multiples[MECHC_NC];
+    FN(factor_mass)(terms->mass, MECHC_NU, &mass);
+    for (int i = 0; i < MECHC_NU; i++) {
+        x[i] = terms->forcing[i];
+        rows.weight[i] = mass.inverse[i];
+    }
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) rows.rows[i] = terms->jacobian[i];
+    for (int i = 0; i < MECHC_NC; i++) FN(forward)(&mass, MECHC_NU, rows.rows + i * MECHC_NU);
+    FN(orthogonalise)(&rows, MECHC_NC);
+    FN(forward)(&mass, MECHC_NU, x);
+    FN(values_of_rows)(&rows, MECHC_NC, terms->gamma, wanted);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *row = rows.rows + i * MECHC_NU;
+        const real part = (wanted[i] - FN(inner)(&rows, row, x)) * rows.inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
+        multiples[i] = -part;
+    }
+    if (lambda) FN(multipliers)(&rows, multiples, lambda);
+    FN(backward)(&mass, MECHC_NU, x);
+}
+
+#if MECHC_REDUCED
+MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, real *solution)
+{
+    const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
+    const FN(motion_terms) split = {terms, jacobian, forcing, forcing + MECHC_NU};
+    FN(solve_in_mass_metric)(&split, solution, solution + MECHC_NU);
+}
+
+/* Works on copies: an array whose address leaves the usual path is kept in memory there. */
+MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, real *x, real *lambda)
+{
+    real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC], *to = copy;
+    real solution[MECHC_NU + MECHC_NC];
+    for (int i = 0; i < MECHC_NU * MECHC_NU; i++) *to++ = terms->mass[i];
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) *to++ = terms->jacobian[i];
+    for (int i = 0; i < MECHC_NU; i++) *to++ = terms->forcing[i];
+    for (int i = 0; i < MECHC_NC; i++) *to++ = terms->gamma[i];
+    FN(solve_redundant)(copy, solution);
+    for (int i = 0; i < MECHC_NU; i++) x[i] = solution[i];
+    for (int i = 0; lambda && i < MECHC_NC; i++) lambda[i] = solution[MECHC_NU + i];
+}
+#endif
+#endif
+
+#if MECHC_REDUCED
+/* A basis of all speeds' duals: the orthogonal rows, then unit vectors less their part in what
+ * comes before them. */
+typedef struct {
+    real vectors[MECHC_NU * MECHC_NU], inverse_norm[MECHC_NU];
+    real left[MECHC_NU]; /* squared share of each unit vector that is in none of them yet */
+} FN(basis);
+
+/* The unit vector of which most is left goes to place i; part[j] is its part in vector j < i. */
+MECHC_INLINE void FN(pick)(const FN(factors) *f, FN(basis) *basis, int i, real *part)
+{
+    real *unit = basis->vectors + i * MECHC_NU, most = basis->left[0];
+    for (int j = 0; j < i; j++) part[j] = basis->vectors[j * MECHC_NU] * f->weight[0];
+    for (int k = 0; k < MECHC_NU; k++) unit[k] = R(k == 0);
+    for (int k = 1; k < MECHC_NU; k++) {
+        const rmask more = R_MASK(basis->left[k] > most);
+        most = R_SELECT(more, basis->left[k], most);
+        for (int j = 0; j < i; j++)
+            part[j] = R_SELECT(more, basis->vectors[j * MECHC_NU + k] * f->weight[k], part[j]);
+        for (int m = 0; m <= k; m++) unit[m] = R_SELECT(more, R(m == k), unit[m]);
+    }
+    for (int j = 0; j < i; j++) part[j] *= basis->inverse_norm[j];
+}
+
+MECHC_INLINE void FN(take_share)(const FN(factors) *f, FN(basis) *basis, int i)
+{
+    const real *vector = basis->vectors + i * MECHC_NU;
+    for (int k = 0; k < MECHC_NU; k++)
+        basis->left[k] -= vector[k] * vector[k] * (f->weight[k] * basis->inverse_norm[i]);
+}
+
+/* Directions in which no row changes. */
+MECHC_INLINE void FN(free_directions)(const FN(factors) *f, real *directions)
+{
+    FN(basis) basis;
+    real part[MECHC_NU];
+    for (int k = 0; k < MECHC_NU; k++) basis.left[k] = R(1.0);
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) basis.vectors[i] = f->rows[i];
+    for (int i = 0; i < MECHC_NC; i++) {
+        basis.inverse_norm[i] = f->inverse_norm[i];
+        FN(take_share)(f, &basis, i);
+    }
+    for (int i = MECHC_NC; i < MECHC_NU; i++) {
+        real *vector = basis.vectors + i * MECHC_NU;
+        FN(pick)(f, &basis, i, part);
+        for (int j = 0; j < i; j++)
+            for (int k = 0; k < MECHC_NU; k++)
+                vector[k] -= part[j] * basis.vectors[j * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++)
+            directions[(i - MECHC_NC) * MECHC_NU + k] = vector[k] * f->weight[k];
+        if (i + 1 == MECHC_NU) break;
+        basis.inverse_norm[i] = 1.0 / FN(inner)(f, vector, vector);
+        FN(take_share)(f, &basis, i);
+    }
+}
+
+/* values[i] = v_i . x */
+MECHC_INLINE void FN(along)(const real *directions, const real *x, real *values)
+{
+    for (int i = 0; i < MECHC_FREE; i++) {
+        values[i] = directions[i * MECHC_NU] * x[0];
+        for (int k = 1; k < MECHC_NU; k++) values[i] += directions[i * MECHC_NU + k] * x[k];
+    }
+}
+
+/* v^T M v */
+MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, real *reduced)
+{
+    for (int i = 0; i < MECHC_FREE; i++) {
+        real momentum[MECHC_NU];
+        for (int k = 0; k < MECHC_NU; k++) {
+            momentum[k] = mass[k * MECHC_NU] * directions[i * MECHC_NU];
+            for (int m = 1; m < MECHC_NU; m++)
+                momentum[k] += mass[k * MECHC_NU + m] * directions[i * MECHC_NU + m];
+        }
+        FN(along)(directions, momentum, reduced + i * MECHC_FREE);
+    }
+}
+
+/* The multiples of the orthogonal rows that make up the reaction F - M u'. */
+MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors) *f, const real *x,
+                                real *lambda)
+{
+    real reaction[MECHC_NU], multiples[MECHC_NC];
+    for (int k = 0; k < MECHC_NU; k++) reaction[k] = terms->forcing[k];
+    FN(take_inertia)(terms->mass, x, reaction);
+    for (int i = 0; i < MECHC_NC; i++)
+        multiples[i] = FN(inner)(f, f->rows + i * MECHC_NU, reaction) * f->inverse_norm[i];
+    FN(multipliers)(f, multiples, lambda);
+}
+
+MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+                                    real *lambda)
+{
+    real directions[MECHC_AT_LEAST_ONE(MECHC_FREE) * MECHC_NU];
+    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE * MECHC_FREE)], free_part[MECHC_NU];
+    real forces[MECHC_NU];
+    FN(mass_factors) mass;
+    FN(free_directions)(f, directions);
+    FN(reduced_mass)(terms->mass, directions, reduced);
+    FN(factor_mass)(reduced, MECHC_FREE, &mass);
+    FN(least_change)(f, MECHC_NC, terms->gamma, x);
+    for (int k = 0; k < MECHC_NU; k++) forces[k] = terms->forcing[k];
+    FN(take_inertia)(terms->mass, x, forces);
+    FN(along)(directions, forces, free_part);
+    FN(forward)(&mass, MECHC_FREE, free_part);
+    FN(backward)(&mass, MECHC_FREE, free_part);
+    for (int i = 0; i < MECHC_FREE; i++)
+        for (int k = 0; k < MECHC_NU; k++) x[k] += free_part[i] * directions[i * MECHC_NU + k];
+    if (lambda) FN(reactions)(terms, f, x, lambda);
+}
+#endif
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+                                   real *lambda)
+{
+#if MECHC_REDUCED
+    if (__builtin_expect(FN(has_redundant)(f), 0)) FN(redundant_motion)(terms, x, lambda);
+    else FN(solve_reduced)(terms, f, x, lambda);
+#else
+    (void)f;
+    FN(solve_in_mass_metric)(terms, x, lambda);
+#endif
+}
+#endif

@@ -1,0 +1,234 @@
+"""The cache: nobody else's code, nothing damaged, made once, and nothing else touched."""
+
+import multiprocessing
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from mechc import cache
+from mechc.errors import CacheError
+
+KEY = "0123456789abcdef" * 4
+
+
+@pytest.fixture(autouse=True)
+def root(tmp_path, monkeypatch):
+    folder = tmp_path / "cache"
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(folder))
+    return folder
+
+
+class Maker:
+    """Makes an entry, and counts how often it was asked to."""
+
+    def __init__(self, content=b"code"):
+        self.content, self.made = content, 0
+
+    def __call__(self, folder):
+        self.made += 1
+        (folder / cache.SHARED_OBJECT).write_bytes(self.content)
+
+
+def test_an_entry_is_made_once_and_found_again(root):
+    make = Maker()
+    for _ in range(3):
+        path = cache.entry(KEY, make)
+        assert path == root / KEY / "scene.so"
+        assert path.read_bytes() == b"code"
+    assert make.made == 1
+    assert cache.entries() == [root / KEY]
+
+
+def test_only_the_owner_can_enter(root):
+    cache.entry(KEY, Maker())
+    assert root.stat().st_mode & 0o777 == 0o700
+    assert (root / KEY).stat().st_mode & 0o077 == 0
+
+
+def test_a_key_of_its_own_for_everything(root):
+    cache.entry(KEY, Maker(b"one"))
+    other = KEY[::-1]
+    assert cache.entry(other, Maker(b"two")).read_bytes() == b"two"
+    assert cache.entry(KEY, Maker()).read_bytes() == b"one"
+
+
+def damage_code(entry):
+    (entry / "scene.so").write_bytes(b"cod")
+
+
+def damage_bits(entry):
+    (entry / "scene.so").write_bytes(b"codf")
+
+
+def truncate_checksum(entry):
+    checksum = entry / "scene.sha256"
+    checksum.write_text(checksum.read_text()[:-1])
+
+
+def scramble_checksum(entry):
+    (entry / "scene.sha256").write_bytes(b"\xff\xfe")
+
+
+def remove_code(entry):
+    (entry / "scene.so").unlink()
+
+
+def remove_checksum(entry):
+    (entry / "scene.sha256").unlink()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [damage_code, damage_bits, truncate_checksum, scramble_checksum, remove_code, remove_checksum],
+)
+def test_a_damaged_entry_is_made_again(root, damage):
+    make = Maker()
+    cache.entry(KEY, make)
+    damage(root / KEY)
+    assert cache.entry(KEY, make).read_bytes() == b"code"
+    assert make.made == 2
+    cache.entry(KEY, make)
+    assert make.made == 2
+
+
+def test_a_failure_leaves_nothing_behind(root):
+    def fail(folder):
+        (folder / "half").touch()
+        raise RuntimeError("no")
+
+    with pytest.raises(RuntimeError):
+        cache.entry(KEY, fail)
+    assert cache.entries() == []
+    assert {path.name for path in root.iterdir()} == {f"{KEY}.lock"}
+
+
+def test_what_a_killed_process_left_is_swept_up(root):
+    root.mkdir(mode=0o700)
+    left = root / f".new-{KEY}-abc"
+    other = root / f".new-{KEY[::-1]}-abc"
+    for folder in (left, other):
+        folder.mkdir()
+        (folder / "half").touch()
+    cache.entry(KEY, Maker())
+    assert not left.exists()
+    assert other.exists(), "another process may be writing that one"
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o770, 0o702, 0o720])
+def test_a_folder_that_others_can_write_is_refused(root, mode):
+    root.mkdir()
+    root.chmod(mode)
+    with pytest.raises(CacheError, match="can be written by others: chmod 700"):
+        cache.entry(KEY, Maker())
+
+
+def test_an_entry_that_others_can_write_is_refused(root):
+    cache.entry(KEY, Maker())
+    (root / KEY).chmod(0o777)
+    with pytest.raises(CacheError, match=f"{KEY} can be written by others"):
+        cache.entry(KEY, Maker())
+
+
+def test_a_folder_of_another_user_is_refused(root, monkeypatch):
+    cache.entry(KEY, Maker())
+    owner = os.getuid()
+    monkeypatch.setattr(os, "getuid", lambda: owner + 1)
+    with pytest.raises(CacheError, match="belongs to another user"):
+        cache.entry(KEY, Maker())
+    with pytest.raises(CacheError, match="belongs to another user"):
+        cache.clear()
+
+
+def test_a_link_in_place_of_the_folder_is_refused(root, tmp_path):
+    (tmp_path / "elsewhere").mkdir(mode=0o700)
+    root.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(CacheError, match="is not a folder"):
+        cache.entry(KEY, Maker())
+
+
+def test_a_folder_that_cannot_be_made_is_told_with_what_to_do(tmp_path, monkeypatch):
+    (tmp_path / "file").touch()
+    for folder in ("file", "file/below"):
+        monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / folder))
+        with pytest.raises(CacheError, match="set MECHC_CACHE_DIR"):
+            cache.entry(KEY, Maker())
+
+
+def test_where_it_lies(monkeypatch, tmp_path):
+    assert cache.cache_folder() == tmp_path / "cache"
+    monkeypatch.delenv("MECHC_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert cache.cache_folder() == tmp_path / "xdg" / "mechc"
+    monkeypatch.setenv("XDG_CACHE_HOME", "")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert cache.cache_folder() == tmp_path / ".cache" / "mechc"
+
+
+def test_clearing_removes_entries_and_nothing_else(root):
+    cache.entry(KEY, Maker())
+    (root / "notes").mkdir()
+    (root / "poetry.lock").touch()
+    assert cache.clear() == 1
+    assert {path.name for path in root.iterdir()} == {"notes", "poetry.lock"}
+    assert cache.clear() == 0
+    assert cache.entry(KEY, Maker(b"again")).read_bytes() == b"again"
+
+
+def test_clearing_a_cache_that_never_was_makes_none(root):
+    assert cache.clear() == 0
+    assert not root.exists()
+
+
+def make_slowly(folder):
+    with (folder.parent / "log").open("a") as log:
+        log.write("made\n")
+    time.sleep(0.3)
+    (folder / cache.SHARED_OBJECT).write_bytes(b"code")
+
+
+def take(queue):
+    queue.put(cache.entry(KEY, make_slowly).read_bytes())
+
+
+def test_processes_at_once_make_an_entry_once(root):
+    """Each waits for the one that makes it, and then finds it whole."""
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    workers = [context.Process(target=take, args=(queue,)) for _ in range(4)]
+    for worker in workers:
+        worker.start()
+    assert [queue.get(timeout=60) for _ in workers] == [b"code"] * 4
+    for worker in workers:
+        worker.join()
+    assert Path(root / "log").read_text() == "made\n"
+
+
+def clear_often(seconds):
+    deadline = time.monotonic() + seconds
+    while time.monotonic() < deadline:
+        cache.clear()
+
+
+def make_often(queue, seconds):
+    deadline = time.monotonic() + seconds
+    try:
+        while time.monotonic() < deadline:
+            cache.entry(KEY, Maker())
+        queue.put("well")
+    except BaseException as error:
+        queue.put(repr(error))
+
+
+def test_clearing_while_others_build_disturbs_nobody(root):
+    """The lock that a builder holds stays the lock, although clearing removes its file."""
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    workers = [context.Process(target=make_often, args=(queue, 0.7)) for _ in range(2)]
+    workers.append(context.Process(target=clear_often, args=(0.7,)))
+    for worker in workers:
+        worker.start()
+    assert [queue.get(timeout=60) for _ in range(2)] == ["well", "well"]
+    for worker in workers:
+        worker.join()

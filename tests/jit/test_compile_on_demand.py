@@ -1,0 +1,243 @@
+"""Compiling on demand: once, found again by the next process, honest about the compiler."""
+
+import os
+import stat
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pendulums import pendulum
+
+import mechc
+from mechc import cache, jit, toolchain
+from mechc.errors import CompilerError, MechcError
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """A cache folder of the test's own, and a process that remembers nothing."""
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(jit, "_compiled", {})
+    return tmp_path
+
+
+def compiler_script(folder, monkeypatch, body, name="cc"):
+    """A compiler of our own making, which ``$CC`` names."""
+    script = folder / name
+    script.write_text(f"#!/bin/sh\n{body}\n")
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("CC", str(script))
+    toolchain.version.cache_clear()
+    return script
+
+
+ANSWER_VERSION = 'if [ "$1" = --version ]; then gcc --version; exit; fi'
+
+
+def test_one_that_was_compiled_moves_as_it_should():
+    model = mechc.compile(pendulum())
+    assert model.coordinates == ("q",)
+    assert model.constraints(np.zeros(2)).shape == (0,)
+    assert model.constraint_jacobian(np.zeros((3, 2))).shape == (3, 0, 1)
+    sol = model.simulate(2.367841947576237449303, model.assemble({"q": 0.0}), rtol=1e-10)
+    assert sol.status.ok
+    assert sol.closure.max() == 0.0
+    np.testing.assert_allclose(sol.y[-1], [0.0, 0.0], atol=1e-8)  # one exact period
+    assert sol.energy_drift < 1e-10
+    assert set(model.build["seconds"]) == {"emit", "compile"}
+    assert "compile: " in model.report()
+
+
+def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
+    model = mechc.compile(pendulum())
+    monkeypatch.setattr(jit, "_make", lambda *_: pytest.fail("compiled again"))
+    assert mechc.compile(pendulum()) is model
+
+
+RUN = """
+import sys; sys.path.insert(0, {here!r})
+import mechc
+from mechc import jit
+from pendulums import pendulum
+made = []
+inner = jit._make
+jit._make = lambda *arguments: (made.append(1), inner(*arguments))
+model = mechc.compile(pendulum({gravity}))
+print(len(made), float(model.rhs(0.0, [0.3, 0.1])[1]))
+"""
+
+
+def process(gravity):
+    script = RUN.format(here=str(HERE), gravity=gravity)
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", script], stdout=subprocess.PIPE, text=True
+    )
+
+
+def outcome(running):
+    out, _ = running.communicate(timeout=120)
+    assert running.returncode == 0
+    made, rate = out.split()
+    return int(made), float(rate)
+
+
+def test_processes_at_once_compile_once_and_later_ones_load(fresh):
+    with process(3.0) as first, process(3.0) as second:
+        cold = outcome(first), outcome(second)
+    assert sorted(made for made, _ in cold) == [0, 1]
+    with process(3.0) as third:
+        made, rate = outcome(third)
+    assert made == 0
+    assert rate == cold[0][1] == cold[1][1] == pytest.approx(-3.0 * np.cos(0.3))
+    assert len(cache.entries()) == 1
+
+
+def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch):
+    key = mechc.compile(pendulum(5.0)).build["key"]
+    shared = cache.cache_folder() / key / cache.SHARED_OBJECT
+    assert {path.name for path in shared.parent.iterdir()} == {"scene.so", "scene.sha256"}
+    whole = shared.read_bytes()
+    replaced = shared.with_name("new")  # the one in place is mapped into this process
+    replaced.write_bytes(whole[: len(whole) // 2])
+    replaced.rename(shared)
+    monkeypatch.setattr(jit, "_compiled", {})
+    model = mechc.compile(pendulum(5.0))
+    assert model.build["key"] == key
+    assert len(shared.read_bytes()) > len(whole) // 2
+    assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-5.0)
+
+
+def keys_under(monkeypatch, *commands):
+    """The cache key of one pendulum under each compiler command; nothing is compiled."""
+    keys = []
+    monkeypatch.setattr(cache, "entry", lambda key, make: keys.append(key) or (_ for _ in ()).throw(
+        MechcError("stop")
+    ))  # fmt: skip
+    for command in commands:
+        monkeypatch.setenv("CC", command)
+        with pytest.raises(MechcError, match="stop"):
+            mechc.compile(pendulum(6.0))
+    return keys
+
+
+def test_the_compiler_and_its_flags_decide_the_key(fresh, monkeypatch):
+    """Flags in $CC change the binary although the version stays."""
+    plain, again, flagged = keys_under(monkeypatch, "gcc", "gcc", "gcc -O0")
+    assert plain == again != flagged
+
+
+def test_another_compiler_version_is_another_key(fresh, monkeypatch):
+    script = compiler_script(fresh, monkeypatch, "echo one 1.0")
+    (first,) = keys_under(monkeypatch, str(script))
+    compiler_script(fresh, monkeypatch, "echo one 1.1")
+    (second,) = keys_under(monkeypatch, str(script))
+    assert first != second
+
+
+def test_the_processor_decides_the_key(fresh, monkeypatch):
+    (here,) = keys_under(monkeypatch, "gcc")
+    monkeypatch.setattr(jit, "_processor", lambda: "another")
+    (there,) = keys_under(monkeypatch, "gcc")
+    assert here != there
+
+
+def without_compiler(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+
+
+def test_without_a_compiler_the_error_says_what_to_install(fresh, monkeypatch):
+    """Also with a warm cache: the compiler's version is part of what an entry is found by."""
+    without_compiler(monkeypatch)
+    with pytest.raises(CompilerError, match=r"no C compiler .* install gcc or clang") as error:
+        mechc.compile(pendulum())
+    assert "apt install gcc" in str(error.value)
+    assert "set CC" in str(error.value)
+    with pytest.raises(CompilerError):
+        mechc.load("four_bar", friction=True)
+
+
+def test_without_a_compiler_the_shipped_model_runs(monkeypatch):
+    without_compiler(monkeypatch)
+    model = mechc.load("four_bar")
+    assert model.simulate(0.1, model.assemble({"theta_0": 1.0})).status.ok
+
+
+def test_a_compiler_that_fails_is_quoted(fresh, monkeypatch):
+    failing = f"{ANSWER_VERSION}\necho 'cc1: out of cheese' >&2; exit 3"
+    script = compiler_script(fresh, monkeypatch, failing)
+    with pytest.raises(CompilerError) as error:
+        mechc.compile(pendulum(7.0))
+    told = str(error.value)
+    assert "exit 3" in told
+    assert f"{script} -std=gnu11 -O3" in told
+    assert "cc1: out of cheese" in told
+    assert cache.entries() == []
+
+
+def test_a_compiler_that_cannot_be_run_is_told(fresh, monkeypatch):
+    """No traceback from the operating system: the file is there but is no program."""
+    script = fresh / "cc"
+    script.write_bytes(b"\x00\x01")
+    script.chmod(0o700)
+    monkeypatch.setenv("CC", str(script))
+    with pytest.raises(CompilerError, match=f"cannot run {script}"):
+        mechc.compile(pendulum(8.0))
+
+
+def test_other_things_are_not_compiled():
+    with pytest.raises(TypeError, match=r"takes a mechc.Mechanism, not str"):
+        mechc.compile("four_bar")
+
+
+HOSTILE = {
+    "name": "</script>",
+    "angle": 'q"; system("true"); "',
+    "speed": "a/b",
+    "mass": "$\\frac",
+    "length": "int main(){}",
+}
+
+
+@pytest.fixture(scope="module")
+def hostile():
+    return mechc.compile(pendulum(9.0, **HOSTILE))
+
+
+def test_hostile_names_compile_to_a_model_that_knows_them(hostile):
+    assert hostile.name == HOSTILE["name"]
+    assert hostile.coordinates == (HOSTILE["angle"],)
+    assert hostile.parameters == (HOSTILE["mass"], HOSTILE["length"])
+    rate = hostile.rhs(0.0, [0.0, 0.0], {HOSTILE["length"]: 2.0})[1]
+    assert rate == pytest.approx(-4.5)
+
+
+def test_hostile_names_reach_tables_and_files_whole(hostile, tmp_path):
+    sol = hostile.simulate(0.5, hostile.assemble({HOSTILE["angle"]: 0.0}))
+    path = sol.save(tmp_path / "run.nc")
+    assert sol.to_xarray()["a_b"].attrs["long_name"] == "a/b"
+    assert sol.save(tmp_path / "run.csv").read_text("utf-8").startswith("t [s],")
+    assert "</script>" not in sol._repr_html_() + hostile._repr_html_()
+    assert "<!--" not in sol.animate().html
+    with pytest.raises(MechcError, match="not a shipped one"):
+        mechc.open(path)
+
+
+def test_emission_is_the_same_text_whatever_the_hash_seed():
+    script = (
+        f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
+        "from pendulums import pendulum; from mechc_codegen.extension import build_scene\n"
+        "print(sorted(build_scene(pendulum()).texts.items()))"
+    )
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
+        ).stdout
+        for seed in ("1", "2")
+    }  # fmt: skip
+    assert len(texts) == 1

@@ -44,10 +44,6 @@ typedef struct {
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_RK_ROUNDING 1e-9
 
-/* The few steps beside a change point may use this many shares: the rounding that the crossing
- * magnifies shows in their error, and shortening them brings their nodes nearer to it. */
-#define MECHC_RK_PATIENCE 20.0
-
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
 
 /* In rk_passage.h. */
@@ -319,12 +315,6 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
 }
 
-MECHC_STATIC double mechc_rk_smallest(const mechc_rk_run *run)
-{
-    const double t = run->head.t;
-    return 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
-}
-
 /* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
 MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
 {
@@ -332,27 +322,11 @@ MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 
-MECHC_STATIC int mechc_rk_too_large(mechc_rk_run *run, double h, double error)
-{
-    if (fabs(h) < mechc_rk_smallest(run)) return mechc_rk_too_small(run);
-    mechc_rk_refuse(run, error > 1.0 ? mechc_rk_factor(run, error) : 0.2);
-    return MECHC_RUNNING;
-}
-
-/* The error that a step may have, over its tolerance: 1 but beside a crossing. */
-MECHC_STATIC double mechc_rk_limit(const mechc_rk_run *run)
-{
-    if (MECHC_NH == 0 || run->dip.least >= MECHC_NARROW) return run->allowed;
-    const double patience =
-        mechc_rk_is_collocation(run) ? sqrt(MECHC_RK_PATIENCE) : MECHC_RK_PATIENCE;
-    return fmax(run->allowed, patience);
-}
-
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
     const double t = run->head.t, left = run->t1 - t;
-    const double smallest = mechc_rk_smallest(run);
+    const double smallest = 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
     double end[MECHC_NX], h = run->direction * fmin(run->step, run->max_step);
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
@@ -374,14 +348,15 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     mechc_stats *stats = &run->head.stats;
     run->step = fabs(h);
     const double factor = mechc_rk_factor(run, error);
-    if (!(error <= mechc_rk_limit(run))) {
-        if (fabs(h) >= smallest && mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
+    if (!(error <= run->allowed)) {
+        if (fabs(h) < smallest) return mechc_rk_too_small(run);
+        if (mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
         mechc_rk_learn_rounding(run, h, error);
-        return mechc_rk_too_large(run, h, error);
+        mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
+        return MECHC_RUNNING;
     }
     const int judged = mechc_rk_judge(run, h, end);
     if (judged != MECHC_RUNNING || run->passing.action == MECHC_RETRY) return judged;
-    if (error > run->allowed && !run->passing.near) return mechc_rk_too_large(run, h, error);
     const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end);
     if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */

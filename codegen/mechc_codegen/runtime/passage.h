@@ -41,7 +41,6 @@ typedef struct {
     int action;
     double factor;   /* MECHC_RETRY: of the step */
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
-    int near;        /* a change point is within reach */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_passing;
@@ -230,7 +229,6 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    out->near = 0;
     mechc_place_at(span->t, span->start, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > dip->rank) dip->rank = before.rank;
@@ -251,7 +249,6 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
-        out->near = 1;
         mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:

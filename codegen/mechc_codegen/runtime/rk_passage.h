@@ -60,7 +60,6 @@ MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run)
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
 {
     run->passing.action = MECHC_STANDS;
-    run->passing.near = 0;
 #if MECHC_NH > 0
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,

@@ -318,7 +318,9 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
 /* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
 MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
 {
-    if (MECHC_NH > 0 && run->dip.least < MECHC_NARROW) return MECHC_UNDECIDED;
+    const int examined = run->head.stats.critical_gap < HUGE_VAL;
+    if (run->failure == MECHC_NOT_FINITE) return MECHC_NOT_FINITE;
+    if (MECHC_NH > 0 && examined && run->dip.least < MECHC_NARROW) return MECHC_UNDECIDED;
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 

@@ -83,6 +83,7 @@ def simulate(
         Times to report at, within the span; the accepted steps when None.
     method
         ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
+        ``"gauss8"`` (collocation of order 16, eight stages side by side in SIMD lanes),
         ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: explicit, going
         over to ``"radau5"`` where stability limits the steps.
     first_step, max_step, max_steps

@@ -73,8 +73,10 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
     FN(solve_in_mass_metric)(&split, solution, solution + MECHC_NU);
 }
 
-/* Works on copies: an array whose address leaves the usual path is kept in memory there. */
-MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, real *x, real *lambda)
+/* The lanes that need it anew.  Works on copies: an array whose address leaves the usual path is
+ * kept in memory there. */
+MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
+                                       real *lambda)
 {
     real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC], *to = copy;
     real solution[MECHC_NU + MECHC_NC];
@@ -83,8 +85,9 @@ MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, real *x, r
     for (int i = 0; i < MECHC_NU; i++) *to++ = terms->forcing[i];
     for (int i = 0; i < MECHC_NC; i++) *to++ = terms->gamma[i];
     FN(solve_redundant)(copy, solution);
-    for (int i = 0; i < MECHC_NU; i++) x[i] = solution[i];
-    for (int i = 0; lambda && i < MECHC_NC; i++) lambda[i] = solution[MECHC_NU + i];
+    for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(lanes, solution[i], x[i]);
+    for (int i = 0; lambda && i < MECHC_NC; i++)
+        lambda[i] = R_SELECT(lanes, solution[MECHC_NU + i], lambda[i]);
 }
 #endif
 #endif
@@ -208,8 +211,9 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(facto
                                    real *lambda)
 {
 #if MECHC_REDUCED
-    if (__builtin_expect(FN(has_redundant)(f), 0)) FN(redundant_motion)(terms, x, lambda);
-    else FN(solve_reduced)(terms, f, x, lambda);
+    const rmask redundant = FN(redundant)(f);
+    FN(solve_reduced)(terms, f, x, lambda);
+    if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
 #else
     (void)f;
     FN(solve_in_mass_metric)(terms, x, lambda);

@@ -133,7 +133,7 @@ MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const dou
     const double size = fmax(fabs(run->y[i]), fabs(end[i]));
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return fmax(MECHC_RK_SHARE * asked, 2.0 * 2.220446049250313e-16 * size);
+    return fmax(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */

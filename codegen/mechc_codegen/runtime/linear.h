@@ -206,12 +206,12 @@ MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *multiples, r
             FN(swap)(f->swapped[i * MECHC_NC + j], &lambda[i], &lambda[j]);
 }
 
-/* A lane in which some row is redundant. */
-MECHC_INLINE int FN(has_redundant)(const FN(factors) *f)
+/* The lanes in which some row is redundant. */
+MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
 {
     rmask redundant = R_MASK(f->inverse_norm[0] == 0.0);
     for (int i = 1; i < MECHC_NC; i++) redundant |= R_MASK(f->inverse_norm[i] == 0.0);
-    return R_ANY(redundant);
+    return redundant;
 }
 
 /* Length of the shortest orthogonal row over that of the longest: 0 where rows are dependent. */

@@ -58,6 +58,8 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const
         gap = mechc_scalar_gap(&place, y, &rounding);
     }
     if (!(gap <= 16.0 * rounding || weak)) return MECHC_NOT_CLOSED;
+#else
+    (void)weak;
 #endif
     mechc_scalar_steady(&place, y + MECHC_NQ);
 #else

@@ -24,7 +24,9 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     *sine = R_FROM_BITS(R_BITS(R_SELECT(swap, c, s)) ^ sine_sign);
     *cosine = R_FROM_BITS(R_BITS(R_SELECT(swap, s, c)) ^ cosine_sign);
     if (__builtin_expect(R_ANY_BEYOND(x, MECHC_REDUCTION_LIMIT), 0)) {
-        *sine = FN(sin_beyond)(x);
-        *cosine = FN(cos_beyond)(x);
+        const rmask near_enough =
+            R_MASK(x <= MECHC_REDUCTION_LIMIT) & R_MASK(x >= -MECHC_REDUCTION_LIMIT);
+        *sine = R_SELECT(near_enough, *sine, FN(sin_beyond)(x));
+        *cosine = R_SELECT(near_enough, *cosine, FN(cos_beyond)(x));
     }
 }

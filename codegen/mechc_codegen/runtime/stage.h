@@ -56,7 +56,7 @@ MECHC_INLINE void FN(least_step)(const FN(place) *place, const real *values, rea
 {
 #if RLANES == 1
     const int beside = FN(least_singular)(&place->all) < MECHC_BESIDE_CROSSING;
-    if (__builtin_expect(beside, 0) && !FN(has_redundant)(&place->all)) {
+    if (__builtin_expect(beside, 0) && !R_ANY(FN(redundant)(&place->all))) {
         FN(least_work)(place->mass, place->jacobian, values, step);
         return;
     }

@@ -17,7 +17,7 @@ from mechc._scenes import four_bar
 Array = NDArray[np.float64]
 DATA = Path(__file__).resolve().parent.parent / "tests" / "problems" / "data"
 OUT = Path(__file__).resolve().parent / "out"
-METHODS = {"dopri5": 0, "dop853": 1}
+METHODS = {"dopri5": 0, "dop853": 1, "gauss8": 3}
 STATUS = {
     1: "finished", 2: "not closed", 3: "step too small", 4: "not finite", 5: "singular mass",
     6: "too many steps", 7: "no memory", 8: "undecided", 9: "at a change point", 10: "stopped",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -268,7 +269,7 @@ class Model:
             name,
             np.ascontiguousarray(times),
             rows.reshape(-1, states.shape[-1]),
-            np.ascontiguousarray(values.reshape(-1, values.shape[-1])),
+            np.ascontiguousarray(values.reshape(math.prod(values.shape[:-1]), values.shape[-1])),
             shape,
         )
         return out.reshape(*leading, *out.shape[1:])

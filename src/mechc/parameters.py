@@ -128,8 +128,9 @@ class ParameterSet:
 
     def _completed(self, values: Array, given: Mapping[str, Any]) -> Array:
         flags = np.array([name in given for name in self.names], dtype=np.uint8)
-        for row in values.reshape(-1, len(self.names)):
-            self._scene.complete(flags, row)
+        if self.names:
+            for row in values.reshape(-1, len(self.names)):
+                self._scene.complete(flags, row)
         return values
 
 

@@ -24,7 +24,7 @@ from mechc.status import status_of
 if TYPE_CHECKING:
     from mechc.model import Model
 
-METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2}
+METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 
 import mpmath
@@ -171,10 +171,13 @@ def arguments(derived: Equations) -> list[Symbol]:
     return [symbols_.time, *symbols_.q, *symbols_.u, *symbols_.parameters]
 
 
-def exact(derived: Equations, *names: str):  # type: ignore[no-untyped-def]
+def exact(derived: Equations, *names: str) -> Callable[..., list[list[mpmath.mpf]]]:
     """A function of all inputs that gives the derived outputs, one list each, by mpmath."""
     elements = [list(derived.outputs[name].elements) for name in names]
-    return lambdify(arguments(derived), elements, modules="mpmath", cse=True)
+    evaluate: Callable[..., list[list[mpmath.mpf]]] = lambdify(
+        arguments(derived), elements, modules="mpmath", cse=True
+    )
+    return evaluate
 
 
 def value(expression: Expr, known: Mapping[Symbol, mpmath.mpf]) -> mpmath.mpf:

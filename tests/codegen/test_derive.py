@@ -109,7 +109,10 @@ def by_hand() -> dict[str, list[Expr]]:
 @cache
 def by_hand_evaluator(name: str) -> Callable[..., State]:
     derived = scenes.equations("four_bar")
-    return lambdify(scenes.arguments(derived), by_hand()[name], modules="mpmath", cse=True)
+    evaluate: Callable[..., State] = lambdify(
+        scenes.arguments(derived), by_hand()[name], modules="mpmath", cse=True
+    )
+    return evaluate
 
 
 @pytest.mark.parametrize("name", by_hand())
@@ -233,14 +236,16 @@ def test_accelerations_are_those_of_sympys_kanes_method(scene: str) -> None:
     )
     kane.kanes_equations(list(mechanism.bodies), list(mechanism.loads))
     derived = scenes.equations(scene)
-    theirs = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+    named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
     ours = [*derived.symbols.q, *derived.symbols.u, *derived.symbols.parameters]
-    plain = dict(zip(theirs, ours, strict=True)) | {scenes.t: derived.symbols.time}
+    plain = dict(zip(named, ours, strict=True)) | {scenes.t: derived.symbols.time}
     outputs = [list(matrix.xreplace(plain)) for matrix in (kane.mass_matrix, kane.forcing)]
     reference = lambdify(scenes.arguments(derived), outputs, modules="mpmath", cse=True)
     for seed in range(3):
         inputs = random_inputs(derived, seed)
-        assert close(motion(scene, inputs), accelerations(*reference(*inputs), [], []))
+        assert close(
+            motion(scene, inputs), accelerations(*reference(*inputs), jacobian=[], gamma=[])
+        )
 
 
 # -- options of the four-bar ------------------------------------------------------------------

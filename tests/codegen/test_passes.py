@@ -27,7 +27,6 @@ from mechc_codegen.program import (
     SineCosine,
     count_operations,
     operations,
-    slice_statements,
     targets_of,
 )
 from sympy import (
@@ -215,11 +214,6 @@ def test_a_program_can_be_printed() -> None:
     text = str(optimize(program(a * b * sin(q), cos(q) * w)))
     for line in ("hoisted k0 = p0*p1", "sin0, cos0 = sincos(q0)", "out: out[1] = cos0*q1"):
         assert line in text.splitlines()
-
-
-def test_slice_keeps_what_is_needed_in_order() -> None:
-    body = [Assign(x, q), Assign(y, x * w), Assign(real("z2"), w)]
-    assert slice_statements(body, {y}) == body[:2]
 
 
 # -- properties -------------------------------------------------------------------------------

@@ -168,6 +168,14 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const double *p, con
 #endif
 }
 
+/* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
+MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const double *k,
+                               mechc_scalar_place *place)
+{
+    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
+                               place->saved);
+}
+
 /* J^T w at q moved by `step` along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const double *k, int j,
                              double step, const double *normal, double *out)
@@ -176,8 +184,7 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const d
     double by[MECHC_NU] = {0}, moved[MECHC_NQ];
     by[j] = step;
     mechc_displace(t, q, p, k, by, moved);
-    mechc_scalar_configuration(t, moved, p, k, place.gap, place.jacobian, place.bias, place.mass,
-                               place.saved);
+    mechc_place_at(t, moved, p, k, &place);
     for (int i = 0; i < MECHC_NU; i++) {
         out[i] = 0.0;
         for (int row = 0; row < MECHC_NH; row++)
@@ -230,8 +237,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, 
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
         mechc_displace(t, c->q, p, k, by, moved);
-        mechc_scalar_configuration(t, moved, p, k, place.gap, place.jacobian, place.bias,
-                                   place.mass, place.saved);
+        mechc_place_at(t, moved, p, k, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = fmin(low, gap), high = fmax(high, gap);
     }
@@ -250,8 +256,7 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
     mechc_weakest at;
     memcpy(c->q, q, sizeof c->q);
     for (int iteration = 0; iteration < 12; iteration++) {
-        mechc_scalar_configuration(t, c->q, p, k, place.gap, place.jacobian, place.bias,
-                                   place.mass, place.saved);
+        mechc_place_at(t, c->q, p, k, &place);
         if (iteration == 0) {
             mechc_find_weakest(place.jacobian, place.mass, rank, &at);
             memcpy(c->normal, at.left, sizeof c->normal);

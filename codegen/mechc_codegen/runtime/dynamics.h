@@ -93,7 +93,8 @@ MECHC_INLINE void FN(pick)(const FN(factors) *f, FN(basis) *basis, int i, real *
         most = R_SELECT(more, basis->left[k], most);
         for (int j = 0; j < i; j++)
             part[j] = R_SELECT(more, basis->vectors[j * MECHC_NU + k] * f->weight[k], part[j]);
-        for (int m = 0; m <= k; m++) unit[m] = R_SELECT(more, R(m == k), unit[m]);
+        for (int m = 0; m < k; m++) unit[m] = R_SELECT(more, R(0.0), unit[m]);
+        unit[k] = R_SELECT(more, R(1.0), unit[k]);
     }
     for (int j = 0; j < i; j++) part[j] *= basis->inverse_norm[j];
 }

@@ -15,6 +15,7 @@ typedef struct {
     double t1, rtol, max_step, step, direction;
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
+    int failure; /* why a stage of it could not be taken; 0 */
     int on_change_point, most_dense;
     mechc_dip dip;
     mechc_passing passing;
@@ -137,12 +138,13 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
 }
 
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
- * times the scale. */
+ * times the scale; never less than rounding. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
 {
-    if (!run->has_tolerances) return MECHC_RK_SHARE * run->rtol * run->scale[i];
     const double size = fmax(fabs(run->y[i]), fabs(end[i]));
-    return MECHC_RK_SHARE * (run->tolerance[i] + run->rtol * size);
+    const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
+                                             : run->rtol * run->scale[i];
+    return fmax(MECHC_RK_SHARE * asked, 2.0 * 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -266,6 +268,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
     run->head.t = t;
     run->refused_step = 0.0;
+    run->failure = 0;
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.first = conditioning;
     run->dip.tries = 0;
@@ -323,6 +326,15 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
 }
 
+/* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
+MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
+{
+    const int examined = run->head.stats.critical_gap < HUGE_VAL;
+    if (run->failure == MECHC_NOT_FINITE) return MECHC_NOT_FINITE;
+    if (MECHC_NH > 0 && examined && run->dip.least < MECHC_NARROW) return MECHC_UNDECIDED;
+    return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
+}
+
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
@@ -332,8 +344,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
     else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
-    if (!last && fabs(h) < smallest)
-        return run->dip.tries ? MECHC_UNDECIDED : MECHC_STEP_TOO_SMALL;
+    if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
     const int status = mechc_rk_is_collocation(run) ? mechc_gauss_step(run, h, end)
                      : mechc_rk_is_implicit(run)    ? mechc_radau_step(run, h, end)
@@ -342,6 +353,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     if (status != MECHC_RUNNING) {
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
+        run->failure = status;
         mechc_rk_refuse(run, mechc_rk_is_collocation(run) ? 0.7 : 0.3);
         return MECHC_RUNNING;
     }
@@ -350,7 +362,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     run->step = fabs(h);
     const double factor = mechc_rk_factor(run, error);
     if (!(error <= run->allowed)) {
-        if (fabs(h) < smallest) return MECHC_STEP_TOO_SMALL;
+        if (fabs(h) < smallest) return mechc_rk_too_small(run);
         if (mechc_rk_place_instead(run, h, end, error)) return MECHC_RUNNING;
         mechc_rk_learn_rounding(run, h, error);
         mechc_rk_refuse(run, error > 1.0 ? factor : 0.2);
@@ -368,7 +380,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         const double part = mechc_rk_is_collocation(run) ? error * error : error;
         stats->rounding = fmax(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
     }
-    run->step = fmax(run->step * factor, run->dip.wanted);
+    run->step = fmax(run->step * fmax(factor, error > 1.0), run->dip.wanted);
     if (mechc_rk_is_collocation(run)) run->step = fmin(run->step, MECHC_GAUSS_GROWTH * fabs(h));
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;

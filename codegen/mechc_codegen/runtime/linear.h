@@ -108,17 +108,18 @@ MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
 }
 
 /* Take what rounding left of the rows before it out of row i. */
-MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i)
+MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
 {
     real *row = f->rows + i * MECHC_NU, follow = R(1.0);
     for (int k = i - 1; k >= 0; k--) {
         const real *before = f->rows + k * MECHC_NU;
-        const real part = FN(inner)(f, row, before) * f->inverse_norm[k];
+        const real part =
+            R_SELECT(lost, FN(inner)(f, row, before) * f->inverse_norm[k], R(0.0));
         for (int n = 0; n < MECHC_NU; n++) row[n] -= part * before[n];
         f->mix[i * MECHC_NC + k] += part / follow;
         follow *= f->scale[k];
     }
-    f->norm[i] = FN(inner)(f, row, row);
+    f->norm[i] = R_SELECT(lost, FN(inner)(f, row, row), f->norm[i]);
 }
 
 /* Take row i out of row j. */
@@ -140,8 +141,8 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows)
         start[i] = f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
     for (int i = 0; i < rows; i++) {
         FN(pivot)(f, i, rows, start);
-        if (i && __builtin_expect(R_ANY(R_MASK(f->norm[i] < MECHC_LOSS * start[i])), 0))
-            FN(sweep_again)(f, i);
+        const rmask lost = R_MASK(f->norm[i] < MECHC_LOSS * start[i]);
+        if (i && __builtin_expect(R_ANY(lost), 0)) FN(sweep_again)(f, i, lost);
         const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0]);
         f->inverse_norm[i] = R_SELECT(kept, 1.0 / f->norm[i], R(0.0));
         /* near-one numbers must not pile up over many rows */

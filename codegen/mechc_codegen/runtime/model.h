@@ -33,7 +33,7 @@ enum {
     MECHC_TOO_MANY_STEPS = 6,
     MECHC_NO_MEMORY = 7,
     MECHC_UNDECIDED = 8,       /* a gap so small that doubles cannot tell which way it bends */
-    MECHC_AT_CHANGE_POINT = 9, /* the start is a change point and the speeds choose no branch */
+    MECHC_AT_CHANGE_POINT = 9, /* the start is a change point: two ways lead on from it */
     MECHC_STOPPED_AT_CHANGE_POINT = 10 /* as asked for; the passage is recorded, not the step */
 };
 

@@ -10,6 +10,9 @@
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
 
+/* An accepted state nearer than this to a crossing (conditioning there) is noise. */
+#define MECHC_TOO_NEAR 3e-4
+
 /* The conditioning met within one step. */
 typedef struct {
     double first, least, most;
@@ -56,10 +59,13 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
     memcpy(dip->q, q, sizeof dip->q);
 }
 
+/* Conditioning below which a step is looked at however short it is: short steps see little change. */
+#define MECHC_NARROW 0.03
+
 /* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
 MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least <= horizon * (dip->most - dip->least);
+    return dip->least <= fmax(MECHC_NARROW, horizon * (dip->most - dip->least));
 }
 
 #if MECHC_NH > 0
@@ -68,8 +74,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *
                                    mechc_weakest *out)
 {
     mechc_scalar_place place;
-    mechc_scalar_configuration(t, q, span->p, span->k, place.gap, place.jacobian, place.bias,
-                               place.mass, place.saved);
+    mechc_place_at(t, q, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, rank, out);
 }
 
@@ -166,6 +171,14 @@ MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
     return factor > 0.0 ? factor : s / (span->best - span->side);
 }
 
+/* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
+MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
+{
+    double heaviest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) heaviest = fmax(heaviest, mass[j * MECHC_NU + j]);
+    return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
+}
+
 /* Place a crossing that lies at the fraction s: into the widest gap between the nodes of this step
  * or of the next one.  1 where the step stands as it is. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
@@ -185,11 +198,11 @@ MECHC_STATIC void mechc_retry(mechc_passing *out, double factor, int bridge)
 }
 
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip, int between,
-                                         int turned, mechc_passing *out)
+                                         int turned, int too_near, mechc_passing *out)
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
-    if (turned != between) {
+    if (turned != between || too_near) {
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, factors[dip->tries % 8], 0);
         return;
@@ -216,14 +229,14 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    mechc_scalar_configuration(span->t, span->start, span->p, span->k, place.gap, place.jacobian,
-                               place.bias, place.mass, place.saved);
+    mechc_place_at(span->t, span->start, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > dip->rank) dip->rank = before.rank;
     if (before.rank < dip->rank) mechc_weakest_at(span->t, span->start, span, dip->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
-    const double reach = span->horizon * mechc_reach(span, place.mass);
+    const double reach =
+        fmax(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
@@ -235,7 +248,9 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     out->gap = critical.gap;
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
-    case MECHC_CROSSING: mechc_examine_crossing(span, dip, between, turned, out); break;
+    case MECHC_CROSSING:
+        mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
+        break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned) out->action = MECHC_CANNOT_TELL;
         break;

@@ -16,7 +16,7 @@ static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory,
                                  ptrdiff_t count, const double *t, double *out)
 {
     (void)method;
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)], unused[2];
+    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     mechc_scalar_hoist(p, k);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
@@ -27,7 +27,7 @@ static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory,
         mechc_rk_polynomial(trajectory->y + step * MECHC_NX,
                             trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
                             out);
-        if (s != 0.0 && mechc_project_state(t[n], out, p, k, unused) != MECHC_RUNNING)
+        if (s != 0.0 && mechc_project_between(t[n], out, p, k) != MECHC_RUNNING)
             for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
     }
 }

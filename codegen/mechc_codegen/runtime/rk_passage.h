@@ -124,7 +124,30 @@ MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows
                                                      : MECHC_RUNNING;
 }
 
-/* Learn at the start which rows are redundant. */
+#if MECHC_NH > 0
+/* The rank of the configuration rows around a configuration: the most that is found when each speed
+ * in turn has moved it a little and the loops are closed again. */
+MECHC_STATIC int mechc_rk_generic_rank(const mechc_rk_run *run, const mechc_span *span)
+{
+    int rank = 0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        double by[MECHC_NU] = {0}, q[MECHC_NX];
+        long unused = 0;
+        mechc_scalar_place place;
+        mechc_weakest weakest;
+        by[j] = 1e-2;
+        mechc_displace(run->head.t, run->y, span->p, span->k, by, q);
+        if (mechc_scalar_close_loops(run->head.t, q, span->p, span->k, &place, &unused)
+            != MECHC_RUNNING)
+            continue;
+        mechc_find_weakest(place.jacobian, place.mass, 0, &weakest);
+        if (weakest.rank > rank) rank = weakest.rank;
+    }
+    return rank;
+}
+#endif
+
+/* Learn at the start which rows are redundant everywhere, and refuse a start where more are. */
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run)
 {
 #if MECHC_NH > 0
@@ -132,6 +155,10 @@ MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run)
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->dip.rank = weakest.rank;
+    if (weakest.rank < MECHC_NH) {
+        const int generic = mechc_rk_generic_rank(run, &span);
+        if (generic > weakest.rank) run->head.status = MECHC_AT_CHANGE_POINT;
+    }
     run->conditioning = weakest.ratio;
 #endif
     run->dip.first = run->conditioning;

@@ -19,7 +19,8 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     const real half = z * 0.5, near = 1.0 - half;
     const real c = near + (((1.0 - near) - half) + zz * q);
     const rmask swap = -(quadrant & 1);
-    const rmask sine_sign = (quadrant & 2) << 62, cosine_sign = ((quadrant + 1) & 2) << 62;
+    const rmask sine_sign = -(quadrant & 2) & INT64_MIN;
+    const rmask cosine_sign = -((quadrant + 1) & 2) & INT64_MIN;
     *sine = R_FROM_BITS(R_BITS(R_SELECT(swap, c, s)) ^ sine_sign);
     *cosine = R_FROM_BITS(R_BITS(R_SELECT(swap, s, c)) ^ cosine_sign);
     if (__builtin_expect(R_ANY_BEYOND(x, MECHC_REDUCTION_LIMIT), 0)) {

@@ -11,9 +11,6 @@ typedef struct {
 #else
     FN(mass_factors) factored;
 #endif
-#if MECHC_NC > MECHC_NH && MECHC_NH > 0
-    FN(factors) holonomic; /* configuration rows only: coordinates */
-#endif
     real gap[MECHC_AT_LEAST_ONE(MECHC_NH)];
     real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)];
     real bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
@@ -28,9 +25,6 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k
                       place->saved);
 #if MECHC_NC > 0
     place->bad = -1;
-#if MECHC_NC > MECHC_NH && MECHC_NH > 0
-    FN(factor_rows)(place->jacobian, place->mass, MECHC_NH, &place->holonomic);
-#endif
     FN(factor_rows)(place->jacobian, place->mass, MECHC_NC, &place->all);
 #else
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
@@ -80,17 +74,15 @@ MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *round
     return R_GREATEST(gap);
 }
 
-/* One Gauss-Newton correction of q, the least in the metric of the rows. */
+/* One Gauss-Newton correction of q, the least in the metric of the rows, along speeds that the
+ * constraints on the motion allow: what they prescribe is not for the closure to change. */
 MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
                               const FN(place) *place)
 {
-    real values[MECHC_NH], step[MECHC_NU];
+    real values[MECHC_NC], step[MECHC_NU];
+    for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
-#if MECHC_NC > MECHC_NH
-    FN(least_change)(&place->holonomic, MECHC_NH, values, step);
-#else
-    FN(least_change)(&place->all, MECHC_NH, values, step);
-#endif
+    FN(least_change)(&place->all, MECHC_NC, values, step);
 #if MECHC_IDENTITY_KINEMATICS
     (void)t, (void)p, (void)k;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];

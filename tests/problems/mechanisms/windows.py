@@ -1,0 +1,95 @@
+"""N four-bar windows in a row, problem A02 of the IFToMM library, in relative angles.
+
+N + 1 uprights on ground pivots one rod apart, N couplers between their tops, all rods alike.
+Every angle but the first is that of a rod against the rod it hangs on, and the whole scene,
+gravity included, can be turned by an angle: then no coupler's angle is exactly zero by luck.
+"""
+
+from __future__ import annotations
+
+from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
+from sympy import Expr, Symbol
+from sympy.physics.mechanics import (
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    dot,
+    dynamicsymbols,
+    inertia,
+)
+
+from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
+
+l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
+
+
+def windows(count: int) -> Mechanism:
+    """``count`` windows; coordinates: the first upright, then coupler and upright of each."""
+    size = 2 * count + 1
+    q, u = dynamicsymbols(f"q_0:{size}"), dynamicsymbols(f"u_0:{size}")
+    r = ReferenceFrame("r")
+    origin = fixed_point("A_0", r)
+    ground = r.orientnew("ground", "Axis", (tilt, r.z))
+    bodies: list[RigidBody] = []
+
+    def rod(name: str, start: Point, end: str, on: ReferenceFrame) -> tuple[Point, ReferenceFrame]:
+        """A uniform rod from ``start``, turned against ``on`` by the next angle; its far end."""
+        k = len(bodies)
+        frame = on.orientnew(name, "Axis", (q[k], r.z))
+        frame.set_ang_vel(on, u[k] * r.z)
+        centre = located(f"{name}_centre", start, l / 2 * frame.x, frame, r)
+        about = (inertia(frame, 0, 0, m * l**2 / 12), centre)
+        bodies.append(RigidBody(name, centre, frame, m, about))
+        return located(end, start, l * frame.x, frame, r), frame
+
+    # Up the first upright, along the couplers, and down an upright from each coupler's end.
+    top, carrier = rod("upright_0", origin, "B_0", ground)
+    tops, feet = [top], [origin]
+    for i in range(1, count + 1):
+        top, carrier = rod(f"coupler_{i}", top, f"B_{i}", carrier)
+        foot, _ = rod(f"upright_{i}", top, f"A_{i}", carrier)
+        tops.append(top)
+        feet.append(foot)
+
+    return Mechanism(
+        name=f"windows_{count}",
+        title=f"{count} four-bar windows",
+        frame=r,
+        origin=origin,
+        coordinates=coordinates(q, "rad", *[f"relative angle of {body.name}" for body in bodies]),
+        speeds=speeds(u, "rad/s", *[f"relative rate of {body.name}" for body in bodies]),
+        kinematics=tuple(u),
+        parameters=(
+            parameter(l, 1.0, "m", "length of every rod", positive=True),
+            parameter(m, 1.0, "kg", "mass of every rod", positive=True),
+            parameter(g, 9.81, "m/s^2", "acceleration of free fall, along the ground's -y"),
+            parameter(tilt, 0.0, "rad", "angle by which the whole scene is turned"),
+        ),
+        bodies=tuple(bodies),
+        loads=tuple(weight(body, origin, g, ground.y) for body in bodies),
+        configuration_constraints=_closure(feet, ground, r),
+        points=(*feet, *tops),
+        drawing=Drawing(
+            links=(
+                ("couplers", tuple(p.name for p in tops)),
+                *((f"upright {i}", (f"A_{i}", f"B_{i}")) for i in range(count + 1)),
+            ),
+            ground=tuple(p.name for p in feet),
+            traced=("B_0",),
+        ),
+    )
+
+
+def _closure(
+    feet: list[Point], ground: ReferenceFrame, r: ReferenceFrame
+) -> tuple[Constraint, ...]:
+    """Foot i stands i rods along the ground."""
+    gaps: list[tuple[str, Expr]] = []
+    for i, foot in enumerate(feet[1:], start=1):
+        gap = foot.pos_from(feet[0]) - i * l * ground.x
+        gaps += [(f"foot {i} along {axis}", dot(gap, unit)) for axis, unit in _axes(r)]
+    return tuple(Constraint(name, gap, "m") for name, gap in gaps)
+
+
+def _axes(r: ReferenceFrame) -> tuple[tuple[str, Expr], ...]:
+    return (("x", r.x), ("y", r.y))

@@ -1,4 +1,4 @@
-"""The one place where these benchmarks touch the compiled driver; move it to the public API here."""
+"""The one place where these benchmarks touch the compiled driver."""
 
 from __future__ import annotations
 

@@ -141,7 +141,7 @@ def _where(mask, a, b):  # type: ignore[no-untyped-def]
 
 
 class _Bar(ctypes.Structure):
-    _fields_ = [  # noqa: RUF012
+    _fields_ = [
         ("l", ctypes.c_double * 4), ("s", ctypes.c_double * 3), ("m", ctypes.c_double * 3),
         ("parallel", ctypes.c_int),
     ]  # fmt: skip
@@ -160,7 +160,8 @@ def _library():  # type: ignore[no-untyped-def]
 def integrate(geometry: Geometry, y, times, tolerance=3e-13):  # type: ignore[no-untyped-def]
     """States at the times, (len(times), 2, n): order 8, each motion with steps of its own.
 
-    Times are summed with compensation; where the motion is not slow, psi' is put back to its energy.
+    Times are summed with compensation; where the motion is not slow, psi' is put back to its
+    energy.
     NaN where a motion needs more than 300,000 steps.
     """
     table = np.concatenate([dop853.A[:12, :12].ravel(), dop853.B, dop853.E5, dop853.E3])

@@ -6,7 +6,8 @@ STARTS random starts of lengths 1, 2, 3, 4 and five of each of GEOMETRIES other 
 lengths are multiples of 2^-20 that meet the change-point condition exactly (parallelogram and kite
 among them), at rest or moving, at rtol 1e-6, 1e-8, 1e-10, 1e-12.  The judge integrates the same
 motion on the exact closure curve (closure_curve.py), where nothing is singular.  Right: largest
-difference of the links' unit vectors, and of the speeds over the largest, within (100 rtol + 2.5e-10) condition;
+difference of the links' unit vectors, and of the speeds over the largest, within
+(100 rtol + 2.5e-10) condition;
 condition: the largest |d state / d start| met at ten times along the run, by differences.
 """
 
@@ -24,7 +25,7 @@ UNIT = 2.0**-20
 
 
 def random_lengths(rng):  # type: ignore[no-untyped-def]
-    """Lengths and signs with s_0 l_0 + s_1 l_1 + s_2 l_2 = l_3, a crossing (not an isolated point)."""
+    """Lengths and signs with s_0 l_0 + s_1 l_1 + s_2 l_2 = l_3: a crossing, no isolated point."""
     while True:
         l = np.round(rng.uniform(0.4, 4.0, 3) / UNIT) * UNIT
         s = rng.choice([-1.0, 1.0], 3)
@@ -107,7 +108,8 @@ def main() -> None:
     y0 = np.stack([rng.uniform(0, 2 * np.pi, n), rng.normal(0, 3, n) * (rng.random(n) < 0.4)])
     began = time.perf_counter()
     exact, condition, drift = judge(geometry, y0, np.linspace(0, t_end, 11)[1:])
-    print(f"judge: {time.perf_counter() - began:.0f} s, energy drift up to {np.nanmax(drift):.1e} J,"
+    seconds = time.perf_counter() - began
+    print(f"judge: {seconds:.0f} s, energy drift up to {np.nanmax(drift):.1e} J,"
           f" conditions {np.nanquantile(condition, [0.5, 0.9, 1.0])}")  # fmt: skip
     first = geometry.state(y0)
     rows = []

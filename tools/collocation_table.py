@@ -3,7 +3,7 @@
 Everything is computed in 60 digits and rounded once.  Needs mpmath.
 """
 
-from mpmath import mp, mpf, matrix, polyroots, taylor, legendre, lu_solve
+from mpmath import legendre, lu_solve, matrix, mp, mpf, polyroots, taylor
 
 mp.dps = 60
 S = 8
@@ -69,9 +69,13 @@ for power, coefficient in enumerate(taylor(lambda x: legendre(S, x), 0, S)):
     factor = [mpf(1)]
     for _ in range(power):
         factor = times(factor, [mpf(-1), mpf(2)])
-    shifted = [a + b for a, b in zip(
-        shifted + [mpf(0)] * (len(factor) - len(shifted)), [coefficient * f for f in factor])]
-c = sorted((r.real for r in polyroots(shifted[::-1], maxsteps=500, extraprec=400)))
+    shifted = [
+        a + b
+        for a, b in zip(
+            shifted + [mpf(0)] * (len(factor) - len(shifted)), [coefficient * f for f in factor]
+        )
+    ]
+c = sorted(r.real for r in polyroots(shifted[::-1], maxsteps=500, extraprec=400))
 basis = [lagrange(c, j) for j in range(S)]
 first = [integral(p) for p in basis]
 second = [integral(p) for p in first]
@@ -96,23 +100,50 @@ print("""/* Gauss-Legendre collocation with 8 stages, order 16, as data; printed
 """)
 table("Nodes, then the step's end.", "nodes", ends, "MECHC_STAGES + 1")
 table("Integral to the step's end.", "weights", b, "MECHC_STAGES")
-table("Second integral to the step's end.", "second_weights",
-      [value(p, mpf(1)) for p in second], "MECHC_STAGES")
-table("Integrals to each stage.", "first", [value(first[j], x) for j in range(S) for x in c],
-      "MECHC_STAGES * MECHC_STAGES")
-table("Second integrals to each stage.", "second",
-      [value(second[j], x) for j in range(S) for x in c], "MECHC_STAGES * MECHC_STAGES")
-table("Coefficient of the Legendre polynomial of degree 7 on the step.", "top",
-      [(2 * S - 1) * b[j] * legendre(S - 1, 2 * c[j] - 1) for j in range(S)], "MECHC_STAGES")
-table("Coefficient of the Legendre polynomial of degree 6 on the step.", "next",
-      [(2 * S - 3) * b[j] * legendre(S - 2, 2 * c[j] - 1) for j in range(S)], "MECHC_STAGES")
-table("Barycentric weights of the nodes and the end.", "barycentric", barycentric,
-      "MECHC_STAGES + 1")
+table(
+    "Second integral to the step's end.",
+    "second_weights",
+    [value(p, mpf(1)) for p in second],
+    "MECHC_STAGES",
+)
+table(
+    "Integrals to each stage.",
+    "first",
+    [value(first[j], x) for j in range(S) for x in c],
+    "MECHC_STAGES * MECHC_STAGES",
+)
+table(
+    "Second integrals to each stage.",
+    "second",
+    [value(second[j], x) for j in range(S) for x in c],
+    "MECHC_STAGES * MECHC_STAGES",
+)
+table(
+    "Coefficient of the Legendre polynomial of degree 7 on the step.",
+    "top",
+    [(2 * S - 1) * b[j] * legendre(S - 1, 2 * c[j] - 1) for j in range(S)],
+    "MECHC_STAGES",
+)
+table(
+    "Coefficient of the Legendre polynomial of degree 6 on the step.",
+    "next",
+    [(2 * S - 3) * b[j] * legendre(S - 2, 2 * c[j] - 1) for j in range(S)],
+    "MECHC_STAGES",
+)
+table(
+    "Barycentric weights of the nodes and the end.", "barycentric", barycentric, "MECHC_STAGES + 1"
+)
 print("/* Rows of the dense output (tableaus.h), by row. */\n#define MECHC_GAUSS_DENSE 9\n")
-table("Of the first integral.", "first_dense",
-      [dense(first[j], 9)[row] if row < 8 else mpf(0) for row in range(9) for j in range(S)],
-      "MECHC_GAUSS_DENSE * MECHC_STAGES")
-table("Of the second integral.", "second_dense",
-      [dense(second[j], 9)[row] for row in range(9) for j in range(S)],
-      "MECHC_GAUSS_DENSE * MECHC_STAGES")
+table(
+    "Of the first integral.",
+    "first_dense",
+    [dense(first[j], 9)[row] if row < 8 else mpf(0) for row in range(9) for j in range(S)],
+    "MECHC_GAUSS_DENSE * MECHC_STAGES",
+)
+table(
+    "Of the second integral.",
+    "second_dense",
+    [dense(second[j], 9)[row] for row in range(9) for j in range(S)],
+    "MECHC_GAUSS_DENSE * MECHC_STAGES",
+)
 print("#endif")

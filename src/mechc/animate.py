@@ -28,6 +28,7 @@ from mechc.view import (
     Run,
     SolutionLike,
     clean_text,
+    covered,
     plane_view,
     pretty_name,
     sample,
@@ -48,6 +49,10 @@ class Animation:
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, its folder made if missing; returns the path."""
         target = Path(path)
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise ValueOutOfBoundsError(
+                f"the animation is a page: save it as .html, not as {target.name!r}"
+            )
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(self.html, encoding="utf-8", newline="\n")
         return target
@@ -91,7 +96,8 @@ def _frame_count(sol: SolutionLike, fps: float) -> int:
         raise ValueOutOfBoundsError(
             f"fps must be a positive number of frames per second, not {fps!r}"
         )
-    span = abs(float(sol.t[-1]) - float(sol.t[0]))
+    first, last = covered(sol)
+    span = abs(last - first)
     return max(2, math.ceil(min(span * fps, MOST_FRAMES - 1.0) - 1e-6) + 1)
 
 

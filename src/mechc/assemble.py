@@ -27,6 +27,7 @@ def assemble(
     speeds: Mapping[str, float] | None = None,
     guess: Mapping[str, float] | None = None,
     params: Parameters = None,
+    t: float = 0.0,
 ) -> Array:
     """One state that closes the loops to rounding.
 
@@ -43,6 +44,8 @@ def assemble(
         taken: the elbow-up configuration of a planar loop.
     params
         As in every output of the model.
+    t
+        The time in s, where constraints depend on it.
 
     Returns
     -------
@@ -58,9 +61,9 @@ def assemble(
     if near and set(near) & set(coordinates):
         both = sorted(set(near) & set(coordinates))[0]
         raise AssemblyError(f"{both} is both given and guessed; leave it out of one of them")
-    found = _configurations(model, coordinates, params, near)
+    found = _configurations(model, coordinates, params, near, t)
     chosen = _nearest(model, found, near) if near else found[0]
-    return np.asarray(_with_speeds(model, chosen[None], speeds, params)[0])
+    return np.asarray(_with_speeds(model, chosen[None], speeds, params, t)[0])
 
 
 def assemblies(
@@ -68,13 +71,15 @@ def assemblies(
     coordinates: Mapping[str, float],
     speeds: Mapping[str, float] | None = None,
     params: Parameters = None,
+    t: float = 0.0,
 ) -> Array:
     """Every state that closes the loops with the coordinates given: (n, nq + nu).
 
     The mechanism's preferred assembly comes first.  Parameters and errors as in
     :func:`assemble`.
     """
-    return _with_speeds(model, _configurations(model, coordinates, params, {}), speeds, params)
+    found = _configurations(model, coordinates, params, {}, t)
+    return _with_speeds(model, found, speeds, params, t)
 
 
 def _checked(
@@ -94,7 +99,11 @@ def _checked(
 
 
 def _configurations(
-    model: Model, coordinates: Mapping[str, float], params: Parameters, near: Mapping[str, float]
+    model: Model,
+    coordinates: Mapping[str, float],
+    params: Parameters,
+    near: Mapping[str, float],
+    t: float,
 ) -> Array:
     """All configurations found, preferred first: (n, nq)."""
     given = _checked(model, coordinates, model.coordinates, "coordinate")
@@ -105,7 +114,7 @@ def _configurations(
     free = [i for i in range(len(model.coordinates)) if i not in kept]
     fixed = np.zeros(len(model.coordinates))
     fixed[kept] = list(given.values())
-    loop = Loop(model, values, fixed, free)
+    loop = Loop(model, values, fixed, free, t)
     if not free or not loop.rows:
         return _without_search(model, loop, near)
     _refuse_choice(model, loop, near)
@@ -115,8 +124,11 @@ def _configurations(
 class Loop:
     """The configuration constraints as equations in the free coordinates."""
 
-    def __init__(self, model: Model, values: Array, fixed: Array, free: list[int]) -> None:
+    def __init__(
+        self, model: Model, values: Array, fixed: Array, free: list[int], t: float = 0.0
+    ) -> None:
         self.model, self.values, self.fixed, self.free = model, values, fixed, free
+        self.t = t
         self.rows = model._scene.holonomic
         self.length = model._parameters.length(values)
         self.angular = np.array([model.units[model.coordinates[i]] == "rad" for i in free])
@@ -131,12 +143,12 @@ class Loop:
         return y
 
     def gap(self, x: Array) -> Array:
-        return self.model.constraints(self.states(x), self.values)
+        return self.model.constraints(self.states(x), self.values, self.t)
 
     def gradient(self, x: Array) -> Array:
         scene = self.model._scene.outputs
         name = "constraint_gradient" if "constraint_gradient" in scene else "constraint_jacobian"
-        whole = self.model._evaluate(name, self.states(x), self.values, 0.0)
+        whole = self.model._evaluate(name, self.states(x), self.values, self.t)
         return whole[:, : self.rows, self.free]
 
     def solve(self, x: Array) -> Array:
@@ -302,30 +314,34 @@ def _nearest(model: Model, found: Array, near: Mapping[str, float]) -> Array:
 
 
 def _with_speeds(
-    model: Model, q: Array, speeds: Mapping[str, float] | None, params: Parameters
+    model: Model,
+    q: Array,
+    speeds: Mapping[str, float] | None,
+    params: Parameters,
+    t: float,
 ) -> Array:
     given = _checked(model, speeds or {}, model.speeds, "speed")
     states = np.hstack([q, np.zeros((len(q), len(model.speeds)))])
     for y in states:
-        _consistent_speeds(model, y, given, params)
+        _consistent_speeds(model, y, given, params, t)
     return states
 
 
 def _consistent_speeds(
-    model: Model, y: Array, given: Mapping[str, float], params: Parameters
+    model: Model, y: Array, given: Mapping[str, float], params: Parameters, t: float
 ) -> None:
     """Fill the speeds of one state in place."""
     u = y[len(model.coordinates) :]
     kept = [model.speeds.index(name) for name in given]
     free = [i for i in range(len(u)) if i not in kept]
     u[kept] = list(given.values())
-    jacobian = model.constraint_jacobian(y, params)
+    jacobian = model.constraint_jacobian(y, params, t)
     if not len(jacobian):
         return
-    residual = model.velocity_constraints(y, params)
+    residual = model.velocity_constraints(y, params, t)
     if free:
         u[free] -= np.linalg.lstsq(jacobian[:, free], residual, rcond=DEAD)[0]
-        residual = model.velocity_constraints(y, params)
+        residual = model.velocity_constraints(y, params, t)
     size = np.abs(jacobian).max() * max(1.0, float(np.abs(u).max()))
     if np.abs(residual).max() > 1e-9 * size:
         row = int(np.abs(residual).argmax())

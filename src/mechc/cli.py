@@ -143,7 +143,9 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--t-end", default="20", metavar="SECONDS", help="[20]")
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
-    parser.add_argument("--method", default="auto", help="auto, dopri5, dop853 or radau5 [auto]")
+    parser.add_argument(
+        "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
+    )
     parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
     parser.add_argument("--open", action="store_true", help="open the animation in a browser")
     parser.add_argument(

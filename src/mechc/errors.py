@@ -23,6 +23,9 @@ class UnknownNameError(MechcError, KeyError):
     def __str__(self) -> str:
         return self.message
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return _unpickled, (type(self), self.message)
+
 
 class ValueOutOfBoundsError(MechcError, ValueError):
     """A parameter or option outside its bounds, or not a finite number."""
@@ -39,6 +42,9 @@ class ChangePointError(MechcError):
         super().__init__(message)
         self.solution = solution
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), None)  # a compiled run stays in its process
+
 
 class MissingPackageError(MechcError, ImportError):
     """An optional package is needed and not installed."""
@@ -50,6 +56,12 @@ class CompilerError(MechcError):
 
 class CacheError(MechcError):
     """The cache folder cannot be used safely."""
+
+
+def _unpickled(kind: type[UnknownNameError], message: str) -> UnknownNameError:
+    error = kind.__new__(kind, message)
+    error.message = message
+    return error
 
 
 def _or(names: list[str]) -> str:

@@ -26,12 +26,12 @@ class Event:
     direction
         Positive: only where the function grows; negative: only where it falls; 0: both.
     terminal
-        The run ends at the first such zero.
+        The run ends at the first such zero, or at the n-th for a whole number n.
     """
 
     function: EventFunction
     direction: float = 0.0
-    terminal: bool = False
+    terminal: bool | int = False
 
     @classmethod
     def of(cls, given: Any) -> Event:
@@ -46,7 +46,7 @@ class Event:
             return given
         if not callable(given):
             raise ValueOutOfBoundsError(f"an event is a function of t and y, not {given!r}")
-        return cls(given, getattr(given, "direction", 0.0), bool(getattr(given, "terminal", False)))
+        return cls(given, getattr(given, "direction", 0.0), int(getattr(given, "terminal", False)))
 
 
 @dataclass(frozen=True)
@@ -91,8 +91,11 @@ class EventFinder:
         states = self.run.interpolate(grid)
         roots = [self._zeros(event, grid, states) for event in self.events]
         forwards = end > start
-        pairs = zip(self.events, roots, strict=True)
-        stops = [t for event, times in pairs if event.terminal for t in times[:1]]
+        stops = [
+            times[int(event.terminal) - len(found) - 1]
+            for event, found, times in zip(self.events, self.found, roots, strict=True)
+            if event.terminal and len(found) + len(times) >= event.terminal
+        ]
         stop = (min if forwards else max)(stops, default=None)
         for found, times in zip(self.found, roots, strict=True):
             found += [t for t in times if stop is None or (t <= stop) == forwards or t == stop]

@@ -60,6 +60,11 @@ def load(name: str, *, instruction_set: str | None = None, **options: Any) -> Mo
     return _loaded[key]
 
 
+def reload(name: str, options: dict[str, Any], instruction_set: str | None) -> Model:
+    """What unpickles a model."""
+    return load(name, instruction_set=instruction_set, **options)
+
+
 def compile(mechanism: Any) -> Model:
     """Compile a :class:`mechc.Mechanism` of one's own; cached, needs a C compiler.
 

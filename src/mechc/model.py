@@ -57,6 +57,7 @@ class Model:
         build: Mapping[str, Any] | None = None,
     ) -> None:
         self.capsule = capsule
+        self._asked_for = instruction_set
         self._scene = Scene(capsule, instruction_set)
         self._data: dict[str, Any] = json.loads(self._scene.metadata)
         self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
@@ -300,18 +301,20 @@ class Model:
         speeds: Mapping[str, float] | None = None,
         guess: Mapping[str, float] | None = None,
         params: Parameters = None,
+        t: float = 0.0,
     ) -> Array:
         """One state that closes the loops; see :func:`mechc.assemble.assemble`."""
-        return _assemble.assemble(self, coordinates, speeds, guess, params)
+        return _assemble.assemble(self, coordinates, speeds, guess, params, t)
 
     def assemblies(
         self,
         coordinates: Mapping[str, float],
         speeds: Mapping[str, float] | None = None,
         params: Parameters = None,
+        t: float = 0.0,
     ) -> Array:
         """Every state that closes the loops; see :func:`mechc.assemble.assemblies`."""
-        return _assemble.assemblies(self, coordinates, speeds, params)
+        return _assemble.assemblies(self, coordinates, speeds, params, t)
 
     def equilibria(
         self, params: Parameters = None, t: float = 0.0
@@ -332,6 +335,17 @@ class Model:
     ) -> Solution:
         """Integrate the motion; see :func:`mechc.simulate.simulate`."""
         return _simulate.simulate(self, t_span, y0, params, **policy)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A shipped model, or a variant of one, is loaded again on the other side."""
+        if self.build.get("custom"):
+            raise TypeError(
+                f"a model compiled from one's own mechanism cannot be pickled: compile "
+                f"{self.name!r} again on the other side"
+            )
+        from mechc.load import reload
+
+        return reload, (self.name, self.options, self._asked_for)
 
     def __repr__(self) -> str:
         return (

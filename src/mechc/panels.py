@@ -115,8 +115,11 @@ def _time_axes(area: SubplotSpec, run: Run, rows: int, columns: int = 1) -> list
     return panels
 
 
+MOST_MARKED = 40  # beyond so many the lines say less than their number
+
+
 def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> None:
-    for time in times:
+    for time in times if len(times) <= MOST_MARKED else ():
         axes.axvline(time, color="#9ca3af", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
     if not (times and label):
         return
@@ -124,7 +127,8 @@ def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> No
     top.spines["top"].set_visible(False)
     top.tick_params(length=3, labelsize=7, pad=1, colors=QUIET)
     few = len(times) <= 6 and _are_apart(axes, times)
-    top.set_ticks(times, [f"{time:.4g}" for time in times] if few else [""] * len(times))
+    marked = times if len(times) <= MOST_MARKED else ()
+    top.set_ticks(marked, [f"{time:.4g}" for time in marked] if few else [""] * len(marked))
     plural = "s" * (len(times) > 1)
     text = f"change point{plural} at (s)" if few else f"{len(times)} change points"
     top.set_xlabel(text, fontsize=7, color=QUIET)
@@ -219,7 +223,7 @@ def _draw_energies(axes: Axes, run: Run, energies: dict[str, Array]) -> None:
 def _draw_energy_change(axes: Axes, run: Run, total: Array, steps: Array, kinetic: float) -> None:
     """The drift, in parts of the largest kinetic energy: the potential's zero is arbitrary."""
     reference = kinetic or abs(float(total[0])) or 1.0
-    start = float(steps[0])
+    start = float(steps[0] if len(steps) else total[0])
     change, at_steps = (total - start) / reference, (steps - start) / reference
     exponent = _exponent(np.concatenate([change, at_steps]))
     change, at_steps = change * 10.0**-exponent, at_steps * 10.0**-exponent

@@ -98,7 +98,7 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(model, name, low)} and {_shown(model, name, high)}")
         for name, low, high in zip(model.coordinates, *extremes(sol), strict=True)
     ]
-    checks = [("energy drift", f"{sol.energy_drift:.1e} of the largest kinetic energy")]
+    checks = [("energy change", f"{sol.energy_drift:.1e} of the largest kinetic energy")]
     if model.constraint_names:
         checks.append(
             ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
@@ -167,10 +167,9 @@ def _parameters_in_words(sol: Solution) -> str:
 
 def _shown(model: Model, name: str, value: float) -> str:
     unit = model.units[name]
-    if unit == "rad":
-        return f"{np.degrees(value):.6f} deg"
-    if unit == "rad/s":
-        return f"{np.degrees(value):.6f} deg/s"
+    if unit in ("rad", "rad/s"):
+        shown = round(float(np.degrees(value)), 6) + 0.0  # no minus zero
+        return f"{shown:.6f} {unit.replace('rad', 'deg')}"
     return f"{value:.9g} {unit}"
 
 

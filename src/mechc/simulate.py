@@ -16,7 +16,7 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.events import EventFinder
+from mechc.events import Event, EventFinder
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
 from mechc.status import status_of
@@ -28,7 +28,8 @@ METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
-INTERRUPTED, STOPPED_BY_EVENT = 108, 109
+LOOSEST = 0.1  # rtol beyond this asks for nothing
+STOPPED_AT_CHANGE_POINT, INTERRUPTED, STOPPED_BY_EVENT = 10, 108, 109
 
 
 @dataclass(frozen=True)
@@ -82,6 +83,7 @@ def simulate(
         Times to report at, within the span; the accepted steps when None.
     method
         ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
+        ``"gauss8"`` (collocation of order 16, eight stages side by side in SIMD lanes),
         ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: explicit, going
         over to ``"radau5"`` where stability limits the steps.
     first_step, max_step, max_steps
@@ -112,17 +114,18 @@ def simulate(
     computed until then is kept; so does Ctrl-C.
     """
     values = model._parameters.resolve(params)
+    events = [events] if callable(events) or isinstance(events, Event) else list(events)
     if values.ndim != 1:
-        raise ValueOutOfBoundsError("simulate takes one set of parameters; see the batch methods")
+        raise ValueOutOfBoundsError("simulate takes one set of parameters at a time")
     span = _checked_span(t_span)
     times = None if t_eval is None else _checked_times(t_eval, span)
     policy = Policy(
-        rtol=_positive("rtol", rtol),
+        rtol=_checked_rtol(rtol),
         atol=_checked_atol(model, atol),
         method=_chosen_method(method),
         first_step=0.0 if first_step is None else _positive("first_step", first_step),
         max_step=_positive("max_step", max_step, infinite=True),
-        max_steps=int(_positive("max_steps", max_steps)),
+        max_steps=_checked_count("max_steps", max_steps),
         dense=bool(dense) or times is not None or len(events) > 0,
         on_change_point=_checked_change_point(on_change_point),
         stiff_switch=method == "auto",
@@ -164,7 +167,7 @@ def run(
         compiled.t if stop is None else stop,
         model.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
-        _warnings(compiled),
+        _warnings(compiled, code, stop),
     )
     found = finder.records() if finder else ()
     return Solution(model, values, policy, compiled, status, stats, times, found, stop)
@@ -192,10 +195,13 @@ def _drive(
         return INTERRUPTED, None
 
 
-def _warnings(compiled: Any) -> tuple[str, ...]:
+def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     """What an engineer should know about change points passed."""
     times = compiled.change_points()[0]
-    if not len(times):
+    if stop is not None:
+        start = compiled.states()[0][0]
+        times = times[np.abs(times - start) <= abs(stop - start)]
+    if not len(times) or code == STOPPED_AT_CHANGE_POINT:
         return ()
     passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
     return (
@@ -263,7 +269,7 @@ def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed:
 def _chosen_method(method: str) -> str:
     if method == "auto":
         return "dop853"
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
     return method
 
@@ -282,6 +288,9 @@ def _checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 def _checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     times = np.array(t_eval, dtype=np.float64)
     low, high = sorted(span)
+    slack = 8 * np.spacing(max(abs(low), abs(high)))
+    times = np.where(np.abs(times - low) <= slack, low, times)
+    times = np.where(np.abs(times - high) <= slack, high, times)
     if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
         raise ValueOutOfBoundsError(
             f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
@@ -302,6 +311,21 @@ def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
 
 
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
-    if not value > 0 or (not infinite and not math.isfinite(value)):
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    if not number > 0 or (not infinite and not math.isfinite(number)):
         raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
-    return float(value)
+    return number
+
+
+def _checked_rtol(rtol: float) -> float:
+    value = _positive("rtol", rtol)
+    if value > LOOSEST:
+        raise ValueOutOfBoundsError(f"rtol = {rtol:g} tolerates anything; {LOOSEST:g} at most")
+    return value
+
+
+def _checked_count(name: str, value: float) -> int:
+    return int(min(_positive(name, value, infinite=True), 2.0**62))

@@ -185,7 +185,7 @@ class Solution:
         return animate(self, fps=fps)
 
     def __repr__(self) -> str:
-        return f"<mechc.Solution of {self.model.name}: {len(self)} states, {self.status}>"
+        return f"<mechc.Solution of {self.model.name}: {len(self)} states, {self.status.headline}>"
 
     def _repr_html_(self) -> str:
         from mechc.report import solution_html

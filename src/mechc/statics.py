@@ -170,6 +170,8 @@ def _along(model: Model, y: Array, basis: Array, values: Array, t: float) -> Arr
 
 def _slope(model: Model, y: Array, basis: Array, values: Array, t: float) -> Array:
     """Derivative of the accelerations along the manifold, by central differences."""
+    if not basis.shape[1]:
+        return np.zeros((0, 0))
     columns = []
     for direction in basis.T:
         ends = [_moved(model, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
@@ -196,7 +198,7 @@ def _moved(model: Model, y: Array, change: Array, values: Array, t: float) -> Ar
 
 def _is_stable(model: Model, y: Array, values: Array, t: float) -> bool:
     slope = _slope(model, y, _tangent(model, y, values, t), values, t)
-    return bool(np.linalg.eigvals(slope).real.max() < 0)
+    return bool(np.linalg.eigvals(slope).real.max(initial=-1.0) < 0)
 
 
 def _apart(model: Model, a: Array, b: Array) -> bool:

@@ -17,8 +17,9 @@ from mechc.errors import (
     MissingPackageError,
     ValueOutOfBoundsError,
 )
+from mechc.events import EventRecord
 from mechc.parameters import Array
-from mechc.status import Status
+from mechc.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -137,7 +138,16 @@ def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
     sol.status = Status(**recipe["status"] | {"warnings": tuple(recipe["status"]["warnings"])})
     if not np.array_equal(sol._run.states()[0], t):
         sol._times = t
+    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    sol.change_points = tuple(
+        ChangePoint(float(c["t"]), tuple(map(float, c["q"])), float(c["gap"]))
+        for c in recipe["change_points"]
+    )
     return sol
+
+
+def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
+    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model._scene.width))
 
 
 def _compare(path: Path, sol: Solution, states: Array) -> None:
@@ -167,6 +177,8 @@ def _recipe(sol: Solution) -> dict[str, Any]:
         "policy": policy,
         "status": asdict(sol.status),
         "state": [*sol.model.coordinates, *sol.model.speeds],
+        "change_points": [asdict(point) for point in sol.change_points],
+        "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
     }
 
 

@@ -158,12 +158,22 @@ class Run:
         return np.asarray(function(self.y, self.solution.params, self.t), dtype=float)
 
 
+SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, or chords fill the paths
+
+
+def covered(solution: SolutionLike) -> tuple[float, float]:
+    """First and last time of a run, whatever times were asked for."""
+    span = getattr(solution, "span", None)
+    return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
+
+
 def sample(solution: SolutionLike, samples: int) -> Run:
     """The dense output at `samples` equal steps; one row where the run has no duration."""
-    first, last = sorted((float(solution.t[0]), float(solution.t[-1])))
+    first, last = sorted(covered(solution))
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
-    t = np.linspace(first, last, samples)
+    steps = int(getattr(solution, "stats", {}).get("steps", 0))
+    t = np.linspace(first, last, max(samples, min(SAMPLES_A_STEP * steps, MOST_SAMPLES)))
     return Run(solution, t, np.asarray(solution(t), dtype=float))
 
 

@@ -50,6 +50,21 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
     FN(backward)(&mass, MECHC_NU, x);
 }
 
+#if RLANES == 1
+/* Beside a crossing, states and errors are projected in the metric of the mass matrix: there the
+ * closure's rounding is magnified into reactions M^-1 J^T, and only this metric takes all of them
+ * away again; any other turns a part of them into motion and energy. */
+#define MECHC_BESIDE_CROSSING 0.2
+
+MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const real *jacobian,
+                                                     const real *values, real *step)
+{
+    const real none[MECHC_NU] = {0};
+    const FN(motion_terms) terms = {mass, jacobian, none, values};
+    FN(solve_in_mass_metric)(&terms, step, 0);
+}
+#endif
+
 #if MECHC_REDUCED
 MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, real *solution)
 {

@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
         double values[MECHC_NC], step[MECHC_NU];
         for (int i = 0; i < MECHC_NC; i++)
             values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
-        mechc_scalar_least_change(&place->all, MECHC_NC, values, step);
+        mechc_scalar_least_step(place, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
 #else

@@ -50,6 +50,21 @@ MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, 
 #endif
 }
 
+#if MECHC_NC > 0
+/* The least change that gives every row the value wanted. */
+MECHC_INLINE void FN(least_step)(const FN(place) *place, const real *values, real *step)
+{
+#if RLANES == 1
+    const int beside = FN(least_singular)(&place->all) < MECHC_BESIDE_CROSSING;
+    if (__builtin_expect(beside, 0) && !FN(has_redundant)(&place->all)) {
+        FN(least_work)(place->mass, place->jacobian, values, step);
+        return;
+    }
+#endif
+    FN(least_change)(&place->all, MECHC_NC, values, step);
+}
+#endif
+
 #if MECHC_NH > 0
 /* Largest gap of the configuration constraints, and the rounding that it is measured against. */
 MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
@@ -82,7 +97,7 @@ MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
     real values[MECHC_NC], step[MECHC_NU];
     for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
-    FN(least_change)(&place->all, MECHC_NC, values, step);
+    FN(least_step)(place, values, step);
 #if MECHC_IDENTITY_KINEMATICS
     (void)t, (void)p, (void)k;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
@@ -140,7 +155,7 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
     real values[MECHC_NC], step[MECHC_NU];
     FN(velocity_residual)(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
-    FN(least_change)(&place->all, MECHC_NC, values, step);
+    FN(least_step)(place, values, step);
     for (int i = 0; i < MECHC_NU; i++) u[i] += step[i];
 #else
     (void)place, (void)u;

@@ -81,6 +81,17 @@ MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
     return run->tableau->stability == 0.0;
 }
 
+/* Why rates are not finite: the mass matrix is factored only here where constraints are solved in
+ * their free directions. */
+MECHC_ONCE int mechc_rk_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
+{
+    mechc_scalar_mass_factors unused;
+    for (int i = 0; i < MECHC_NU * MECHC_NU; i++)
+        if (!(fabs(place->mass[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    stats->coordinate = mechc_scalar_factor_mass(place->mass, MECHC_NU, &unused);
+    return stats->coordinate >= 0 ? MECHC_SINGULAR_MASS : MECHC_NOT_FINITE;
+}
+
 /* Project y onto the constraints and take its rates. */
 MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *rates)
 {
@@ -98,7 +109,7 @@ MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *ra
     mechc_scalar_accelerate(t, y, y + MECHC_NQ, run->p, run->k, &place, rates + MECHC_NQ, 0);
     mechc_rk_meet(run, t, y, &place);
     for (int i = 0; i < MECHC_NX; i++)
-        if (!(fabs(rates[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+        if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_rk_not_finite(&place, stats);
     return MECHC_RUNNING;
 }
 

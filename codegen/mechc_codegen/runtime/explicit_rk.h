@@ -141,10 +141,10 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
  * times the scale; never less than rounding. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
 {
-    const double size = fmax(fabs(run->y[i]), fabs(end[i]));
+    const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return fmax(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
+    return mechc_max(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -213,7 +213,7 @@ MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double
 MECHC_STATIC void mechc_rk_widen_scale(mechc_rk_run *run)
 {
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = fmax(run->scale[i], fabs(run->y[i]));
+        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
 }
 
 /* Rows of the dense output where they are kept or wanted for a passage. */
@@ -296,8 +296,8 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
     const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
     if (again && mechc_dipped(&run->dip, run->horizon)
         && error > run->refused_error * shrunk * shrunk * shrunk)
-        run->allowed = fmin(fmax(run->allowed, 4.0 * error),
-                            fmax(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
+        run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
+                            mechc_max(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
     run->refused_t = t;
     run->refused_step = fabs(h);
     run->refused_error = error;
@@ -323,7 +323,7 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     const double factor = mechc_rk_is_collocation(run)
                         ? mechc_gauss_factor(run, error)
                         : 0.9 * pow(error, -1.0 / run->tableau->order);
-    return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
+    return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
 }
 
 /* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
@@ -339,8 +339,8 @@ MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
     const double t = run->head.t, left = run->t1 - t;
-    const double smallest = 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
-    double end[MECHC_NX], h = run->direction * fmin(run->step, run->max_step);
+    const double smallest = 16.0 * 2.220446049250313e-16 * mechc_max(fabs(t), fabs(run->t1 - t));
+    double end[MECHC_NX], h = run->direction * mechc_min(run->step, run->max_step);
     const int last = fabs(left) <= 1.01 * fabs(h);
     if (last) h = left;
     else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
@@ -378,10 +378,10 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     }
     if (error > 1.0) {
         const double part = mechc_rk_is_collocation(run) ? error * error : error;
-        stats->rounding = fmax(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
+        stats->rounding = mechc_max(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
     }
-    run->step = fmax(run->step * fmax(factor, error > 1.0), run->dip.wanted);
-    if (mechc_rk_is_collocation(run)) run->step = fmin(run->step, MECHC_GAUSS_GROWTH * fabs(h));
+    run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->dip.wanted);
+    if (mechc_rk_is_collocation(run)) run->step = mechc_min(run->step, MECHC_GAUSS_GROWTH * fabs(h));
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
     run->dip.patience = HUGE_VAL;
@@ -421,7 +421,7 @@ MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
     }
     const double span = fabs(run->t1 - run->head.t);
     double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
-    guess = fmin(fmin(guess, run->max_step), span);
+    guess = mechc_min(mechc_min(guess, run->max_step), span);
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
     const double t = run->head.t + run->direction * guess;
@@ -430,10 +430,10 @@ MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
         const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
         second += pow(change / (guess * mechc_rk_tolerance(run, i, run->y)), 2);
     }
-    const double largest = sqrt(fmax(first, second) / MECHC_NX);
+    const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
     const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->tableau->order)
-                                        : fmax(1e-6 * span, 1e-3 * guess);
-    return fmin(fmin(100.0 * guess, step), run->max_step);
+                                        : mechc_max(1e-6 * span, 1e-3 * guess);
+    return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
 }
 
 /* Scales of the speeds before any is known: what the first accelerations reach within one unit
@@ -444,11 +444,11 @@ MECHC_STATIC void mechc_rk_first_scale(mechc_rk_run *run, const double *scale)
     for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
-        run->scale[i] = fmax(fabs(run->y[i]), reached);
-        largest = fmax(largest, run->scale[i] / scale[i]);
+        run->scale[i] = mechc_max(fabs(run->y[i]), reached);
+        largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = fmax(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
+        run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
 }
 
 static void mechc_rk_start(mechc_run *head, const mechc_options *options)

@@ -62,10 +62,14 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
 /* Conditioning below which a step is looked at however short it is: short steps see little change. */
 #define MECHC_NARROW 0.03
 
+/* Conditioning above which no crossing is near, however fast it falls. */
+#define MECHC_CLEAR 0.4
+
 /* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
 MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least <= fmax(MECHC_NARROW, horizon * (dip->most - dip->least));
+    return dip->least < MECHC_CLEAR
+        && dip->least <= mechc_max(MECHC_NARROW, horizon * (dip->most - dip->least));
 }
 
 #if MECHC_NH > 0
@@ -152,7 +156,7 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
     for (int j = 0; j < MECHC_NU; j++) {
         const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
         const double gained = fabs(span->h * span->start_rates[MECHC_NQ + j]);
-        square += mass[j * MECHC_NU + j] * pow(fmax(fmax(start, end), gained), 2);
+        square += mass[j * MECHC_NU + j] * pow(mechc_max(mechc_max(start, end), gained), 2);
     }
     return fabs(span->h) * sqrt(square);
 }
@@ -162,11 +166,11 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
 MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
 {
     const double half = span->high - span->best;
-    double factor = s > 0.5 + span->best ? fmax(s - span->best, 0.6) : 0.0;
+    double factor = s > 0.5 + span->best ? mechc_max(s - span->best, 0.6) : 0.0;
     for (int place = -1; place <= 1; place++) {
         const double at = span->best + place * span->side;
         if (fabs(s - at) <= half) return 1.0;
-        if (s / at <= 1.05) factor = fmax(factor, s / at);
+        if (s / at <= 1.05) factor = mechc_max(factor, s / at);
     }
     return factor > 0.0 ? factor : s / (span->best - span->side);
 }
@@ -175,7 +179,7 @@ MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
 MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
 {
     double heaviest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) heaviest = fmax(heaviest, mass[j * MECHC_NU + j]);
+    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
     return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
@@ -236,7 +240,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
-        fmax(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;

@@ -5,7 +5,7 @@ MECHC_STATIC double mechc_rk_conditioning(const mechc_rk_run *run, const mechc_s
 {
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->dip.rank == 0 || run->dip.rank == MECHC_NH))
-        return mechc_scalar_least_singular(&place->all);
+        return mechc_scalar_conditioning(place);
     mechc_weakest weakest;
     mechc_find_weakest(place->jacobian, place->mass, run->dip.rank, &weakest);
     return weakest.ratio;
@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
         double values[MECHC_NC], step[MECHC_NU];
         for (int i = 0; i < MECHC_NC; i++)
             values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
-        mechc_scalar_least_step(place, values, step);
+        mechc_scalar_least_step_at(place, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
 #else

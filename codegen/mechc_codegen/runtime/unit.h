@@ -14,6 +14,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
 
@@ -21,6 +22,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
 #include "unuse.h"

@@ -38,8 +38,6 @@ typedef struct {
 #define MECHC_RK_SHARE 0.03
 /* A collocation polynomial is worth nothing farther ahead. */
 #define MECHC_GAUSS_GROWTH 2.0
-/* From the middle of its step to the middles of the next gaps between its nodes. */
-#define MECHC_GAUSS_SIDE 0.1773
 
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_RK_ROUNDING 1e-9
@@ -54,6 +52,7 @@ MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows);
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
+MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
 
 /* In radau.h. */
 MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
@@ -272,6 +271,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.first = conditioning;
     run->dip.tries = 0;
+    run->dip.ahead = NAN;
     if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
@@ -335,15 +335,31 @@ MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 
+/* The step to attempt; 1 where it is the last. */
+MECHC_STATIC int mechc_rk_next_step(mechc_rk_run *run, double *h)
+{
+    const double left = run->t1 - run->head.t, step = mechc_min(run->step, run->max_step);
+    if (mechc_rk_is_collocation(run)) {
+        const double open = mechc_min(step, fabs(left)), planned = mechc_rk_approach(run, open);
+        *h = run->direction * planned;
+        if (planned != open && planned < mechc_min(fabs(left), run->max_step)) return 0;
+    }
+    *h = run->direction * step;
+    if (fabs(left) <= 1.01 * step) {
+        *h = left;
+        return 1;
+    }
+    if (fabs(left) < 2.0 * step) *h = 0.5 * left;
+    return 0;
+}
+
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
-    const double t = run->head.t, left = run->t1 - t;
+    const double t = run->head.t;
     const double smallest = 16.0 * 2.220446049250313e-16 * mechc_max(fabs(t), fabs(run->t1 - t));
-    double end[MECHC_NX], h = run->direction * mechc_min(run->step, run->max_step);
-    const int last = fabs(left) <= 1.01 * fabs(h);
-    if (last) h = left;
-    else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
+    double end[MECHC_NX], h;
+    const int last = mechc_rk_next_step(run, &h);
     if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
     const int status = mechc_rk_is_collocation(run) ? mechc_gauss_step(run, h, end)

@@ -22,6 +22,7 @@ typedef struct {
     double patience;    /* the crossing may be bridged from this time before it */
     double wanted;      /* the step that the error would have allowed, before it was shortened to
                            place a crossing; 0: was not */
+    double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
 } mechc_dip;
 
 /* A step as proposed: states and rates at both ends. */
@@ -30,9 +31,9 @@ typedef struct {
     const double *start, *start_rates, *end, *end_rates;
     const double *p, *k;
     double low, best, high; /* fractions of a step between which a crossing is best placed */
-    double side;            /* further such places lie so far on either side; 0: none */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
+    const mechc_tableau *approach; /* whose gaps are aimed at beforehand (approach.h); NULL: none */
 } mechc_span;
 
 enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
@@ -73,6 +74,20 @@ MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 }
 
 #if MECHC_NH > 0
+
+/* The longest step, no longer than `open`, that is good for a crossing so far ahead: the crossing
+ * lies in a wide gap between the nodes, or well beyond the end. */
+MECHC_STATIC double mechc_plan(const mechc_tableau *tableau, double ahead, double open)
+{
+    if (!(ahead < 1.5 * open)) return open;
+    for (int i = 1; ahead < open && i < tableau->stages; i++) {
+        const double gap = tableau->nodes[i + 1] - tableau->nodes[i];
+        const double middle = tableau->nodes[i] + 0.5 * gap, low = middle - 0.2 * gap;
+        if (gap < 0.08 || middle > 0.9 || ahead > (middle + 0.2 * gap) * open) continue;
+        return ahead < low * open ? ahead / middle : open;
+    }
+    return mechc_min(open, 0.53 * ahead); /* and the next, a third longer, straddles it */
+}
 
 MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
                                    mechc_weakest *out)
@@ -161,20 +176,6 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
     return fabs(span->h) * sqrt(square);
 }
 
-/* Where several gaps are almost as wide, the step need not change as much: to the nearest place by
- * shortening it, or, with the crossing near the end, so that the next step has it in its middle. */
-MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
-{
-    const double half = span->high - span->best;
-    double factor = s > 0.5 + span->best ? mechc_max(s - span->best, 0.6) : 0.0;
-    for (int place = -1; place <= 1; place++) {
-        const double at = span->best + place * span->side;
-        if (fabs(s - at) <= half) return 1.0;
-        if (s / at <= 1.05) factor = mechc_max(factor, s / at);
-    }
-    return factor > 0.0 ? factor : s / (span->best - span->side);
-}
-
 /* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
 MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
 {
@@ -188,7 +189,6 @@ MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mas
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
     if (s < 0.1 || s > 1.3) return 1.0;
-    if (span->side > 0.0) return mechc_aim_at_places(span, s);
     if (s >= span->low && s <= span->high) return 1.0;
     if (s < 1.3 * span->best) return s / span->best;
     return s - span->best;
@@ -207,8 +207,24 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || too_near) {
+        dip->ahead = HUGE_VAL;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, factors[dip->tries % 8], 0);
+        return;
+    }
+    if (span->approach) {
+        const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
+        dip->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
+        const double planned = mechc_plan(span->approach, dip->ahead, fabs(span->h));
+        const int at_end = fabs(out->fraction - 1.0) < 0.1;
+        if (planned < 0.9 * fabs(span->h) && dip->tries < 4) {
+            mechc_retry(out, 1.0, 1);
+        } else if (at_end && dip->tries < 16) {
+            dip->ahead = HUGE_VAL;
+            mechc_retry(out, factors[dip->tries % 8], 0);
+        } else if (turned) {
+            out->action = MECHC_CROSSES;
+        }
         return;
     }
     if (!span->bridge) {

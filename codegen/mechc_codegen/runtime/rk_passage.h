@@ -64,9 +64,9 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,
                              MECHC_RATE(run, run->tableau->stages), run->p, run->k,
-                             run->low, run->best, run->high,
-                             mechc_rk_is_collocation(run) ? MECHC_GAUSS_SIDE : 0.0, run->horizon,
-                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run)};
+                             run->low, run->best, run->high, run->horizon,
+                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run),
+                             mechc_rk_is_collocation(run) ? run->tableau : 0};
     mechc_stats *stats = &run->head.stats;
     run->passing.gap = HUGE_VAL;
     mechc_examine(&span, &run->dip, &run->passing);
@@ -162,4 +162,5 @@ MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run)
     run->conditioning = weakest.ratio;
 #endif
     run->dip.first = run->conditioning;
+    run->dip.ahead = NAN;
 }

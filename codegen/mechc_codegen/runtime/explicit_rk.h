@@ -295,7 +295,7 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
-    if (again && mechc_dipped(&run->dip, run->horizon)
+    if (again && mechc_dipped(&run->dip, run->horizon) && mechc_knows_crossing(&run->dip)
         && error > run->refused_error * shrunk * shrunk * shrunk)
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
                             mechc_max(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));

@@ -98,7 +98,7 @@ MECHC_INLINE void mechc_gauss_close(struct mechc_gauss *g, mechc_lane time, int 
                                     mechc_lane *moved)
 {
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
-    mechc_lanes_correct(time, q, g->p, g->k, place);
+    mechc_lanes_correct_what_shows(time, q, g->p, g->k, place);
     for (int i = 0; i < MECHC_NQ; i++) {
         moved[i] = q[i] - moved[i];
         g->shift[i][block] += moved[i];
@@ -317,13 +317,16 @@ MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
 #endif
 }
 
-/* Changes that may be rounding. */
-MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run)
+/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
+ * which the projection of the end takes away; elsewhere it is motion. */
+MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
 {
+    const struct mechc_gauss *g = run->collocation;
     double most = 0.0;
-    for (int i = 0; i < MECHC_NX; i++)
-        most = mechc_max(most, run->scale[i] * run->collocation->weights[i]);
-    return 1e-9 * most;
+    for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
+    const int crosses = MECHC_NH > 0 && run->dip.ahead < fabs(h);
+    if (crosses) return 1e-9 * most;
+    return most * (MECHC_NH > 0 ? mechc_min(1e-9, 4e-15 / sqrt(g->lowest)) : 1e-14);
 }
 
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
@@ -341,7 +344,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
         if (iteration > 0 && change * mechc_max(rate, 0.1) <= 0.1) return MECHC_RUNNING;
-        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run))
+        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run, h))
             return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
         if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))

@@ -79,6 +79,17 @@ MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
         && dip->least <= mechc_max(MECHC_NARROW, horizon * (dip->most - dip->least));
 }
 
+/* Is what was found near a crossing?  Past a near miss everything is regular. */
+MECHC_STATIC int mechc_knows_crossing(const mechc_dip *dip)
+{
+#if MECHC_NH > 0
+    return dip->has_known && mechc_judge(&dip->known) == MECHC_CROSSING;
+#else
+    (void)dip;
+    return 0;
+#endif
+}
+
 #if MECHC_NH > 0
 
 /* The longest step, no longer than `open`, that is good for a crossing so far ahead: the crossing

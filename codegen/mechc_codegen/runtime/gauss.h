@@ -45,6 +45,7 @@ struct mechc_gauss {
     double lowest;               /* of `least` */
     double left;                 /* gaps that are left, in units of rounding */
     int closing;                 /* how stages are kept on the constraints */
+    double shrinking;            /* from the iteration's second change to its third; 0: no third */
     double last_step;            /* 0: no polynomial yet */
     double factor, last_factor;  /* by which this step's error, and the last one's, would have let
                                     it grow; 0: none yet */
@@ -342,11 +343,13 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 {
     struct mechc_gauss *g = run->collocation;
     double before = HUGE_VAL;
+    g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->dip) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (iteration == 1 || g->closing != MECHC_PLAIN) mechc_gauss_watch(g);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
+        if (iteration == 2) g->shrinking = rate;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */

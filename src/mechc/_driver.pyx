@@ -293,6 +293,21 @@ cdef class Run:
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
 
+    @property
+    def count(self):
+        """Number of accepted states, the start among them."""
+        return self.run.trajectory.count
+
+    def times(self, ptrdiff_t first):
+        """Accepted times from the index `first` on, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = max(record.count - first, 0)
+        t = np.empty(left)
+        cdef double[::1] times = t
+        if left:
+            memcpy(&times[0], record.t + first, left * sizeof(double))
+        return t
+
     def change_points(self):
         """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mechc import assemble as _assemble
+from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
@@ -151,8 +152,14 @@ class Model:
         """The compilation in use, chosen for this processor."""
         return str(self._scene.instruction_set)
 
+    def redundant_constraints(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[_redundancy.Redundancy, ...]:
+        """Rows implied by others; see :func:`mechc.redundancy.redundant_constraints`."""
+        return _redundancy.redundant_constraints(self, params, t)
+
     def report(self) -> str:
-        """Operation counts before and after optimisation, what was skipped, build times."""
+        """Operation counts, redundant constraints, what was skipped, build times."""
         return _report.model_report(self)
 
     # -- outputs ----------------------------------------------------------------------------

@@ -1,10 +1,9 @@
 """The planar four-bar again, with more constraints than it needs.
 
 ``spatial``: in space, about axes tilted by two angles; the last hinge is closed as a hinge in space,
-by three rows for its place and two for its axis.  ``closed_twice``: planar, the closure demanded
-along two pairs of axes.  ``two_rockers``: planar, the rocker doubled, so that its rows are redundant
-on closed configurations only.  All of them move as ``mechc.load("four_bar")`` does; with two
-rockers, each has half of the rocker's mass.
+by three rows for its place and two for its axis.  ``two_rockers``: planar, the rocker doubled, so
+that its rows are redundant on closed configurations only.  Both move as ``mechc.load("four_bar")``
+does; of two rockers, each has half of the rocker's mass.
 """
 
 from __future__ import annotations
@@ -32,11 +31,6 @@ def spatial() -> Mechanism:
     return _linkage("spatial", _hinge, tilted=True)
 
 
-def closed_twice() -> Mechanism:
-    """Four rows where two do, on every configuration."""
-    return _linkage("closed_twice", _twice)
-
-
 def two_rockers() -> Mechanism:
     """Four rows where three do, on closed configurations."""
     return _linkage("two_rockers", _once, rockers=2)
@@ -46,17 +40,12 @@ def _once(gap, ground, frame):  # type: ignore[no-untyped-def]
     return [("along x", dot(gap, ground.x)), ("along y", dot(gap, ground.y))]
 
 
-def _twice(gap, ground, frame):  # type: ignore[no-untyped-def]
-    aslant = ground.orientnew("aslant", "Axis", (1, ground.z))
-    once = _once(gap, ground, frame)
-    return [*once, ("aslant x", dot(gap, aslant.x)), ("aslant y", dot(gap, aslant.y))]
-
-
 def _hinge(gap, ground, frame):  # type: ignore[no-untyped-def]
     """Place along axes of which none is special, and the hinge's axis."""
     a = ground.orientnew("a", "Axis", (0.4, ground.y)).orientnew("b", "Axis", (0.9, ground.x))
     place = [(f"of place along {n}", dot(gap, v)) for n, v in zip("abc", a, strict=True)]
-    return [*place, ("of axis with a", dot(frame.z, ground.x)), ("of axis with b", dot(frame.z, ground.y))]
+    axis = [(f"of axis with {n}", dot(frame.z, v)) for n, v in zip("xy", ground, strict=False)]
+    return [*place, *axis]
 
 
 def _linkage(name, closure_of, *, rockers=1, tilted=False):  # type: ignore[no-untyped-def]

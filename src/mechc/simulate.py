@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.chain import Chain, Piece
 from mechc.errors import (
     AssemblyError,
     ChangePointError,
@@ -17,6 +18,7 @@ from mechc.errors import (
     ValueOutOfBoundsError,
 )
 from mechc.events import Event, EventFinder
+from mechc.lead_in import lead_in
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
 from mechc.status import status_of
@@ -29,7 +31,8 @@ OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits i
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 LOOSEST = 0.1  # rtol beyond this asks for nothing
-STOPPED_AT_CHANGE_POINT, INTERRUPTED, STOPPED_BY_EVENT = 10, 108, 109
+AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
+INTERRUPTED, STOPPED_BY_EVENT = 108, 109
 
 
 @dataclass(frozen=True)
@@ -131,7 +134,7 @@ def simulate(
         stiff_switch=method == "auto",
     )
     state = checked_state(model, y0, values, span[0])
-    sol = run(model, span, state, values, policy, times, events, progress)
+    sol = run(model, span, state, values, policy, times, events, progress, y0)
     if on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
     return sol
@@ -146,16 +149,16 @@ def run(
     times: Array | None = None,
     events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
+    typed: Array | None = None,
 ) -> Solution:
-    """Integrate with everything checked already."""
+    """Integrate with everything checked already; ``typed`` is the state before projection."""
     started = time.perf_counter()
-    compiled = model._scene.start(
-        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
-        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense,
-        policy.on_change_point != "continue",
-        policy.stiff_switch,
-    )  # fmt: skip
+    compiled = _begin(model, span, state, values, policy)
+    if compiled.status == AT_CHANGE_POINT:
+        compiled = (
+            _leave_change_point(model, span, state if typed is None else typed, values, policy)
+            or compiled
+        )
     finder = EventFinder(events, compiled, model._scene.width) if events else None
     code, stop = _drive(compiled, span, finder, progress)
     stats = compiled.stats()
@@ -171,6 +174,31 @@ def run(
     )
     found = finder.records() if finder else ()
     return Solution(model, values, policy, compiled, status, stats, times, found, stop)
+
+
+def _begin(
+    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
+) -> Piece:
+    """The compiled integrator, at the start of the span."""
+    begun: Piece = model._scene.start(
+        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
+        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
+        policy.dense,
+        policy.on_change_point != "continue",
+        policy.stiff_switch,
+    )  # fmt: skip
+    return begun
+
+
+def _leave_change_point(
+    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
+) -> Piece | None:
+    """The motion off a change point along the branch that the speeds follow, if they do."""
+    first = lead_in(model, state, values, span)
+    if first is None or first.t == span[1]:
+        return first
+    beside = checked_state(model, first.states()[1][-1], values, first.t)
+    return Chain(first, _begin(model, (first.t, span[1]), beside, values, policy))
 
 
 def _drive(

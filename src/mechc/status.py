@@ -108,7 +108,8 @@ CODES = {
         "at a change point",
         "the start is a change point, where the configuration has more than one way on, and the "
         "speeds do not choose one",
-        "Start a little beside it, or give speeds that satisfy the constraints along one branch",
+        "Take speeds along one branch, as model.assemblies(..., speeds=...) gives them, or start a "
+        "little beside it",
     ),
     10: (
         "stopped at a change point",

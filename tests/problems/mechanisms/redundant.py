@@ -1,7 +1,7 @@
 """The planar four-bar again, with more constraints than it needs.
 
-``spatial``: in space, about axes tilted by two angles; the last hinge is closed as a hinge in space,
-by three rows for its place and two for its axis.  ``two_rockers``: planar, the rocker doubled, so
+``spatial``: in space, about axes tilted by two angles; the last hinge is one in space, closed by
+three rows for its place and two for its axis.  ``two_rockers``: planar, the rocker doubled, so
 that its rows are redundant on closed configurations only.  Both move as ``mechc.load("four_bar")``
 does; of two rockers, each has half of the rocker's mass.
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
 from sympy import Expr, Symbol, symbols
 from sympy.physics.mechanics import (
-    Point,
     ReferenceFrame,
     RigidBody,
     dot,

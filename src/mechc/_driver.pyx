@@ -209,6 +209,7 @@ cdef class Scene:
         cdef const double[::1] tolerances
         cdef mechc_options options
         run.scene = self
+        run.unit = self.unit
         run.method = method
         run.p = np.array(p)
         run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
@@ -236,13 +237,14 @@ cdef class Run:
     """An integration under way or finished; owns the trajectory."""
 
     cdef Scene scene
+    cdef const mechc_unit *unit  # beside `scene`, which the cycle collector may have cleared first
     cdef mechc_run *run
     cdef int method
     cdef object p
 
     def __dealloc__(self):
         if self.run != NULL:
-            self.scene.unit.release(self.run)
+            self.unit.release(self.run)
             PyMem_Free(self.run)
 
     def advance(self, long steps):

@@ -29,6 +29,39 @@ class Piece(Protocol):
     def interpolate(self, t: Array) -> Array: ...
 
 
+class Until:
+    """A piece up to a time within it, where an event ended it."""
+
+    def __init__(self, piece: Piece, t: float) -> None:
+        times = piece.times(0)
+        self.piece, self.t, self.status = piece, t, piece.status
+        self.start = float(times[0])
+        self.count = int((np.abs(times - self.start) < abs(t - self.start)).sum()) + 1
+
+    def advance(self, steps: int) -> int:
+        """Nothing is left to do."""
+        return self.status
+
+    def stats(self) -> dict[str, Any]:
+        return self.piece.stats()
+
+    def interpolate(self, t: Array) -> Array:
+        return self.piece.interpolate(t)
+
+    def times(self, first: int) -> Array:
+        """Accepted times from the index ``first`` on, the last one the time of the event."""
+        return np.append(self.piece.times(0)[: self.count - 1], self.t)[first:]
+
+    def states(self) -> tuple[Array, Array]:
+        y = self.piece.states()[1][: self.count - 1]
+        return self.times(0), np.vstack([y, self.interpolate(np.array([self.t]))])
+
+    def change_points(self) -> tuple[Array, Array, Array]:
+        t, q, gap = self.piece.change_points()
+        early = np.abs(t - self.start) <= abs(self.t - self.start)
+        return t[early], q[early], gap[early]
+
+
 class Chain:
     """Pieces of one motion, each from where the last one ended; only the last still advances."""
 

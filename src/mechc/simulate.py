@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.chain import Chain, Piece
+from mechc.chain import Chain, Piece, Until
 from mechc.errors import (
     AssemblyError,
     ChangePointError,
+    EventError,
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.events import Event, EventFinder
+from mechc.events import Event, EventFinder, EventRecord, FunctionFailedError
 from mechc.lead_in import lead_in
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
@@ -32,7 +34,7 @@ CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 LOOSEST = 0.1  # rtol beyond this asks for nothing
 AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT = 108, 109
+INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED = 108, 109, 110
 
 
 @dataclass(frozen=True)
@@ -114,7 +116,8 @@ def simulate(
     Notes
     -----
     What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
-    computed until then is kept; so does Ctrl-C.
+    computed until then is kept; so does Ctrl-C.  A failing event function raises
+    :class:`mechc.EventError`, which holds the motion until then.
     """
     values = model._parameters.resolve(params)
     events = [events] if callable(events) or isinstance(events, Event) else list(events)
@@ -159,7 +162,23 @@ def run(
             _leave_change_point(model, span, state if typed is None else typed, values, policy)
             or compiled
         )
-    finder = EventFinder(events, compiled, model._scene.width) if events else None
+    return _driven(model, span, compiled, values, policy, times, events, progress, started)
+
+
+def _driven(
+    model: Model,
+    span: tuple[float, float],
+    compiled: Piece,
+    values: Array,
+    policy: Policy,
+    times: Array | None,
+    events: Sequence[Any],
+    progress: Callable[[float], None] | None,
+    started: float,
+    first: int = 0,
+) -> Solution:
+    """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
+    finder = EventFinder(events, compiled, model._scene.width, first) if events else None
     code, stop = _drive(compiled, span, finder, progress)
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
@@ -173,7 +192,58 @@ def run(
         _warnings(compiled, code, stop),
     )
     found = finder.records() if finder else ()
-    return Solution(model, values, policy, compiled, status, stats, times, found, stop)
+    failure = finder.failure if finder else None
+    if failure is not None:
+        status = replace(status, cause=str(failure))
+    sol = Solution(model, values, policy, compiled, status, stats, times, found, stop)
+    sol._asked = tuple(events)
+    if failure is not None:
+        told = f"{failure}; error.solution has the motion until there"
+        raise EventError(told, sol) from failure.__cause__
+    return sol
+
+
+def continued(
+    sol: Solution,
+    t_end: float,
+    *,
+    max_steps: int | None = None,
+    on_change_point: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """A run and what follows it until ``t_end``, as one; see :meth:`Solution.continue_to`."""
+    started = time.perf_counter()
+    start, end = sol.span
+    _, last = _checked_span((end, t_end))
+    if (last - end) * (end - start) < 0:
+        raise ValueOutOfBoundsError(
+            f"the run went from {start:g} to {end:g} s: it cannot be continued to {last:g} s"
+        )
+    policy = replace(
+        sol.policy,
+        first_step=0.0,
+        max_steps=sol.policy.max_steps
+        if max_steps is None
+        else _checked_count("max_steps", max_steps),
+        on_change_point=_checked_change_point(on_change_point or sol.policy.on_change_point),
+    )
+    before: Piece = sol._run if sol._stop is None else Until(sol._run, sol._stop)
+    state = before.states()[1][-1]
+    chain = Chain(before, _begin(sol.model, (end, last), state, sol.params, policy))
+    whole = _driven(
+        sol.model, (end, last), chain, sol.params, policy, None, sol._asked, progress, started,
+        before.count - 1,
+    )  # fmt: skip
+    whole.stats = MappingProxyType(
+        {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
+    )
+    whole.events = tuple(
+        EventRecord(np.append(old.t, new.t), np.vstack([old.y, new.y]))
+        for old, new in zip(sol.events, whole.events, strict=True)
+    )
+    if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
+        raise ChangePointError(_met(whole), whole)
+    return whole
 
 
 def _begin(
@@ -221,6 +291,10 @@ def _drive(
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
         return INTERRUPTED, None
+    except FunctionFailedError as failure:
+        assert finder is not None
+        finder.failure = failure
+        return EVENT_FAILED, None
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
@@ -240,7 +314,7 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
 
 
 def _met(sol: Solution) -> str:
-    point = sol.change_points[0]
+    point = sol.change_points[-1]
     where = ", ".join(f"{n} = {x:.9g}" for n, x in zip(sol.model.coordinates, point.q, strict=True))
     return (
         f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "

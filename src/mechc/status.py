@@ -118,6 +118,11 @@ CODES = {
         "on_change_point='continue'",
     ),
     109: ("stopped by an event", "", ""),
+    110: (
+        "event failed",
+        "an event function raised an error or gave NaN",
+        "Mend the function: it is called at states between the steps too, not only at events",
+    ),
     108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
 }
 

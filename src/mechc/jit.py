@@ -54,7 +54,10 @@ def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
     What mechanism, options and compiler package decide is looked up before anything is derived.
     """
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    mechanism = lambda: _compiler_errors(lambda: _shipped(name, options))  # noqa: E731
+
+    def mechanism() -> Any:
+        return _compiler_errors(lambda: _shipped(name, options))
+
     if not all(map(_is_plain, options.values())):
         same = _reads_again(options, told)
         return _compile(mechanism(), {"options": told} if same else {"custom": True})
@@ -74,11 +77,11 @@ def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
     """Whether the texts of the options, read again, are the options."""
     from mechc_codegen.errors import CodegenError
     from mechc_codegen.expression import parse_expression
-    from mechc_codegen.mechanisms import time
+    from sympy.physics.mechanics import dynamicsymbols
 
     try:
         again = [
-            parse_expression(told[key], {"t": time}) == value
+            parse_expression(told[key], {"t": dynamicsymbols._t}) == value
             for key, value in options.items()
             if not _is_plain(value)
         ]
@@ -88,7 +91,7 @@ def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
 
 
 def _variant_key(name: str, told: Mapping[str, Any]) -> str:
-    """Hash of all that decides a variant, the compiler package's own text in place of its result."""
+    """Hash of all that decides a variant: the compiler package's text stands for its result."""
     digest = hashlib.sha256()
     parts = [name, repr(sorted(told.items())), repr(_native()), *_told()]
     for part in [*parts, *_compiler_package()]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.machinery
 import importlib.util
 import platform
@@ -9,7 +10,9 @@ import sys
 import sysconfig
 import time
 from collections.abc import Mapping
+from functools import lru_cache
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +22,8 @@ from mechc.load import load
 from mechc.model import Model
 
 _compiled: dict[str, Model] = {}
+_variants: dict[str, Model] = {}
+SOURCES = (".py", ".h", ".in")
 
 
 def mechanism_class() -> Any:
@@ -44,10 +49,80 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
 
 
 def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
-    """A variant of a shipped mechanism; its options are known to exist."""
-    mechanism = _compiler_errors(lambda: _shipped(name, options))
+    """A variant of a shipped mechanism; its options are known to exist.
+
+    What mechanism, options and compiler package decide is looked up before anything is derived.
+    """
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    return _compile(mechanism, {"options": told})
+
+    def mechanism() -> Any:
+        return _compiler_errors(lambda: _shipped(name, options))
+
+    if not all(map(_is_plain, options.values())):
+        same = _reads_again(options, told)
+        return _compile(mechanism(), {"options": told} if same else {"custom": True})
+    key = _variant_key(name, told)
+    if key not in _variants:
+        _variants[key] = _stored(key, {"options": told}) or _compile(
+            mechanism(), {"options": told}, variant=key
+        )
+    return _variants[key]
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, (bool, int, float, str))
+
+
+def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
+    """Whether the texts of the options, read again, are the options."""
+    from mechc_codegen.errors import CodegenError
+    from mechc_codegen.expression import parse_expression
+    from sympy.physics.mechanics import dynamicsymbols
+
+    try:
+        again = [
+            parse_expression(told[key], {"t": dynamicsymbols._t}) == value
+            for key, value in options.items()
+            if not _is_plain(value)
+        ]
+    except CodegenError:
+        return False
+    return all(again)
+
+
+def _variant_key(name: str, told: Mapping[str, Any]) -> str:
+    """Hash of all that decides a variant: the compiler package's text stands for its result."""
+    digest = hashlib.sha256()
+    parts = [name, repr(sorted(told.items())), repr(_native()), *_told()]
+    for part in [*parts, *_compiler_package()]:
+        digest.update(f"{len(part)}:".encode() + part.encode())
+    return digest.hexdigest()
+
+
+@lru_cache
+def _compiler_package() -> tuple[str, ...]:
+    """The texts of the compiler package and the version of its engine."""
+    root = Path(str(files("mechc_codegen")))
+    texts = [p.read_text("utf-8") for p in sorted(root.rglob("*")) if p.suffix in SOURCES]
+    return (version("sympy"), *texts)
+
+
+def _told() -> tuple[str, str]:
+    """Compiler and environment, as far as they decide a binary."""
+    command = toolchain.compiler()
+    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
+    return " ".join([*command, toolchain.version(tuple(command))]), environment
+
+
+def _stored(variant: str, build: dict[str, Any]) -> Model | None:
+    """The variant, if an earlier derivation of it is in the cache."""
+    key = cache.read_note(variant)
+    path = None if key is None else cache.find(key)
+    if key is None or path is None:
+        return None
+    if key not in _compiled:
+        _compiled[key] = Model(_import(path).model, build={**build, "seconds": {}, "key": key})
+    return _compiled[key]
 
 
 def compile_mechanism(mechanism: Any) -> Model:
@@ -90,18 +165,17 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
     return shipped_mechanism(name, options)
 
 
-def _compile(mechanism: Any, build: dict[str, Any]) -> Model:
+def _compile(mechanism: Any, build: dict[str, Any], variant: str | None = None) -> Model:
     from mechc_codegen.extension import build_scene, signature
 
     started = time.perf_counter()
     scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),)))
-    command = toolchain.compiler()
-    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
-    told = " ".join([*command, toolchain.version(tuple(command))])
-    key = signature(scene, told, environment)
+    key = signature(scene, *_told())
     if key not in _compiled:
         emitted = time.perf_counter()
         path = cache.entry(key, lambda folder: _make(scene, folder))
+        if variant is not None:
+            cache.write_note(variant, key)
         seconds = {"emit": emitted - started, "compile": time.perf_counter() - emitted}
         model = Model(_import(path).model, build={**build, "seconds": seconds, "key": key})
         _compiled[key] = model

@@ -14,7 +14,7 @@ from importlib.resources import files
 from string import Template
 from textwrap import wrap
 
-from sympy import Expr, Symbol
+from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.printer import RealPrinter
@@ -27,6 +27,7 @@ from mechc_codegen.program import (
     symbols_of,
     targets_of,
 )
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 CONFIGURATION = ("constraints", "constraint_jacobian", "velocity_bias", "mass_matrix")
 MOTION = ("forcing", "gamma")
@@ -55,10 +56,14 @@ WIDER = (
 
 
 def emit(
-    program: Program, equations: Equations, metadata: str, sets: Sequence[InstructionSet]
+    program: Program,
+    equations: Equations,
+    metadata: str,
+    sets: Sequence[InstructionSet],
+    wishes: Wishes = EVERYTHING,
 ) -> dict[str, str]:
     """File name -> text of everything that is compiled for one scene."""
-    emitter = _Emitter(program, equations)
+    emitter = _Emitter(program, equations, wishes)
     texts = {
         "scene_sizes.h": emitter.sizes(),
         "scene_program.h": emitter.program_text(),
@@ -73,8 +78,8 @@ def emit(
 class _Emitter:
     """The texts of one program."""
 
-    def __init__(self, program: Program, equations: Equations) -> None:
-        self.program, self.equations = program, equations
+    def __init__(self, program: Program, equations: Equations, wishes: Wishes) -> None:
+        self.program, self.equations, self.wishes = program, equations, wishes
         self.printer = RealPrinter()
         self.outputs = {o.name: o for o in program.outputs}
         configuration = self._slice(CONFIGURATION)
@@ -113,7 +118,7 @@ class _Emitter:
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
         entries = [(o.name, len(o.elements)) for o in self._asked()] + [("rates", size)]
-        if rows:
+        if rows and self.wishes.wants("multipliers"):
             entries.append(("multipliers", rows))
         return " \\\n".join(f"    X({name}, {width})" for name, width in entries)
 
@@ -254,11 +259,14 @@ class _Emitter:
             if i in placed:
                 return
             placed.add(i)
-            value: Expr = self.equations.parameter_defaults[i]
+            value = self.equations.parameter_defaults[i]
+            if value is None:
+                lines.append(f"    if (!given[{i}]) p[{i}] = NAN;")
+                return
             followed = sorted(index[s] for s in value.free_symbols)
             for j in followed:
                 place(j)
-            loads = " ".join(f"const double p{j} = p[{j}];" for j in followed)
+            loads = " ".join(f"const double {symbols[j].name} = p[{j}];" for j in followed)
             text = self.printer.real(value)
             lines.append(
                 f"    if (!given[{i}]) {{ {loads} p[{i}] = {text}; }}".replace("{  ", "{ ")

@@ -54,7 +54,7 @@ class Equations:
 
     symbols: Symbols
     outputs: Mapping[str, Output]
-    parameter_defaults: tuple[Expr, ...]
+    parameter_defaults: tuple[Expr | None, ...]
     holonomic: int
     nonholonomic: int
     identity_kinematics: bool

@@ -13,9 +13,12 @@ from typing import Any
 from mechc_codegen.equations import Output
 from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
 from mechc_codegen.program import Program, operations, slice_statements, symbols_of
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 
-def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> dict[str, Any]:
+def scene_metadata(
+    mechanism: Mechanism, lowered: Program, program: Program, wishes: Wishes = EVERYTHING
+) -> dict[str, Any]:
     """Everything that a model says about itself, as JSON-ready data."""
     return {
         "name": mechanism.name,
@@ -25,7 +28,7 @@ def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> 
         ],
         "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
         "parameters": [_described(str(p.symbol), p.quantity) for p in mechanism.parameters],
-        "points": [point.name for point in mechanism.points],
+        "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
         "bodies": [body.name for body in mechanism.bodies],
         "constraints": [
             {"name": c.name, "unit": c.unit}
@@ -36,9 +39,42 @@ def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> 
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
         "shapes": {o.name: list(o.shape) for o in program.outputs},
-        "skipped": list(mechanism.skipped),
+        "skipped": [*mechanism.skipped, *_unwanted(wishes)],
+        "fixed": {printed_name(symbol): str(value) for symbol, value in wishes.fixed.items()},
+        "unavailable": _unavailable(mechanism, wishes),
         "operations": _operation_counts(lowered, program),
     }
+
+
+OUTPUTS = {
+    "energy": ("kinetic_energy", "potential_energy"),
+    "momenta": ("linear_momenta", "angular_momenta"),
+    "points": ("points", "point_velocities"),
+    "multipliers": ("multipliers",),
+}
+
+
+def _unwanted(wishes: Wishes) -> list[str]:
+    return [name for name in OUTPUTS if not wishes.wants(name)]
+
+
+def _unavailable(mechanism: Mechanism, wishes: Wishes) -> dict[str, str]:
+    """Output -> why it is not there."""
+    reasons = {
+        output: f"it was not asked for; compile with outputs=(..., {name!r})"
+        for name in _unwanted(wishes)
+        for output in OUTPUTS[name]
+    }
+    if wishes.wants("energy") and mechanism.unknown_potentials:
+        reasons["potential_energy"] = (
+            f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
+            "from the load; give the bodies a potential_energy that holds that of all loads. What "
+            "holds in any case is the balance of power"
+        )
+    if wishes.wants("points") and not mechanism.points:
+        why = "no position of a body from a point at rest in the inertial frame is known"
+        reasons |= dict.fromkeys(OUTPUTS["points"], why)
+    return reasons
 
 
 def _described(name: str, quantity: Quantity) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import platform
 import sys
 import sysconfig
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -47,17 +47,46 @@ def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
     """A variant of a shipped mechanism; its options are known to exist."""
     mechanism = _compiler_errors(lambda: _shipped(name, options))
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    return _compile(mechanism, {"options": told})
+    return _compile(mechanism, _everything(), {"options": told})
 
 
-def compile_mechanism(mechanism: Any) -> Model:
-    """A mechanism of the user's own."""
-    if not isinstance(mechanism, mechanism_class()):
+def compile_any(thing: Any, **asked: Any) -> Model:
+    """A mechanism of the user's own, or an object of SymPy's; see :func:`mechc.compile`."""
+    scene = _compiler_errors(lambda: _scene(thing, **asked))
+    known = scene.digest
+    if known is None:
+        mechanism, wishes = _compiler_errors(scene.described)
+        return _compile(mechanism, wishes, {"custom": True})
+    return _compile_known(known, lambda: _compiler_errors(scene.described), {"custom": True})
+
+
+def _scene(
+    thing: Any,
+    fix: Mapping[Any, Any] | None,
+    outputs: Iterable[Any] | None,
+    **settings: Any,
+) -> Any:
+    from mechc_codegen.convert import Settings
+    from mechc_codegen.scene import Asked, Scene, compilable
+
+    if not compilable(thing):
         raise TypeError(
-            f"mechc.compile takes a mechc.Mechanism, not {type(mechanism).__name__}; describe "
-            "the bodies, loads and constraints of your system in one"
+            f"mechc.compile takes a mechc.Mechanism, or a KanesMethod, LagrangesMethod or System "
+            f"of sympy.physics.mechanics, not {type(thing).__name__}"
         )
-    return _compile(mechanism, {"custom": True})
+    given = {key: value for key, value in settings.items() if value is not None}
+    chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
+    return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+
+
+def _single(outputs: Any) -> bool:
+    return isinstance(outputs, (str, Mapping))
+
+
+def _everything() -> Any:
+    from mechc_codegen.wishes import EVERYTHING
+
+    return EVERYTHING
 
 
 def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
@@ -90,22 +119,57 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
     return shipped_mechanism(name, options)
 
 
-def _compile(mechanism: Any, build: dict[str, Any]) -> Model:
-    from mechc_codegen.extension import build_scene, signature
+def _compile(mechanism: Any, wishes: Any, build: dict[str, Any]) -> Model:
+    """Derive and emit; the texts name the cache entry."""
+    from mechc_codegen.extension import signature
 
     started = time.perf_counter()
-    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),)))
+    scene = _built(mechanism, wishes)
+    key = signature(scene, *_environment())
+    return _model(key, lambda: scene, build, started)
+
+
+def _compile_known(
+    digest: str, described: Callable[[], tuple[Any, Any]], build: dict[str, Any]
+) -> Model:
+    """What is named without deriving is looked up before anything is derived."""
+    from mechc_codegen.extension import compiler_signature
+
+    started = time.perf_counter()
+    key = compiler_signature(digest, *_environment())
+    return _model(key, lambda: _built(*described()), build, started)
+
+
+def _built(mechanism: Any, wishes: Any) -> Any:
+    from mechc_codegen.extension import build_scene
+
+    return _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+
+
+def _environment() -> tuple[str, str]:
+    """The compiler and the Python that a binary is made by and for."""
     command = toolchain.compiler()
-    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
     told = " ".join([*command, toolchain.version(tuple(command))])
-    key = signature(scene, told, environment)
-    if key not in _compiled:
+    return told, f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
+
+
+def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: float) -> Model:
+    if key in _compiled:
+        return _compiled[key]
+    seconds: dict[str, float] = {}
+
+    def make(folder: Path) -> None:
+        scene = built()
         emitted = time.perf_counter()
-        path = cache.entry(key, lambda folder: _make(scene, folder))
-        seconds = {"emit": emitted - started, "compile": time.perf_counter() - emitted}
-        model = Model(_import(path).model, build={**build, "seconds": seconds, "key": key})
-        _compiled[key] = model
-    return _compiled[key]
+        seconds["emit"] = emitted - started
+        _make(scene, folder)
+        seconds["compile"] = time.perf_counter() - emitted
+
+    path = cache.entry(key, make)
+    seconds = seconds or {"load": time.perf_counter() - started}
+    model = Model(_import(path).model, build={**build, "seconds": seconds, "key": key})
+    _compiled[key] = model
+    return model
 
 
 def _compiler_errors(run: Any) -> Any:

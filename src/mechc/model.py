@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
 from mechc._driver import Scene
-from mechc.errors import UnknownNameError
+from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
@@ -88,8 +88,9 @@ class Model:
 
     @property
     def defaults(self) -> Mapping[str, float]:
-        """Default value of every parameter, SI units."""
-        return dict(zip(self.parameters, self._parameters.defaults.tolist(), strict=True))
+        """Default value of every parameter that has one, SI units."""
+        values = zip(self.parameters, self._parameters.defaults.tolist(), strict=True)
+        return {name: value for name, value in values if value == value}
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -283,9 +284,27 @@ class Model:
             if name in absent:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(states), *tail))
-            raise UnknownNameError("output", name, self._scene.outputs)
+            self._refuse_output(name)
         out: Array = self._scene.evaluate(name, t, states, values)
         return out if shape is None else out.reshape(len(states), *shape)
+
+    def _refuse_output(self, name: str) -> NoReturn:
+        why = self._data["unavailable"].get(name)
+        if why is None:
+            raise UnknownNameError("output", name, self._scene.outputs)
+        raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
+
+    @property
+    def knows_energy(self) -> bool:
+        """Whether kinetic and potential energy are among the outputs."""
+        names: set[str] = set(self._scene.outputs)
+        return {"kinetic_energy", "potential_energy"} <= names
+
+    def output(
+        self, name: str, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Any output by name, the user's own ones among them."""
+        return self._evaluate(name, y, params, t)
 
     # -- assembly and simulation ------------------------------------------------------------
 

@@ -87,6 +87,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         auxiliary=source.auxiliary,
         lagrangian=source.lagrangian,
         potential=potential.value,
+        unspecified=tuple(f for f in _unknown_functions(source, read) if f not in inputs),
         unknown_potentials=potential.unknown,
     )
 

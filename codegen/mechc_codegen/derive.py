@@ -62,6 +62,9 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
         nonholonomic=len(mechanism.motion_constraints),
         identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
+        mass_scale=plain.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
+        if mechanism.bodies
+        else S.One,
     )
 
 

@@ -32,7 +32,7 @@ from mechc_codegen.wishes import EVERYTHING, Wishes
 CONFIGURATION = ("constraints", "constraint_jacobian", "velocity_bias", "mass_matrix")
 MOTION = ("forcing", "gamma")
 ARGUMENTS = ("gap", "jacobian", "bias", "mass")
-INTERNAL = ("velocity_bias", "gamma")
+INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 
 
 @dataclass(frozen=True)
@@ -82,11 +82,13 @@ class _Emitter:
         self.program, self.equations, self.wishes = program, equations, wishes
         self.printer = RealPrinter()
         self.outputs = {o.name: o for o in program.outputs}
-        configuration = self._slice(CONFIGURATION)
-        motion = self._slice(MOTION)
+        self.of_configuration = tuple(map(self._solved_with, CONFIGURATION))
+        self.of_motion = tuple(map(self._solved_with, MOTION))
+        configuration = self._slice(self.of_configuration)
+        motion = self._slice(self.of_motion)
         computed = set(targets_of(configuration))
         self.motion_statements = [s for s in motion if s not in configuration]
-        used = symbols_of(s.value for s in self.motion_statements) | self._used_by(MOTION)
+        used = symbols_of(s.value for s in self.motion_statements) | self._used_by(self.of_motion)
         self.saved = [symbol for symbol in targets_of(configuration) if symbol in used & computed]
         self.configuration_statements = configuration
         hoisted = set(targets_of(program.hoisted))
@@ -143,9 +145,12 @@ class _Emitter:
         return _function(comment, "hoist", signature, [*loaded, *lines], "p k", "MECHC_ONCE")
 
     def _configuration(self) -> str:
-        outputs = [(self._get(n), a) for n, a in zip(CONFIGURATION, ARGUMENTS, strict=True)]
+        outputs = [(self._get(n), a) for n, a in zip(self.of_configuration, ARGUMENTS, strict=True)]
         statements = self.configuration_statements
-        body = [*self._loads(self._reads(statements, CONFIGURATION)), *self._statements(statements)]
+        body = [
+            *self._loads(self._reads(statements, self.of_configuration)),
+            *self._statements(statements),
+        ]
         for output, target in outputs:
             body += self._assignments(output, target)
         body += [f"saved[{i}] = {symbol.name};" for i, symbol in enumerate(self.saved)]
@@ -165,11 +170,11 @@ class _Emitter:
 
     def _motion(self) -> str:
         statements = self.motion_statements
-        reads = self._reads(statements, MOTION)
+        reads = self._reads(statements, self.of_motion)
         body = self._loads(reads)
         body += [f"const real {s.name} = saved[{i}];" for i, s in enumerate(self.saved)]
         body += self._statements(statements)
-        for name, target in zip(MOTION, MOTION, strict=True):
+        for name, target in zip(self.of_motion, MOTION, strict=True):
             body += self._assignments(self._get(name), target)
         signature = (
             "real t, const real *q, const real *u, const real *p, const real *k,"
@@ -190,6 +195,11 @@ class _Emitter:
         return _function(output.equation, name, signature, body, _used_names(signature))
 
     # -- pieces -----------------------------------------------------------------------------
+
+    def _solved_with(self, name: str) -> str:
+        """The form of M or F that the motion is solved with."""
+        augmented = f"augmented_{name}"
+        return augmented if augmented in self.outputs else name
 
     def _get(self, name: str) -> Output | None:
         return self.outputs.get(name)

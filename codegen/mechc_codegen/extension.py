@@ -21,7 +21,7 @@ from mechc_codegen.differentiate import differentiate
 from mechc_codegen.emit_c import BASELINE, WIDER, InstructionSet, emit
 from mechc_codegen.equations import Equations
 from mechc_codegen.lower import lower
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
 from mechc_codegen.optimize import optimize
 from mechc_codegen.program import symbols_of
@@ -77,10 +77,11 @@ def build_scene(
     seconds: dict[str, float] = {}
     equations = _timed(seconds, "derive", lambda: derive(mechanism, wishes))
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
-    mechanism, equations = drop_parameters(mechanism, equations, wishes)
+    parameters, equations = drop_parameters(mechanism, equations, wishes)
     lowered = lower(equations)
     program = _timed(seconds, "optimize", lambda: optimize(lowered))
-    metadata = json.dumps(scene_metadata(mechanism, lowered, program, wishes), sort_keys=True)
+    told = scene_metadata(mechanism, parameters, (lowered, program), wishes)
+    metadata = json.dumps(told, sort_keys=True)
     texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets, wishes))
     texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
     flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
@@ -89,8 +90,8 @@ def build_scene(
 
 def drop_parameters(
     mechanism: Mechanism, equations: Equations, wishes: Wishes
-) -> tuple[Mechanism, Equations]:
-    """Leave out the parameters that are fixed, and those without a value that nothing uses."""
+) -> tuple[tuple[Parameter, ...], Equations]:
+    """The parameters less those that are fixed, and those without a value that nothing uses."""
     symbols = equations.symbols.parameters
     used = symbols_of(e for o in equations.outputs.values() for e in o.elements)
     defaults = equations.parameter_defaults
@@ -101,16 +102,12 @@ def drop_parameters(
         if parameter.symbol not in wishes.fixed
         and (parameter.default is not None or symbols[i] in used)
     ]
-    if len(kept) == len(symbols):
-        return mechanism, equations
-    return (
-        replace(mechanism, parameters=tuple(mechanism.parameters[i] for i in kept)),
-        replace(
-            equations,
-            symbols=replace(equations.symbols, parameters=tuple(symbols[i] for i in kept)),
-            parameter_defaults=tuple(defaults[i] for i in kept),
-        ),
+    left = replace(
+        equations,
+        symbols=replace(equations.symbols, parameters=tuple(symbols[i] for i in kept)),
+        parameter_defaults=tuple(defaults[i] for i in kept),
     )
+    return tuple(mechanism.parameters[i] for i in kept), left
 
 
 def instruction_sets() -> tuple[InstructionSet, ...]:

@@ -119,6 +119,9 @@ class Mechanism:
         rates must then be the speeds.
     potential
         The potential energy, where it is not the sum of that of the bodies.
+    unspecified
+        Functions of time that may stand in descriptions but in no equation that comes out: a
+        contact force that acts on an auxiliary speed alone.
     unknown_potentials
         The loads of which it is not known whether they have a potential, in words; where there
         are any, no potential energy is given out.
@@ -153,6 +156,7 @@ class Mechanism:
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
     potential: Expr | None = None
+    unspecified: tuple[AppliedUndef, ...] = ()
     unknown_potentials: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -198,7 +202,6 @@ def _check_names(mechanism: Mechanism) -> None:
     symbols = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
     _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
     _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
-    _refuse_repeats("body", mechanism.name, [b.name for b in mechanism.bodies])
 
 
 def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
@@ -213,7 +216,7 @@ def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
 def _check_symbols(mechanism: Mechanism) -> None:
     known = {*mechanism.q, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
     known |= {p.symbol for p in mechanism.parameters}
-    specified = {*mechanism.inputs, *mechanism.auxiliary}
+    specified = {*mechanism.inputs, *mechanism.auxiliary, *mechanism.unspecified}
     known |= specified
     for place, expression in _expressions(mechanism):
         unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}

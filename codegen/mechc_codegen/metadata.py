@@ -7,19 +7,26 @@ Invariant: no SymPy object is left in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from mechc_codegen.equations import Output
-from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
+from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.program import Program, operations, slice_statements, symbols_of
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 
 def scene_metadata(
-    mechanism: Mechanism, lowered: Program, program: Program, wishes: Wishes = EVERYTHING
+    mechanism: Mechanism,
+    parameters: Sequence[Parameter],
+    programs: tuple[Program, Program],
+    wishes: Wishes = EVERYTHING,
 ) -> dict[str, Any]:
-    """Everything that a model says about itself, as JSON-ready data."""
+    """Everything that a model says about itself, as JSON-ready data.
+
+    ``programs``: before and after optimisation; ``parameters`` that are left.
+    """
+    lowered, program = programs
     return {
         "name": mechanism.name,
         "title": mechanism.title,
@@ -27,9 +34,9 @@ def scene_metadata(
             _described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates
         ],
         "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
-        "parameters": [_described(str(p.symbol), p.quantity) for p in mechanism.parameters],
+        "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
         "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
-        "bodies": [body.name for body in mechanism.bodies],
+        "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "constraints": [
             {"name": c.name, "unit": c.unit}
             for c in (*mechanism.configuration_constraints, *mechanism.motion_constraints)
@@ -75,6 +82,18 @@ def _unavailable(mechanism: Mechanism, wishes: Wishes) -> dict[str, str]:
         why = "no position of a body from a point at rest in the inertial frame is known"
         reasons |= dict.fromkeys(OUTPUTS["points"], why)
     return reasons
+
+
+def distinct(names: Iterable[str]) -> Iterator[str]:
+    """The names, a repeated one with a number behind it."""
+    seen: dict[str, int] = {}
+    taken = list(names)
+    for name in taken:
+        seen[name] = seen.get(name, 0) + 1
+        told = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        while seen[name] > 1 and told in taken:
+            told += "'"
+        yield told
 
 
 def _described(name: str, quantity: Quantity) -> dict[str, Any]:

@@ -1,0 +1,116 @@
+"""SymPy's own models, and SymPy's own numerical evaluation of them.
+
+The mechanisms of SymPy's test-suite are taken from its tests as they run: whatever has its
+equations formed there is caught.  Nothing of SymPy's equations goes into what mechc computes.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+from unittest import mock
+
+import mpmath
+import numpy as np
+from sympy import Expr, Matrix, lambdify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    dynamicsymbols,
+    find_dynamicsymbols,
+)
+
+TESTS = "sympy.physics.mechanics.tests."
+DIGITS = 40
+
+
+class Enough(Exception):
+    """Stops a test of SymPy's once its model is caught; what it asserts is not our matter."""
+
+
+@contextmanager
+def catching(found: list[Any], wanted: int | None) -> Iterator[None]:
+    kane, lagrange = KanesMethod.kanes_equations, LagrangesMethod.form_lagranges_equations
+
+    def catch(method: Any, formed: Any) -> Any:
+        if method not in found and len(method.q):
+            found.append(method)
+        if len(found) == wanted:
+            raise Enough
+        return formed
+
+    def kanes_equations(self: Any, *arguments: Any, **named: Any) -> Any:
+        return catch(self, kane(self, *arguments, **named))
+
+    def lagranges_equations(self: Any) -> Any:
+        return catch(self, lagrange(self))
+
+    with (
+        mock.patch.object(KanesMethod, "kanes_equations", kanes_equations),
+        mock.patch.object(LagrangesMethod, "form_lagranges_equations", lagranges_equations),
+    ):
+        yield
+
+
+def caught(module: str, test: str, wanted: int | None = 1) -> list[Any]:
+    """The objects whose equations a test of SymPy's forms, up to the number wanted."""
+    found: list[Any] = []
+    function: Callable[[], None] = getattr(importlib.import_module(TESTS + module), test)
+    with catching(found, wanted):
+        try:
+            function()
+        except Enough:
+            pass
+    return found
+
+
+def states_and_inputs(method: Any) -> tuple[list[Expr], list[Expr], list[AppliedUndef]]:
+    """Coordinates, speeds (a LagrangesMethod's are derivatives), specified functions."""
+    q, u = list(method.q), list(method.u)
+    held = find_dynamicsymbols(Matrix(method.forcing))
+    known = {*q, *u, *(x.diff(dynamicsymbols._t) for x in (*q, *u))}
+    known |= set(getattr(method, "_uaux", ()))
+    specified = {f for f in held - known if isinstance(f, AppliedUndef)}
+    return q, u, sorted(specified, key=str)
+
+
+class Reference:
+    """q', u' and constraint forces by SymPy's own matrices, at 40 digits."""
+
+    def __init__(self, method: Any, inputs: dict[AppliedUndef, Expr]) -> None:
+        self.method, self.inputs = method, inputs
+        q, u, _ = states_and_inputs(method)
+        self.size = len(q), len(u)
+        zero = {x: 0 for a in getattr(method, "_uaux", ()) for x in (a.diff(), a)}
+        self.full = self._plain(method.mass_matrix_full, zero, q, u)
+        self.forcing = self._plain(method.forcing_full, zero, q, u)
+        held = self.full.free_symbols | self.forcing.free_symbols
+        self.stand_ins = self._stand_ins(q, u)
+        self.parameters = sorted(held - set(self.stand_ins) - {dynamicsymbols._t}, key=str)
+        arguments = [dynamicsymbols._t, *self.stand_ins, *self.parameters]
+        self._evaluate = lambdify(arguments, [self.full, self.forcing], "mpmath", cse=True)
+
+    def _stand_ins(self, q: list[Expr], u: list[Expr]) -> list[Expr]:
+        from sympy import Symbol
+
+        return [Symbol(f"_y{k}") for k in range(len(q) + len(u))]
+
+    def _plain(self, matrix: Any, zero: Any, q: list[Expr], u: list[Expr]) -> Matrix:
+        stand_ins = self._stand_ins(q, u)
+        speeds = dict(zip(u, stand_ins[len(q) :], strict=True))
+        coordinates = dict(zip(q, stand_ins, strict=False))
+        matrix = Matrix(matrix).xreplace(zero).xreplace(self.inputs).doit()
+        return matrix.xreplace(speeds).xreplace(coordinates)
+
+    def rates(self, t: float, y: Any, values: dict[str, float]) -> tuple[Any, Any]:
+        """(q', u'), and what else the full system solves for: minus the multipliers."""
+        numbers = [mpmath.mpf(x) for x in (t, *y, *(values[str(s)] for s in self.parameters))]
+        with mpmath.workdps(DIGITS):
+            full, forcing = self._evaluate(*numbers)
+            solved = mpmath.lu_solve(full, forcing)
+        total = sum(self.size)
+        found = np.array([float(x) for x in solved])
+        return found[:total], found[total:]

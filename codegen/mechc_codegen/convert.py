@@ -24,6 +24,7 @@ from mechc_codegen.mechanism import (
     Parameter,
     Quantity,
     Speed,
+    is_rigid,
     printed_name,
 )
 from mechc_codegen.potential import potential_of
@@ -255,7 +256,7 @@ def _turning(source: Source) -> set[Expr]:
         for matrix, frame in body.masscenter.vel(source.frame).args:
             expressions += list(matrix)
             expressions += list(source.frame.dcm(frame))
-        if isinstance(body, RigidBody):
+        if is_rigid(body):
             expressions += list(source.frame.dcm(body.frame))
     angles: set[Expr] = set()
     for expression in expressions:
@@ -272,7 +273,7 @@ def _fixed(body: RigidBody | Particle, frame: ReferenceFrame) -> bool:
     """The ground among the bodies: nothing of it enters the equations."""
     if body.masscenter.vel(frame) != 0:
         return False
-    return not isinstance(body, RigidBody) or body.frame.ang_vel_in(frame) == 0
+    return not is_rigid(body) or body.frame.ang_vel_in(frame) == 0
 
 
 def _origin(source: Source) -> Point | None:

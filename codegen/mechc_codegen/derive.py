@@ -22,7 +22,7 @@ from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.equations import Equations, Output, Symbols
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 AXES = ("x", "y", "z")
@@ -149,7 +149,7 @@ def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
 
 def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
     frame, rates = mechanism.frame, mechanism.rates
-    if isinstance(body, Particle):
+    if not is_rigid(body):
         velocity = body.point.vel(frame).xreplace(rates)
         return BodyMotion(body.mass, velocity, Vector(0), None, body.point)
     return BodyMotion(

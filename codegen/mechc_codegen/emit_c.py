@@ -69,6 +69,7 @@ def emit(
         "scene_program.h": emitter.program_text(),
         "scene_model.c": emitter.model(metadata, sets),
     }
+    texts["scene_first.c"] = _template("first.c.in").substitute(unit=sets[-1].name)
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}
         texts[f"scene_{each.name}.c"] = _template("unit.c.in").substitute(values)

@@ -188,6 +188,11 @@ def printed_name(symbol: Expr) -> str:
     return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
 
 
+def is_rigid(body: RigidBody | Particle) -> bool:
+    """Whether a body has an inertia; SymPy's deprecated ``Body`` is of both classes."""
+    return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
+
+
 def _check_lengths(mechanism: Mechanism) -> None:
     if len(mechanism.kinematics) != len(mechanism.coordinates):
         raise MechanismError(

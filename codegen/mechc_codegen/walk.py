@@ -15,6 +15,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
+from mechc_codegen.mechanism import is_rigid
 from mechc_codegen.source import Source
 
 
@@ -120,7 +121,7 @@ class Walk:
         parts = [repr(body.name), self.expression(body.mass)]
         parts.append(self.motion(body.masscenter))
         parts.append(self.expression(body.potential_energy))
-        if isinstance(body, RigidBody):
+        if is_rigid(body):
             parts.append(self.motion(body.frame))
             parts.append(self.dyadic(body.central_inertia))
         self.say("body", parts)

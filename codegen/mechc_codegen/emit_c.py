@@ -112,6 +112,7 @@ class _Emitter:
             "np": len(symbols.parameters),
             "nk": len(self.constants),
             "saved": len(self.saved),
+            "turns": sum(isinstance(s, SineCosine) for s in self.configuration_statements),
             "identity": int(equations.identity_kinematics),
             "widest": max([*widths, len(symbols.q) + len(symbols.u), rows]),
             "outputs": self._output_list(rows),
@@ -148,20 +149,29 @@ class _Emitter:
     def _configuration(self) -> str:
         outputs = [(self._get(n), a) for n, a in zip(self.of_configuration, ARGUMENTS, strict=True)]
         statements = self.configuration_statements
-        body = [
-            *self._loads(self._reads(statements, self.of_configuration)),
-            *self._statements(statements),
-        ]
+        body = self._loads(self._reads(statements, self.of_configuration))
+        body += self._turning(statements)
         for output, target in outputs:
             body += self._assignments(output, target)
         body += [f"saved[{i}] = {symbol.name};" for i, symbol in enumerate(self.saved)]
         body += self._zero_bias()
         signature = (
             "real t, const real *q, const real *p, const real *k, real *gap, real *jacobian,"
-            " real *bias, real *mass, real *saved"
+            " real *bias, real *mass, real *saved, real *turns, int near"
         )
         comment = "What depends on the configuration: constraints, their Jacobian, mass matrix."
         return _function(comment, "configuration", signature, body, _used_names(signature))
+
+    def _turning(self, statements: Iterable[Statement]) -> list[str]:
+        """Statements whose sines and cosines are kept in `turns`, or taken from there."""
+        lines, turns = list[str](), 0
+        for statement in statements:
+            if isinstance(statement, SineCosine):
+                memory, turns = f"turns ? turns + {3 * turns} : 0, near", turns + 1
+                lines += self._sine_cosine(statement, "turn", f", {memory}")
+            else:
+                lines += self._statement(statement)
+        return lines
 
     def _zero_bias(self) -> list[str]:
         rows = self.equations.holonomic + self.equations.nonholonomic
@@ -234,12 +244,16 @@ class _Emitter:
         return [line for s in statements for line in self._statement(s)]
 
     def _statement(self, statement: Statement) -> list[str]:
-        value = self.printer.real(statement.value)
         if isinstance(statement, SineCosine):
-            sine, cosine = statement.sine.name, statement.cosine.name
-            return [f"real {sine}, {cosine};", f"FN(sincos)({value}, &{sine}, &{cosine});"]
+            return self._sine_cosine(statement, "sincos", "")
         assert isinstance(statement, Assign)
-        return [f"const real {statement.target.name} = {value};"]
+        return [f"const real {statement.target.name} = {self.printer.real(statement.value)};"]
+
+    def _sine_cosine(self, statement: SineCosine, function: str, more: str) -> list[str]:
+        sine, cosine = statement.sine.name, statement.cosine.name
+        value = self.printer.real(statement.value)
+        call = f"FN({function})({value}{more}, &{sine}, &{cosine});"
+        return [f"real {sine}, {cosine};", call]
 
     def _assignments(self, output: Output | None, target: str) -> list[str]:
         if output is None:

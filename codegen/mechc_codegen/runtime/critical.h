@@ -91,7 +91,7 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
         double worst = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
             for (int j = i + 1; j < MECHC_NH; j++)
-                worst = fmax(worst, mechc_rotate_rows(a, out->basis, i, j));
+                worst = mechc_max(worst, mechc_rotate_rows(a, out->basis, i, j));
         if (worst < 1e-14) break;
     }
     for (int i = 0; i < MECHC_NH; i++) {
@@ -107,7 +107,7 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     out->ratio = out->values[0] > 0.0 ? out->values[last] / out->values[0] : 0.0;
     memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
     for (int j = 0; j < MECHC_NU; j++)
-        out->right[j] = a[last * MECHC_NU + j] / fmax(out->values[last], 1e-300);
+        out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
 }
 
 MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
@@ -173,7 +173,7 @@ MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const
                                mechc_scalar_place *place)
 {
     mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
-                               place->saved);
+                               place->saved, 0, 0);
 }
 
 /* J^T w at q moved by `step` along speed j; step 0: at q. */
@@ -239,11 +239,11 @@ MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, 
         mechc_displace(t, c->q, p, k, by, moved);
         mechc_place_at(t, moved, p, k, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
-        low = fmin(low, gap), high = fmax(high, gap);
+        low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = fmax(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
-    c->rounding = fmax(MECHC_EPS * largest, high - low);
+    c->rounding = mechc_max(MECHC_EPS * largest, high - low);
 }
 
 /* Newton's method from q; 1 where it converged within the reach given (in mass-weighted speeds). */
@@ -283,6 +283,37 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
         }
     }
     return 0;
+}
+
+/* Is the critical configuration known from before, whole turns of the coordinates aside, one here
+ * too?  Then it is put into c. */
+MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, const double *k,
+                                    double reach, const mechc_critical *known, mechc_critical *c)
+{
+    const double turn = 6.283185307179586;
+    double square = 0.0, largest = 0.0;
+    int turned = 0;
+    mechc_scalar_place place;
+    *c = *known;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double turns = nearbyint((q[i] - known->q[i]) / turn);
+        if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
+        square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);
+    }
+    if (!(square <= reach * reach)) return 0;
+    mechc_place_at(t, c->q, p, k, &place);
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        largest = mechc_max(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH; i++)
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding)) return 0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        double pull = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
+        if (!(fabs(pull) <= 1e-9 * largest)) return 0;
+    }
+    if (turned) mechc_measure_gap(t, p, k, c);
+    return 1;
 }
 
 /* Gaps up to a few units of rounding are a change point to whoever typed the lengths as doubles;

@@ -50,7 +50,7 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
     FN(backward)(&mass, MECHC_NU, x);
 }
 
-#if RLANES == 1
+#if RLANES == 1 && !MECHC_ONE_FREEDOM
 /* Beside a crossing, states and errors are projected in the metric of the mass matrix: there the
  * closure's rounding is magnified into reactions M^-1 J^T, and only this metric takes all of them
  * away again; any other turns a part of them into motion and energy. */
@@ -184,6 +184,7 @@ MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors)
     FN(multipliers)(f, multiples, lambda);
 }
 
+#if !MECHC_ONE_FREEDOM
 MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
                                     real *lambda)
 {
@@ -205,18 +206,122 @@ MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(fact
     if (lambda) FN(reactions)(terms, f, x, lambda);
 }
 #endif
+#endif
 
 #if MECHC_NC > 0
-MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+#if MECHC_ONE_FREEDOM
+typedef FN(freedom) FN(solver);
+
+MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                    real *lambda)
+{
+    FN(along_freedom)(f, terms->gamma, FN(dot)(f->direction, terms->forcing), x);
+    if (lambda) {
+        FN(factors) rows;
+        FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, &rows);
+        FN(reactions)(terms, &rows, x, lambda);
+    }
+}
+#elif MECHC_REDUCED
+typedef FN(factors) FN(solver);
+
+MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                    real *lambda)
+{
+    FN(solve_reduced)(terms, f, x, lambda);
+}
+#else
+typedef FN(factors) FN(solver);
+#endif
+
+/* What the rows of a configuration are solved with; regular: they are known to be far from
+ * dependent. */
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, int regular,
+                                   FN(solver) *f)
+{
+#if MECHC_ONE_FREEDOM
+    FN(find_freedom)(jacobian, mass, regular, f);
+#else
+    (void)regular;
+    FN(factor_rows)(jacobian, mass, MECHC_NC, f);
+#endif
+}
+
+/* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
+ * dependent. */
+MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f, const real *mass)
+{
+#if MECHC_ONE_FREEDOM
+    return FN(freedom_conditioning_squared)(f, mass);
+#else
+    (void)mass;
+    return FN(least_singular_squared)(f);
+#endif
+}
+
+MECHC_INLINE rmask FN(redundant_rows)(const FN(solver) *f)
+{
+#if MECHC_ONE_FREEDOM
+    return f->redundant;
+#else
+    return FN(redundant)(f);
+#endif
+}
+
+MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
                                    real *lambda)
 {
 #if MECHC_REDUCED
-    const rmask redundant = FN(redundant)(f);
-    FN(solve_reduced)(terms, f, x, lambda);
+    const rmask redundant = FN(redundant_rows)(f);
+    FN(solve_regular)(terms, f, x, lambda);
     if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
 #else
     (void)f;
     FN(solve_in_mass_metric)(terms, x, lambda);
 #endif
 }
+
+#if MECHC_ONE_FREEDOM
+MECHC_ONCE __attribute__((cold)) void FN(least_redundant_step)(const real *jacobian,
+                                                               const real *mass,
+                                                               const real *values, real *step)
+{
+    FN(factors) rows;
+    FN(factor_rows)(jacobian, mass, MECHC_NC, &rows);
+    FN(least_change)(&rows, MECHC_NC, values, step);
+}
+
+/* The least change, in the metric of the mass matrix, that gives every row the value wanted. */
+MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
+                                 const real *values, real *step)
+{
+    FN(along_freedom)(f, values, R(0.0), step);
+    if (__builtin_expect(R_ANY(f->redundant), 0)) {
+        real copy[MECHC_NC * MECHC_NU + MECHC_NU * MECHC_NU + MECHC_NC], other[MECHC_NU];
+        memcpy(copy, jacobian, MECHC_NC * MECHC_NU * sizeof *copy);
+        memcpy(copy + MECHC_NC * MECHC_NU, mass, MECHC_NU * MECHC_NU * sizeof *copy);
+        memcpy(copy + (MECHC_NC + MECHC_NU) * MECHC_NU, values, MECHC_NC * sizeof *copy);
+        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU,
+                                 copy + (MECHC_NC + MECHC_NU) * MECHC_NU, other);
+        for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
+    }
+}
+#else
+/* The least change that gives every row the value wanted. */
+MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
+                                 const real *values, real *step)
+{
+#if RLANES == 1
+    const int beside =
+        FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING;
+    if (__builtin_expect(beside, 0) && !R_ANY(FN(redundant)(f))) {
+        FN(least_work)(mass, jacobian, values, step);
+        return;
+    }
+#else
+    (void)jacobian, (void)mass;
+#endif
+    FN(least_change)(f, MECHC_NC, values, step);
+}
+#endif
 #endif

@@ -38,8 +38,6 @@ typedef struct {
 #define MECHC_RK_SHARE 0.03
 /* A collocation polynomial is worth nothing farther ahead. */
 #define MECHC_GAUSS_GROWTH 2.0
-/* From the middle of its step to the middles of the next gaps between its nodes. */
-#define MECHC_GAUSS_SIDE 0.1773
 
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_RK_ROUNDING 1e-9
@@ -54,6 +52,7 @@ MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows);
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
+MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
 
 /* In radau.h. */
 MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
@@ -141,10 +140,10 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
  * times the scale; never less than rounding. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
 {
-    const double size = fmax(fabs(run->y[i]), fabs(end[i]));
+    const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return fmax(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
+    return mechc_max(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -213,7 +212,7 @@ MECHC_STATIC void mechc_rk_dense(const mechc_rk_run *run, double h, const double
 MECHC_STATIC void mechc_rk_widen_scale(mechc_rk_run *run)
 {
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = fmax(run->scale[i], fabs(run->y[i]));
+        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
 }
 
 /* Rows of the dense output where they are kept or wanted for a passage. */
@@ -270,8 +269,10 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->refused_step = 0.0;
     run->failure = 0;
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
+    run->dip.leaving = conditioning > run->dip.first;
     run->dip.first = conditioning;
     run->dip.tries = 0;
+    run->dip.ahead = NAN;
     if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
@@ -294,10 +295,10 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
-    if (again && mechc_dipped(&run->dip, run->horizon)
+    if (again && mechc_dipped(&run->dip, run->horizon) && mechc_knows_crossing(&run->dip)
         && error > run->refused_error * shrunk * shrunk * shrunk)
-        run->allowed = fmin(fmax(run->allowed, 4.0 * error),
-                            fmax(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
+        run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
+                            mechc_max(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
     run->refused_t = t;
     run->refused_step = fabs(h);
     run->refused_error = error;
@@ -323,7 +324,7 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     const double factor = mechc_rk_is_collocation(run)
                         ? mechc_gauss_factor(run, error)
                         : 0.9 * pow(error, -1.0 / run->tableau->order);
-    return error > 0.0 ? fmin(most, fmax(0.2, factor)) : most;
+    return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
 }
 
 /* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
@@ -335,15 +336,31 @@ MECHC_STATIC int mechc_rk_too_small(const mechc_rk_run *run)
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 
+/* The step to attempt; 1 where it is the last. */
+MECHC_STATIC int mechc_rk_next_step(mechc_rk_run *run, double *h)
+{
+    const double left = run->t1 - run->head.t, step = mechc_min(run->step, run->max_step);
+    if (mechc_rk_is_collocation(run)) {
+        const double open = mechc_min(step, fabs(left)), planned = mechc_rk_approach(run, open);
+        *h = run->direction * planned;
+        if (planned != open && planned < mechc_min(fabs(left), run->max_step)) return 0;
+    }
+    *h = run->direction * step;
+    if (fabs(left) <= 1.01 * step) {
+        *h = left;
+        return 1;
+    }
+    if (fabs(left) < 2.0 * step) *h = 0.5 * left;
+    return 0;
+}
+
 /* One attempt; the run's status after it. */
 MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
 {
-    const double t = run->head.t, left = run->t1 - t;
-    const double smallest = 16.0 * 2.220446049250313e-16 * fmax(fabs(t), fabs(run->t1 - t));
-    double end[MECHC_NX], h = run->direction * fmin(run->step, run->max_step);
-    const int last = fabs(left) <= 1.01 * fabs(h);
-    if (last) h = left;
-    else if (fabs(left) < 2.0 * fabs(h)) h = 0.5 * left;
+    const double t = run->head.t;
+    const double smallest = 16.0 * 2.220446049250313e-16 * mechc_max(fabs(t), fabs(run->t1 - t));
+    double end[MECHC_NX], h;
+    const int last = mechc_rk_next_step(run, &h);
     if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
     const int status = mechc_rk_is_collocation(run) ? mechc_gauss_step(run, h, end)
@@ -378,10 +395,10 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     }
     if (error > 1.0) {
         const double part = mechc_rk_is_collocation(run) ? error * error : error;
-        stats->rounding = fmax(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
+        stats->rounding = mechc_max(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
     }
-    run->step = fmax(run->step * fmax(factor, error > 1.0), run->dip.wanted);
-    if (mechc_rk_is_collocation(run)) run->step = fmin(run->step, MECHC_GAUSS_GROWTH * fabs(h));
+    run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->dip.wanted);
+    if (mechc_rk_is_collocation(run)) run->step = mechc_min(run->step, MECHC_GAUSS_GROWTH * fabs(h));
     mechc_rk_leave_bridge(run);
     run->dip.wanted = 0.0;
     run->dip.patience = HUGE_VAL;
@@ -421,7 +438,7 @@ MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
     }
     const double span = fabs(run->t1 - run->head.t);
     double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
-    guess = fmin(fmin(guess, run->max_step), span);
+    guess = mechc_min(mechc_min(guess, run->max_step), span);
     for (int i = 0; i < MECHC_NX; i++)
         end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
     const double t = run->head.t + run->direction * guess;
@@ -430,10 +447,10 @@ MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
         const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
         second += pow(change / (guess * mechc_rk_tolerance(run, i, run->y)), 2);
     }
-    const double largest = sqrt(fmax(first, second) / MECHC_NX);
+    const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
     const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->tableau->order)
-                                        : fmax(1e-6 * span, 1e-3 * guess);
-    return fmin(fmin(100.0 * guess, step), run->max_step);
+                                        : mechc_max(1e-6 * span, 1e-3 * guess);
+    return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
 }
 
 /* Scales of the speeds before any is known: what the first accelerations reach within one unit
@@ -444,11 +461,11 @@ MECHC_STATIC void mechc_rk_first_scale(mechc_rk_run *run, const double *scale)
     for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
     for (int i = MECHC_NQ; i < MECHC_NX; i++) {
         const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
-        run->scale[i] = fmax(fabs(run->y[i]), reached);
-        largest = fmax(largest, run->scale[i] / scale[i]);
+        run->scale[i] = mechc_max(fabs(run->y[i]), reached);
+        largest = mechc_max(largest, run->scale[i] / scale[i]);
     }
     for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = fmax(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
+        run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
 }
 
 static void mechc_rk_start(mechc_run *head, const mechc_options *options)

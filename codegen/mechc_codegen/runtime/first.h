@@ -15,6 +15,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
 

@@ -3,9 +3,13 @@
  * It takes part in the run of explicit_rk.h: only how a step, its error and its dense output are
  * found differs.  Where q' = u the accelerations are the only unknowns and positions and speeds
  * their second and first integrals, otherwise all rates are.  Fixed-point iteration, begun by
- * extrapolating the last step's polynomial.  Every stage is on the constraints: the least change
- * that closes its loops is an unknown too, improved by one Gauss-Newton step an iteration, so
- * that nothing is evaluated twice; speeds are projected outright.
+ * extrapolating the last step's polynomial.
+ *
+ * Where the conditioning is good the equations are taken as they stand and only the step's end is
+ * projected: they keep an exact motion on the constraints, and off it by d they are wrong by d.
+ * Elsewhere every stage is on the constraints: the least change that closes its loops is an unknown
+ * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
+ * are projected outright.
  */
 
 #define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
@@ -14,23 +18,35 @@
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which what closes a loop changes quickly */
+#define MECHC_GAUSS_PLAIN MECHC_CLEAR    /* conditioning above which equations are taken as they stand */
+
+enum { MECHC_PLAIN, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
+
+/* Integral and second integral to the step's end, Legendre coefficients of degrees 7 and 6. */
+typedef double mechc_sums __attribute__((vector_size(32)));
+enum { MECHC_FIRST, MECHC_SECOND, MECHC_TOP, MECHC_NEXT };
 
 struct mechc_gauss {
     mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     mechc_lane q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
+    mechc_lane turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_lane shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */
+    mechc_sums columns[MECHC_STAGES];
     double rates[MECHC_UNKNOWNS][MECHC_STAGES];
     double ends[MECHC_UNKNOWNS]; /* rates at the last accepted end */
-    double least[MECHC_STAGES], length[MECHC_STAGES]; /* conditioning: root of one over other */
+    double least[MECHC_STAGES]; /* conditioning, squared */
     double weights[MECHC_NX];            /* 1 over what is tolerated */
+    double tolerated;                    /* the largest, over the component's scale */
     double error_weights[MECHC_UNKNOWNS]; /* of the polynomial's last coefficients, squared */
     double error;
     double low[MECHC_NX];        /* of the state, what run->y is too coarse for */
     double next_low[MECHC_NX];
-    int near_critical;           /* close the loops before each evaluation, not after */
+    double lowest;               /* of `least` */
+    int closing;                 /* how stages are kept on the constraints */
     double last_step;            /* 0: no polynomial yet */
-    double last_error;           /* of the last accepted step; 0: none yet */
+    double factor, last_factor;  /* by which this step's error, and the last one's, would have let
+                                    it grow; 0: none yet */
     double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
 };
 
@@ -48,54 +64,89 @@ MECHC_INLINE void mechc_put(mechc_lane lanes, double *eight, int block)
     memcpy(eight + block * MECHC_LANES, &lanes, sizeof lanes);
 }
 
-/* sum_j column_j x_j */
-MECHC_INLINE mechc_lane mechc_integrate(const double *columns, const double *x, int block)
+/* Stage values of one block before any projection. */
+MECHC_INLINE void mechc_gauss_states(const struct mechc_gauss *g, const double *y, double h,
+                                     int block, mechc_lane *state)
 {
-    mechc_lane even = mechc_take(columns, block) * x[0];
-    mechc_lane odd = mechc_take(columns + MECHC_STAGES, block) * x[1];
-    for (int j = 2; j < MECHC_STAGES; j += 2) {
-        even += mechc_take(columns + j * MECHC_STAGES, block) * x[j];
-        odd += mechc_take(columns + (j + 1) * MECHC_STAGES, block) * x[j + 1];
+    mechc_lane first[MECHC_UNKNOWNS];
+    for (int i = 0; i < MECHC_UNKNOWNS; i++)
+        first[i] = mechc_take(mechc_gauss_first, block) * g->rates[i][0];
+    for (int j = 1; j < MECHC_STAGES; j++) {
+        const mechc_lane column = mechc_take(mechc_gauss_first + j * MECHC_STAGES, block);
+        for (int i = 0; i < MECHC_UNKNOWNS; i++) first[i] += column * g->rates[i][j];
     }
-    return even + odd;
-}
-
-/* Stage values of component i before any projection. */
-MECHC_INLINE mechc_lane mechc_gauss_state(const struct mechc_gauss *g, const double *y, double h,
-                                          int i, int block)
-{
+    for (int i = 0; i < MECHC_UNKNOWNS; i++)
+        state[MECHC_FIRST_UNKNOWN + i] = y[MECHC_FIRST_UNKNOWN + i] + h * first[i];
 #if MECHC_IDENTITY_KINEMATICS
-    if (i < MECHC_NQ) {
-        const mechc_lane straight = h * y[MECHC_NQ + i] * mechc_take(mechc_gauss_nodes, block);
-        return y[i] + (straight + h * h * mechc_integrate(mechc_gauss_second, g->rates[i], block));
+    mechc_lane second[MECHC_NQ];
+    const mechc_lane nodes = h * mechc_take(mechc_gauss_nodes, block);
+    for (int i = 0; i < MECHC_NQ; i++)
+        second[i] = mechc_take(mechc_gauss_second, block) * g->rates[i][0];
+    for (int j = 1; j < MECHC_STAGES; j++) {
+        const mechc_lane column = mechc_take(mechc_gauss_second + j * MECHC_STAGES, block);
+        for (int i = 0; i < MECHC_NQ; i++) second[i] += column * g->rates[i][j];
     }
+    for (int i = 0; i < MECHC_NQ; i++)
+        state[i] = y[i] + (y[MECHC_NQ + i] * nodes + h * h * second[i]);
 #endif
-    return y[i] + h * mechc_integrate(mechc_gauss_first, g->rates[i - MECHC_FIRST_UNKNOWN], block);
 }
 
 #if MECHC_NH > 0
-/* What the conditioning (linear.h) is made of, its root and quotient left for when it is asked. */
-MECHC_INLINE void mechc_gauss_note(struct mechc_gauss *g, const mechc_lanes_factors *f, int block)
-{
-    mechc_lane length = mechc_spread(1.0);
-    for (int i = 0; i < MECHC_NC - 1; i++) length *= f->scale[i];
-    mechc_put(f->norm[MECHC_NC - 1] * f->inverse_norm[0], g->least, block);
-    mechc_put(length, g->length, block);
-}
-
 /* One correction of the stages towards closed loops; moved: by how much. */
 MECHC_INLINE void mechc_gauss_close(struct mechc_gauss *g, mechc_lane time, int block,
                                     const mechc_lanes_place *place, mechc_lane *q,
                                     mechc_lane *moved)
 {
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
-    mechc_lanes_correct(time, q, g->p, g->k, place);
+    mechc_lanes_correct_what_shows(time, q, g->p, g->k, place);
     for (int i = 0; i < MECHC_NQ; i++) {
         moved[i] = q[i] - moved[i];
         g->shift[i][block] += moved[i];
     }
 }
 #endif
+
+/* Accelerations, and rates of coordinates where these are unknowns. */
+MECHC_INLINE void mechc_gauss_rates(const struct mechc_gauss *g, mechc_lane time,
+                                    const mechc_lane *state, const mechc_lanes_place *place,
+                                    mechc_lane *rates)
+{
+    mechc_lanes_accelerate(time, state, state + MECHC_NQ, g->p, g->k, place,
+                           rates + MECHC_UNKNOWNS - MECHC_NU, 0);
+#if !MECHC_IDENTITY_KINEMATICS
+    mechc_lanes_coordinate_rates_of(time, state, state + MECHC_NQ, g->p, g->k, rates);
+#endif
+}
+
+/* Rates of one block of stages as they stand; first: before their sines and their conditioning are
+ * known. */
+MECHC_INLINE void mechc_gauss_unclosed(struct mechc_gauss *g, double t, const double *y, double h,
+                                       int block, int first, mechc_lane *rates)
+{
+    mechc_lanes_place place;
+    mechc_lane state[MECHC_NX];
+    const mechc_lane time = t + h * mechc_take(mechc_gauss_nodes, block);
+    mechc_gauss_states(g, y, h, block, state);
+    mechc_lanes_locate_near(time, state, g->p, g->k, &place, g->turns[block], !first, !first);
+    mechc_gauss_rates(g, time, state, &place, rates);
+#if MECHC_NH > 0
+    if (!first) return;
+    for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
+    mechc_put(mechc_lanes_conditioning_squared(&place.rows, place.mass), g->least, block);
+#endif
+}
+
+MECHC_ONCE void mechc_gauss_first_stages(struct mechc_gauss *g, double t, const double *y, double h,
+                                         int block, mechc_lane *rates)
+{
+    mechc_gauss_unclosed(g, t, y, h, block, 1, rates);
+}
+
+MECHC_ONCE void mechc_gauss_plain_stages(struct mechc_gauss *g, double t, const double *y, double h,
+                                         int block, mechc_lane *rates)
+{
+    mechc_gauss_unclosed(g, t, y, h, block, 0, rates);
+}
 
 /* Rates of one block of stages at positions and speeds projected; places shift and q. */
 MECHC_ONCE void mechc_gauss_stages(struct mechc_gauss *g, double t, const double *y, double h,
@@ -104,34 +155,24 @@ MECHC_ONCE void mechc_gauss_stages(struct mechc_gauss *g, double t, const double
     mechc_lanes_place place;
     mechc_lane state[MECHC_NX];
     const mechc_lane time = t + h * mechc_take(mechc_gauss_nodes, block);
-    for (int i = 0; i < MECHC_NX; i++) state[i] = mechc_gauss_state(g, y, h, i, block);
+    mechc_gauss_states(g, y, h, block, state);
     for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
-    mechc_lanes_locate(time, state, g->p, g->k, &place);
+    mechc_lanes_locate_near(time, state, g->p, g->k, &place, g->turns[block], 0, 0);
 #if MECHC_NH > 0
-    if (g->near_critical) {
+    if (g->closing == MECHC_CLOSE_BEFORE) {
         mechc_gauss_close(g, time, block, &place, state, moved);
         mechc_lanes_locate(time, state, g->p, g->k, &place);
     }
 #endif
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
     mechc_lanes_steady(&place, state + MECHC_NQ);
-    mechc_lanes_accelerate(time, state, state + MECHC_NQ, g->p, g->k, &place,
-                           rates + MECHC_UNKNOWNS - MECHC_NU, 0);
-#if !MECHC_IDENTITY_KINEMATICS
-    mechc_lanes_coordinate_rates_of(time, state, state + MECHC_NQ, g->p, g->k, rates);
-#endif
+    mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
     mechc_gauss_close(g, time, block, &place, state, moved);
-    mechc_gauss_note(g, &place.all, block);
+    mechc_put(mechc_lanes_conditioning_squared(&place.rows, place.mass), g->least, block);
 #else
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);
 #endif
-}
-
-MECHC_INLINE mechc_lane mechc_greater(mechc_lane a, mechc_lane b)
-{
-    const mechc_lane_mask greater = ~(a >= b); /* keeps a NaN in b */
-    return (mechc_lane)((greater & (mechc_lane_mask)b) | (~greater & (mechc_lane_mask)a));
 }
 
 /* The greater of a and |b|. */
@@ -141,11 +182,17 @@ MECHC_INLINE mechc_lane mechc_larger(mechc_lane a, mechc_lane b)
 }
 
 /* One iteration; the largest change of a rate over what is tolerated. */
-MECHC_ONCE double mechc_gauss_iterate(struct mechc_gauss *g, double t, const double *y, double h)
+MECHC_ONCE double mechc_gauss_iterate(struct mechc_gauss *g, double t, const double *y, double h,
+                                      int first)
 {
     const double *weights = g->weights;
     mechc_lane rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
     for (int block = 0; block < MECHC_BLOCKS; block++) {
+        if (g->closing == MECHC_PLAIN) {
+            (first ? mechc_gauss_first_stages : mechc_gauss_plain_stages)(g, t, y, h, block,
+                                                                          rates[block]);
+            continue;
+        }
         mechc_gauss_stages(g, t, y, h, block, rates[block], moved);
         for (int i = 0; i < MECHC_NQ; i++) change = mechc_larger(change, moved[i] * weights[i]);
     }
@@ -193,30 +240,35 @@ MECHC_STATIC void mechc_gauss_predict(struct mechc_gauss *g, double h)
 
 MECHC_STATIC double mechc_sum(const double *weights, const double *x)
 {
-    double even = 0.0, odd = 0.0;
-    for (int j = 0; j < MECHC_STAGES; j += 2) {
-        even += weights[j] * x[j];
-        odd += weights[j + 1] * x[j + 1];
-    }
-    return even + odd;
+    double sum = weights[0] * x[0];
+    for (int j = 1; j < MECHC_STAGES; j++) sum += weights[j] * x[j];
+    return sum;
 }
 
-/* Tolerated error of one step over the scale of component i: looser steps than the bound cost more
- * in refused ones than they gain. */
-MECHC_STATIC double mechc_gauss_tolerance(const mechc_rk_run *run, int i, const double *end)
+MECHC_INLINE void mechc_gauss_sums(const struct mechc_gauss *g, int unknown, mechc_sums *sums)
 {
-    return fmin(mechc_rk_tolerance(run, i, end) / run->scale[i], MECHC_GAUSS_LOOSEST);
+    const double *x = g->rates[unknown];
+    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
+    for (int j = 2; j < MECHC_STAGES; j += 2) {
+        even += g->columns[j] * x[j];
+        odd += g->columns[j + 1] * x[j + 1];
+    }
+    *sums = even + odd;
 }
 
-/* Weights of this step's errors. */
+/* Weights of this step's errors; steps looser than the bound cost more in refused ones than they
+ * gain. */
 MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss *g)
 {
-    for (int i = 0; i < MECHC_NX; i++) g->weights[i] = 1.0 / mechc_rk_tolerance(run, i, run->y);
-    for (int i = 0; i < MECHC_UNKNOWNS; i++) {
-        const int component = MECHC_FIRST_UNKNOWN + i;
-        const double scale = run->scale[component];
-        const double tolerance = mechc_gauss_tolerance(run, component, run->y);
-        g->error_weights[i] = MECHC_GAUSS_SAFETY / (MECHC_UNKNOWNS * scale * scale * tolerance);
+    g->tolerated = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double scale = run->scale[i], tolerance = mechc_rk_tolerance(run, i, run->y);
+        const double bound = mechc_min(tolerance, MECHC_GAUSS_LOOSEST * scale);
+        g->weights[i] = 1.0 / tolerance;
+        g->tolerated = mechc_max(g->tolerated, bound / scale);
+        if (i >= MECHC_FIRST_UNKNOWN)
+            g->error_weights[i - MECHC_FIRST_UNKNOWN] =
+                MECHC_GAUSS_SAFETY / (MECHC_UNKNOWNS * scale * bound);
     }
 }
 
@@ -227,9 +279,10 @@ MECHC_STATIC double mechc_gauss_measure(const struct mechc_gauss *g, double h)
 {
     double square = 0.0;
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
-        const double top = mechc_sum(mechc_gauss_top, g->rates[i]);
-        const double next = mechc_sum(mechc_gauss_next, g->rates[i]);
-        square += (top * top + next * next) * g->error_weights[i];
+        mechc_sums sums;
+        mechc_gauss_sums(g, i, &sums);
+        const mechc_sums squares = sums * sums;
+        square += (squares[MECHC_TOP] + squares[MECHC_NEXT]) * g->error_weights[i];
     }
     return fabs(h) * sqrt(square);
 }
@@ -240,12 +293,12 @@ MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run) { return run->col
  * Gustafsson (1991). */
 MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error)
 {
-    const struct mechc_gauss *g = run->collocation;
+    struct mechc_gauss *g = run->collocation;
     const double plain = pow(error, -1.0 / run->tableau->order);
-    if (!(g->last_error > 0.0) || error > 1.0) return 0.9 * plain;
-    const double trend = run->step / fabs(g->last_step)
-                       * pow(g->last_error / error, 1.0 / run->tableau->order);
-    return 0.9 * plain * fmin(1.0, trend);
+    g->factor = plain;
+    if (!(g->last_factor > 0.0) || error > 1.0) return 0.9 * plain;
+    const double trend = run->step / fabs(g->last_step) * (plain / g->last_factor);
+    return 0.9 * plain * mechc_min(1.0, trend);
 }
 
 /* Near a critical configuration the closing of loops must not lag behind. */
@@ -255,10 +308,25 @@ MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
     mechc_lane least = -mechc_take(g->least, 0);
     for (int block = 1; block < MECHC_BLOCKS; block++)
         least = mechc_greater(least, -mechc_take(g->least, block));
-    g->near_critical = -mechc_greatest(least) < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL;
+    const double square = g->lowest = -mechc_greatest(least);
+    g->closing = square < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL ? MECHC_CLOSE_BEFORE
+               : square < MECHC_GAUSS_PLAIN * MECHC_GAUSS_PLAIN       ? MECHC_CLOSE_AFTER
+                                                                      : MECHC_PLAIN;
 #else
-    g->near_critical = 0;
+    g->closing = MECHC_NC > 0 ? MECHC_CLOSE_AFTER : MECHC_PLAIN;
 #endif
+}
+
+/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
+ * which the projection of the end takes away; elsewhere it is motion. */
+MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
+{
+    const struct mechc_gauss *g = run->collocation;
+    double most = 0.0;
+    for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
+    const int crosses = MECHC_NH > 0 && run->dip.ahead < fabs(h);
+    if (crosses) return 1e-9 * most;
+    return most * (MECHC_NH > 0 ? mechc_min(1e-9, 4e-15 / sqrt(g->lowest)) : 1e-14);
 }
 
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
@@ -267,19 +335,19 @@ MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
 MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 {
     struct mechc_gauss *g = run->collocation;
-    double before = HUGE_VAL, most = 0.0;
-    for (int i = 0; i < MECHC_NX; i++) most = fmax(most, run->scale[i] * g->weights[i]);
-    const double floor = 1e-9 * most;
+    double before = HUGE_VAL;
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
-        mechc_gauss_watch(g);
-        const double change = mechc_gauss_iterate(g, run->head.t, run->y, h), rate = change / before;
+        if (iteration == 1 || g->closing != MECHC_PLAIN) mechc_gauss_watch(g);
+        const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
+        const double rate = change / before;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
-        if (iteration > 0 && change * fmax(rate, 0.1) <= 0.1) return MECHC_RUNNING;
-        if (iteration > 1 && rate > 2.0 / 3.0 && change <= floor) return MECHC_RUNNING;
+        if (iteration > 0 && change * mechc_max(rate, 0.1) <= 0.1) return MECHC_RUNNING;
+        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run, h))
+            return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
-        if (iteration == 2 && mechc_gauss_measure(g, h) > fmax(3.0, 2.0 * run->allowed))
+        if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))
             return MECHC_RUNNING;
         before = change;
     }
@@ -291,9 +359,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 MECHC_STATIC int mechc_gauss_stays(const mechc_rk_run *run)
 {
     mechc_lane most = {0};
-    double tolerated = 0.0;
-    for (int i = 0; i < MECHC_NX; i++)
-        tolerated = fmax(tolerated, mechc_gauss_tolerance(run, i, run->y));
+    const double tolerated = run->collocation->tolerated;
+    if (run->collocation->closing == MECHC_PLAIN) return 1;
     for (int i = 0; i < MECHC_NQ; i++) {
         const double weight = 1.0 / run->scale[i];
         for (int block = 0; block < MECHC_BLOCKS; block++)
@@ -302,28 +369,26 @@ MECHC_STATIC int mechc_gauss_stays(const mechc_rk_run *run)
     return mechc_greatest(most) < 1e-11 + sqrt(tolerated / MECHC_GAUSS_SAFETY);
 }
 
-/* Gain of component i over the step. */
-MECHC_STATIC double mechc_gauss_gain(const struct mechc_gauss *g, const double *y, double h, int i)
+MECHC_INLINE void mechc_gauss_gain(struct mechc_gauss *g, const double *y, double gain, int i,
+                                   double *end)
 {
-#if MECHC_IDENTITY_KINEMATICS
-    if (i < MECHC_NQ) {
-        const double speed = y[MECHC_NQ + i] + g->low[MECHC_NQ + i];
-        return h * (speed + h * mechc_sum(mechc_gauss_second_weights, g->rates[i]));
-    }
-#else
-    (void)y;
-#endif
-    return h * mechc_sum(mechc_gauss_weights, g->rates[i - MECHC_FIRST_UNKNOWN]);
+    const double whole = gain + g->low[i];
+    end[i] = y[i] + whole;
+    const double moved = end[i] - y[i];
+    g->next_low[i] = (y[i] - (end[i] - moved)) + (whole - moved);
 }
 
 /* The end of the step in twice the digits, before it is projected. */
 MECHC_STATIC void mechc_gauss_end(struct mechc_gauss *g, const double *y, double h, double *end)
 {
-    for (int i = 0; i < MECHC_NX; i++) {
-        const double gain = mechc_gauss_gain(g, y, h, i) + g->low[i];
-        end[i] = y[i] + gain;
-        const double moved = end[i] - y[i];
-        g->next_low[i] = (y[i] - (end[i] - moved)) + (gain - moved);
+    for (int i = 0; i < MECHC_UNKNOWNS; i++) {
+        mechc_sums sums;
+        mechc_gauss_sums(g, i, &sums);
+        mechc_gauss_gain(g, y, h * sums[MECHC_FIRST], MECHC_FIRST_UNKNOWN + i, end);
+#if MECHC_IDENTITY_KINEMATICS
+        const double speed = y[MECHC_NQ + i] + g->low[MECHC_NQ + i];
+        mechc_gauss_gain(g, y, h * (speed + h * sums[MECHC_SECOND]), i, end);
+#endif
     }
 }
 
@@ -334,11 +399,12 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, 
 #if MECHC_NH > 0
     const struct mechc_gauss *g = run->collocation;
     if (MECHC_NC == MECHC_NH && run->dip.rank == MECHC_NH)
-        return sqrt(g->least[stage]) / g->length[stage];
+        return sqrt(g->least[stage]);
     mechc_scalar_place place;
     mechc_weakest weakest;
     mechc_scalar_configuration(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k,
-                               place.gap, place.jacobian, place.bias, place.mass, place.saved);
+                               place.gap, place.jacobian, place.bias, place.mass, place.saved, 0,
+                               0);
     mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
     return weakest.ratio;
 #else
@@ -351,6 +417,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, 
 MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
 {
     const struct mechc_gauss *g = run->collocation;
+    if (g->lowest > MECHC_CLEAR * MECHC_CLEAR) return;
     for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
         double q[MECHC_NQ];
         for (int i = 0; i < MECHC_NQ; i++)
@@ -363,7 +430,7 @@ MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
  * crossing. */
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error)
 {
-    return error <= run->allowed || (run->collocation->near_critical && error < 10.0);
+    return error <= run->allowed || (run->collocation->closing == MECHC_CLOSE_BEFORE && error < 10.0);
 }
 
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
@@ -392,7 +459,7 @@ MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h)
     memcpy(g->low, g->next_low, sizeof g->low);
     memcpy(g->tried, g->rates, sizeof g->tried);
     g->last_step = h;
-    g->last_error = g->error;
+    g->last_factor = g->factor;
 }
 
 /* Rows of the dense output: see tableaus.h. */
@@ -421,6 +488,9 @@ MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run)
     struct mechc_gauss *g = run->collocation = aligned_alloc(64, size);
     if (!g) return 0;
     memset(g, 0, sizeof *g);
+    for (int j = 0; j < MECHC_STAGES; j++)
+        g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
+                                     mechc_gauss_top[j], mechc_gauss_next[j]};
     for (int i = 0; i < MECHC_NP; i++) g->p[i] = mechc_spread(run->p[i]);
     for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
     return 1;

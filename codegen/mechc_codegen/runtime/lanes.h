@@ -18,11 +18,18 @@
 #define MECHC_STATIC static __attribute__((unused))
 #define MECHC_ONCE static __attribute__((noinline, unused)) /* compiled once, called from many */
 
+/* Inline, unlike fmax and fmin where the compiler must heed every NaN. */
+MECHC_INLINE double mechc_max(double a, double b) { return a > b ? a : b; }
+MECHC_INLINE double mechc_min(double a, double b) { return a < b ? a : b; }
+
 typedef double mechc_lane __attribute__((vector_size(8 * MECHC_LANES)));
 typedef int64_t mechc_lane_mask __attribute__((vector_size(8 * MECHC_LANES)));
 
 /* Beyond this, n * PIO2_A is no longer exact and the C library takes over. */
 #define MECHC_REDUCTION_LIMIT 1.0e6
+
+/* Beyond this change of an angle its sine and cosine are computed afresh. */
+#define MECHC_NEAR_ANGLE 1.0e-3
 
 /* pi/2 in three parts of 33 bits each (Cody & Waite 1980), and 2/pi. */
 #define MECHC_TWO_OVER_PI 0x1.45f306dc9c883p-1

@@ -214,11 +214,11 @@ MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
     return redundant;
 }
 
-/* Length of the shortest orthogonal row over that of the longest: 0 where rows are dependent. */
-MECHC_INLINE real FN(least_singular)(const FN(factors) *f)
+/* Squared length of the shortest orthogonal row over that of the longest. */
+MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
 {
     real scale = R(1.0);
     for (int i = 0; i < MECHC_NC - 1; i++) scale *= f->scale[i];
-    return R_SQRT(f->norm[MECHC_NC - 1] / f->norm[0]) / scale;
+    return f->norm[MECHC_NC - 1] / (f->norm[0] * (scale * scale));
 }
 #endif

@@ -22,6 +22,12 @@ typedef struct {
     double patience;    /* the crossing may be bridged from this time before it */
     double wanted;      /* the step that the error would have allowed, before it was shortened to
                            place a crossing; 0: was not */
+    double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
+    int leaving;        /* over the last step the conditioning rose */
+#if MECHC_NH > 0
+    mechc_critical known; /* the last one found */
+    int has_known;
+#endif
 } mechc_dip;
 
 /* A step as proposed: states and rates at both ends. */
@@ -30,9 +36,9 @@ typedef struct {
     const double *start, *start_rates, *end, *end_rates;
     const double *p, *k;
     double low, best, high; /* fractions of a step between which a crossing is best placed */
-    double side;            /* further such places lie so far on either side; 0: none */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
+    const mechc_tableau *approach; /* whose gaps are aimed at beforehand (approach.h); NULL: none */
 } mechc_span;
 
 enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
@@ -62,13 +68,43 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
 /* Conditioning below which a step is looked at however short it is: short steps see little change. */
 #define MECHC_NARROW 0.03
 
+/* Conditioning above which no crossing is near, however fast it falls. */
+#define MECHC_CLEAR 0.4
+
 /* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
 MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least <= fmax(MECHC_NARROW, horizon * (dip->most - dip->least));
+    const int nearest_at_start = dip->least >= dip->first && dip->first > MECHC_NARROW;
+    return dip->least < MECHC_CLEAR && !(nearest_at_start && dip->leaving)
+        && dip->least <= mechc_max(MECHC_NARROW, horizon * (dip->most - dip->least));
+}
+
+/* Is what was found near a crossing?  Past a near miss everything is regular. */
+MECHC_STATIC int mechc_knows_crossing(const mechc_dip *dip)
+{
+#if MECHC_NH > 0
+    return dip->has_known && mechc_judge(&dip->known) == MECHC_CROSSING;
+#else
+    (void)dip;
+    return 0;
+#endif
 }
 
 #if MECHC_NH > 0
+
+/* The longest step, no longer than `open`, that is good for a crossing so far ahead: the crossing
+ * lies in a wide gap between the nodes, or well beyond the end. */
+MECHC_STATIC double mechc_plan(const mechc_tableau *tableau, double ahead, double open)
+{
+    if (!(ahead < 1.5 * open)) return open;
+    for (int i = 1; ahead < open && i < tableau->stages; i++) {
+        const double gap = tableau->nodes[i + 1] - tableau->nodes[i];
+        const double middle = tableau->nodes[i] + 0.5 * gap, low = middle - 0.2 * gap;
+        if (gap < 0.08 || middle > 0.9 || ahead > (middle + 0.2 * gap) * open) continue;
+        return ahead < low * open ? ahead / middle : open;
+    }
+    return mechc_min(open, 0.53 * ahead); /* and the next, a third longer, straddles it */
+}
 
 MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
                                    mechc_weakest *out)
@@ -152,30 +188,16 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
     for (int j = 0; j < MECHC_NU; j++) {
         const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
         const double gained = fabs(span->h * span->start_rates[MECHC_NQ + j]);
-        square += mass[j * MECHC_NU + j] * pow(fmax(fmax(start, end), gained), 2);
+        square += mass[j * MECHC_NU + j] * pow(mechc_max(mechc_max(start, end), gained), 2);
     }
     return fabs(span->h) * sqrt(square);
-}
-
-/* Where several gaps are almost as wide, the step need not change as much: to the nearest place by
- * shortening it, or, with the crossing near the end, so that the next step has it in its middle. */
-MECHC_STATIC double mechc_aim_at_places(const mechc_span *span, double s)
-{
-    const double half = span->high - span->best;
-    double factor = s > 0.5 + span->best ? fmax(s - span->best, 0.6) : 0.0;
-    for (int place = -1; place <= 1; place++) {
-        const double at = span->best + place * span->side;
-        if (fabs(s - at) <= half) return 1.0;
-        if (s / at <= 1.05) factor = fmax(factor, s / at);
-    }
-    return factor > 0.0 ? factor : s / (span->best - span->side);
 }
 
 /* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
 MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
 {
     double heaviest = 0.0;
-    for (int j = 0; j < MECHC_NU; j++) heaviest = fmax(heaviest, mass[j * MECHC_NU + j]);
+    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
     return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
@@ -184,7 +206,6 @@ MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mas
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
     if (s < 0.1 || s > 1.3) return 1.0;
-    if (span->side > 0.0) return mechc_aim_at_places(span, s);
     if (s >= span->low && s <= span->high) return 1.0;
     if (s < 1.3 * span->best) return s / span->best;
     return s - span->best;
@@ -203,8 +224,24 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || too_near) {
+        dip->ahead = HUGE_VAL;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, factors[dip->tries % 8], 0);
+        return;
+    }
+    if (span->approach) {
+        const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
+        dip->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
+        const double planned = mechc_plan(span->approach, dip->ahead, fabs(span->h));
+        const int at_end = fabs(out->fraction - 1.0) < 0.1;
+        if (planned < 0.9 * fabs(span->h) && dip->tries < 4) {
+            mechc_retry(out, 1.0, 1);
+        } else if (at_end && dip->tries < 16) {
+            dip->ahead = HUGE_VAL;
+            mechc_retry(out, factors[dip->tries % 8], 0);
+        } else if (turned) {
+            out->action = MECHC_CROSSES;
+        }
         return;
     }
     if (!span->bridge) {
@@ -222,6 +259,18 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     else if (turned) out->action = MECHC_CROSSES;
 }
 
+/* The critical configuration near q: the one known from before where nothing spoke against it. */
+MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
+                                 mechc_dip *dip, double reach, mechc_critical *c)
+{
+    if (dip->has_known && !dip->tries
+        && mechc_still_critical(t, q, p, k, reach, &dip->known, c)) return 1;
+    if (!mechc_find_critical(t, q, p, k, dip->rank, reach, c)) return 0;
+    dip->known = *c;
+    dip->has_known = 1;
+    return 1;
+}
+
 /* Judge a step whose conditioning dipped. */
 MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_passing *out)
 {
@@ -236,8 +285,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
-        fmax(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
-    if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
+        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+    if (!mechc_find_near(span->t, dip->q, span->p, span->k, dip, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, 0.5, 0);

@@ -17,7 +17,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
     double residual[MECHC_NC];
     if (status == MECHC_RUNNING) {
         mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
-        for (int i = 0; i < MECHC_NC; i++) moved[1] = fmax(moved[1], fabs(residual[i]));
+        for (int i = 0; i < MECHC_NC; i++) moved[1] = mechc_max(moved[1], fabs(residual[i]));
         mechc_scalar_steady(&place, y + MECHC_NQ);
     }
 #endif
@@ -28,12 +28,16 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
 /* Conditioning, squared, below which a row says nothing that rounding has not said louder. */
 #define MECHC_WEAK 1e-11
 
-/* Leave the rows out that are that weak; returns how many. */
-MECHC_STATIC int mechc_forget_weak(mechc_scalar_factors *f)
+/* The rows at q without those that are that weak; returns how many these are. */
+MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,
+                                   mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     int weak = 0;
+    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
+                               place->saved, 0, 0);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, rows);
     for (int i = 1; i < MECHC_NC; i++)
-        if (f->norm[i] < MECHC_WEAK * f->norm[0]) f->inverse_norm[i] = 0.0, weak++;
+        if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
     return weak;
 }
 #endif
@@ -44,24 +48,30 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const
 {
 #if MECHC_NC > 0
     mechc_scalar_place place;
-    mechc_scalar_locate(t, y, p, k, &place);
-    int weak = mechc_forget_weak(&place.all);
+    mechc_scalar_factors rows;
+    double values[MECHC_NC], step[MECHC_NU];
 #if MECHC_NH > 0
-    double before = HUGE_VAL, rounding, gap = mechc_scalar_gap(&place, y, &rounding);
-    for (int iteration = 0; gap > rounding && iteration < 20; iteration++) {
+    double before = HUGE_VAL, rounding, gap;
+    int weak;
+    for (int iteration = 0;; iteration++) {
+        weak = mechc_strong_rows(t, y, p, k, &place, &rows);
+        gap = mechc_scalar_gap(&place, y, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
+        if (gap <= rounding || iteration == 20) break;
         if ((weak || gap <= 16.0 * rounding) && gap >= 0.25 * before) break;
         before = gap;
-        mechc_scalar_correct(t, y, p, k, &place);
-        mechc_scalar_locate(t, y, p, k, &place);
-        weak = mechc_forget_weak(&place.all);
-        gap = mechc_scalar_gap(&place, y, &rounding);
+        mechc_scalar_gap_values(&place, values);
+        mechc_scalar_least_change(&rows, MECHC_NC, values, step);
+        mechc_scalar_displace(t, y, p, k, step);
     }
     if (!(gap <= 16.0 * rounding || weak)) return MECHC_NOT_CLOSED;
 #else
-    (void)weak;
+    mechc_strong_rows(t, y, p, k, &place, &rows);
 #endif
-    mechc_scalar_steady(&place, y + MECHC_NQ);
+    mechc_scalar_velocity_residual(&place, y + MECHC_NQ, values);
+    for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
+    mechc_scalar_least_change(&rows, MECHC_NC, values, step);
+    for (int i = 0; i < MECHC_NU; i++) y[MECHC_NQ + i] += step[i];
 #else
     (void)t, (void)y, (void)p, (void)k;
 #endif

@@ -66,7 +66,7 @@ MECHC_STATIC int mechc_radau_jacobian(mechc_rk_run *run)
     for (int j = 0; j < MECHC_NX; j++) {
         double y[MECHC_NX], rates[MECHC_NX];
         memcpy(y, run->y, sizeof y);
-        const double change = 1e-7 * fmax(run->scale[j], 1e-2 * fabs(y[j]));
+        const double change = 1e-7 * mechc_max(run->scale[j], 1e-2 * fabs(y[j]));
         y[j] += change;
         const int status = mechc_rk_stage(run, run->head.t, y, rates);
         if (status != MECHC_RUNNING) return status;
@@ -138,7 +138,7 @@ MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
     const double enough = 1e-2; /* of what is tolerated */
     double before = HUGE_VAL, floor = 0.0;
     for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
-        floor = fmax(floor, 2e-16 * fabs(run->y[i]) / mechc_rk_tolerance(run, i, run->y));
+        floor = mechc_max(floor, 2e-16 * fabs(run->y[i]) / mechc_rk_tolerance(run, i, run->y));
     for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
         const int status = mechc_radau_rates(run, h, end);
         if (status != MECHC_RUNNING) return status;
@@ -146,8 +146,8 @@ MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
         const double contraction = size / before;
         if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
             return MECHC_NOT_CLOSED;
-        const double left = iteration ? size * contraction / fmax(1.0 - contraction, 0.05) : size;
-        if (left <= fmax(enough, 8.0 * floor)) return mechc_radau_rates(run, h, end);
+        const double left = iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
+        if (left <= mechc_max(enough, 8.0 * floor)) return mechc_radau_rates(run, h, end);
         before = size;
     }
     return MECHC_NOT_CLOSED;

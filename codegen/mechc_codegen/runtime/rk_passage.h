@@ -5,7 +5,7 @@ MECHC_STATIC double mechc_rk_conditioning(const mechc_rk_run *run, const mechc_s
 {
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->dip.rank == 0 || run->dip.rank == MECHC_NH))
-        return mechc_scalar_least_singular(&place->all);
+        return mechc_scalar_conditioning(place);
     mechc_weakest weakest;
     mechc_find_weakest(place->jacobian, place->mass, run->dip.rank, &weakest);
     return weakest.ratio;
@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
         double values[MECHC_NC], step[MECHC_NU];
         for (int i = 0; i < MECHC_NC; i++)
             values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
-        mechc_scalar_least_step(place, values, step);
+        mechc_scalar_least_step_at(place, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
 #else
@@ -64,9 +64,9 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,
                              MECHC_RATE(run, run->tableau->stages), run->p, run->k,
-                             run->low, run->best, run->high,
-                             mechc_rk_is_collocation(run) ? MECHC_GAUSS_SIDE : 0.0, run->horizon,
-                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run)};
+                             run->low, run->best, run->high, run->horizon,
+                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run),
+                             mechc_rk_is_collocation(run) ? run->tableau : 0};
     mechc_stats *stats = &run->head.stats;
     run->passing.gap = HUGE_VAL;
     mechc_examine(&span, &run->dip, &run->passing);
@@ -162,4 +162,5 @@ MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run)
     run->conditioning = weakest.ratio;
 #endif
     run->dip.first = run->conditioning;
+    run->dip.ahead = NAN;
 }

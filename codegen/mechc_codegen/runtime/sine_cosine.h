@@ -30,3 +30,34 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
         *cosine = R_SELECT(near_enough, *cosine, FN(cos_beyond)(x));
     }
 }
+
+/* Out of line, as above; both turn[1] and turn[2] are those of turn[0] = x then. */
+MECHC_ONCE void FN(renew_turn)(real x, real *turn)
+{
+    turn[0] = x;
+    FN(sincos)(x, turn + 1, turn + 2);
+}
+
+/* Sine and cosine of x, kept in `turn` with x where that is not NULL; near: found by turning what
+ * is kept there by the little that x has changed, to the fifth order of it. */
+MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosine)
+{
+    if (!turn || !near) FN(sincos)(x, sine, cosine);
+    if (!turn) return;
+    if (!near) {
+        turn[0] = x;
+        turn[1] = *sine;
+        turn[2] = *cosine;
+        return;
+    }
+    real by = x - turn[0];
+    if (__builtin_expect(R_ANY_BEYOND(by, MECHC_NEAR_ANGLE), 0)) {
+        FN(renew_turn)(x, turn);
+        by = R(0.0);
+    }
+    const real square = by * by;
+    const real s = by - by * square * (1.0 / 6.0);
+    const real c = square * (square * (1.0 / 24.0) - 0.5);
+    *sine = turn[1] + (turn[2] * s + turn[1] * c);
+    *cosine = turn[2] + (turn[2] * c - turn[1] * s);
+}

@@ -7,7 +7,7 @@
 
 typedef struct {
 #if MECHC_NC > 0
-    FN(factors) all; /* every row: speeds and accelerations */
+    FN(solver) rows; /* every one of them: speeds and accelerations */
 #else
     FN(mass_factors) factored;
 #endif
@@ -19,16 +19,25 @@ typedef struct {
     int bad; /* speed with a vanishing mass pivot, or -1 */
 } FN(place);
 
-MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k, FN(place) *place)
+/* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
+ * from a configuration near this one; regular: the rows are known to be far from dependent. */
+MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const real *k,
+                                  FN(place) *place, real *turns, int near, int regular)
 {
     FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
-                      place->saved);
+                      place->saved, turns, near);
 #if MECHC_NC > 0
     place->bad = -1;
-    FN(factor_rows)(place->jacobian, place->mass, MECHC_NC, &place->all);
+    FN(prepare_rows)(place->jacobian, place->mass, regular, &place->rows);
 #else
+    (void)regular;
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
 #endif
+}
+
+MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k, FN(place) *place)
+{
+    FN(locate_near)(t, q, p, k, place, 0, 0, 0);
 }
 
 /* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
@@ -51,53 +60,58 @@ MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, 
 }
 
 #if MECHC_NC > 0
-/* The least change that gives every row the value wanted. */
-MECHC_INLINE void FN(least_step)(const FN(place) *place, const real *values, real *step)
+MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, real *step)
 {
-#if RLANES == 1
-    const int beside = FN(least_singular)(&place->all) < MECHC_BESIDE_CROSSING;
-    if (__builtin_expect(beside, 0) && !R_ANY(FN(redundant)(&place->all))) {
-        FN(least_work)(place->mass, place->jacobian, values, step);
-        return;
-    }
-#endif
-    FN(least_change)(&place->all, MECHC_NC, values, step);
+    FN(least_step)(place->jacobian, place->mass, &place->rows, values, step);
+}
+
+MECHC_INLINE real FN(conditioning)(const FN(place) *place)
+{
+    return R_SQRT(FN(conditioning_squared)(&place->rows, place->mass));
 }
 #endif
 
 #if MECHC_NH > 0
+MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
+
 /* Largest gap of the configuration constraints, and the rounding that it is measured against. */
-MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
+MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
 {
-    real gap = R(0.0), terms = R(0.0);
+    real gap = R(0.0), terms = R(0.0), turn = R(1.0);
     for (int i = 0; i < MECHC_NH; i++) {
         real sum = R(0.0);
-        for (int j = 0; j < MECHC_NU; j++) {
-            const real entry = place->jacobian[i * MECHC_NU + j];
-            sum += R_SELECT(R_MASK(entry < 0.0), -entry, entry);
-        }
-        const real size = R_SELECT(R_MASK(place->gap[i] < 0.0), -place->gap[i], place->gap[i]);
+        for (int j = 0; j < MECHC_NU; j++) sum += FN(size)(place->jacobian[i * MECHC_NU + j]);
+        const real size = FN(size)(place->gap[i]);
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
         terms = R_SELECT(R_MASK(sum > terms), sum, terms);
     }
-    real turn = R(1.0);
     for (int j = 0; j < MECHC_NQ; j++) {
-        const real size = R_SELECT(R_MASK(q[j] < 0.0), -q[j], q[j]);
+        const real size = FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }
-    *rounding = R_GREATEST(terms * turn) * (2.0 * 2.220446049250313e-16);
+    *rounding = terms * turn * (2.0 * 2.220446049250313e-16);
+    return gap;
+}
+
+MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
+{
+    real each;
+    const real gap = FN(gap_and_rounding)(place, q, &each);
+    *rounding = R_GREATEST(each);
     return R_GREATEST(gap);
 }
 
-/* One Gauss-Newton correction of q, the least in the metric of the rows, along speeds that the
- * constraints on the motion allow: what they prescribe is not for the closure to change. */
-MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
-                              const FN(place) *place)
+/* What the rows are to change by: what constraints on the motion prescribe is not for the closure
+ * to change. */
+MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
 {
-    real values[MECHC_NC], step[MECHC_NU];
     for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
-    FN(least_step)(place, values, step);
+}
+
+/* q moved by a step of the speeds. */
+MECHC_INLINE void FN(displace)(real t, real *q, const real *p, const real *k, const real *step)
+{
 #if MECHC_IDENTITY_KINEMATICS
     (void)t, (void)p, (void)k;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
@@ -109,6 +123,32 @@ MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
         for (int j = 0; j < MECHC_NU; j++) q[i] += map[i * MECHC_NU + j] * step[j];
 #endif
 }
+
+/* One Gauss-Newton correction of q, the least in the metric of the rows. */
+MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
+                              const FN(place) *place)
+{
+    real values[MECHC_NC], step[MECHC_NU];
+    FN(gap_values)(place, values);
+    FN(least_step_at)(place, values, step);
+    FN(displace)(t, q, p, k, step);
+}
+#endif
+
+#if MECHC_NH > 0
+/* The same, but a gap that is rounding is left: its last digit, chased from one iteration to the
+ * next, would be magnified into noise. */
+MECHC_INLINE void FN(correct_what_shows)(real t, real *q, const real *p, const real *k,
+                                         const FN(place) *place)
+{
+    real values[MECHC_NC], step[MECHC_NU], rounding;
+    const real gap = FN(gap_and_rounding)(place, q, &rounding);
+    const rmask shows = ~R_MASK(gap <= rounding);
+    FN(gap_values)(place, values);
+    for (int i = 0; i < MECHC_NH; i++) values[i] = R_SELECT(shows, values[i], R(0.0));
+    FN(least_step_at)(place, values, step);
+    FN(displace)(t, q, p, k, step);
+}
 #endif
 
 /* Close the loops by moving q; place is left at the final q.  Returns MECHC_RUNNING or a failure;
@@ -118,8 +158,9 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, 
 {
 #if MECHC_NH > 0
     double before = HUGE_VAL, rounding;
+    real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)];
     for (int iteration = 0; iteration < 20; iteration++) {
-        FN(locate)(t, q, p, k, place);
+        FN(locate_near)(t, q, p, k, place, turns, iteration > 0, 0);
         ++*iterations;
         if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
@@ -155,7 +196,7 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
     real values[MECHC_NC], step[MECHC_NU];
     FN(velocity_residual)(place, u, values);
     for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
-    FN(least_step)(place, values, step);
+    FN(least_step_at)(place, values, step);
     for (int i = 0; i < MECHC_NU; i++) u[i] += step[i];
 #else
     (void)place, (void)u;
@@ -170,7 +211,7 @@ MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const rea
     real forcing[MECHC_NU], gamma[MECHC_NC];
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma};
     FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
-    FN(solve_motion)(&terms, &place->all, accelerations, lambda);
+    FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #else
     real none[1];
     (void)lambda;

@@ -164,7 +164,7 @@ static inline void mechc_widest_gap(const mechc_tableau *tableau, double *low, d
     for (int i = 0; i < tableau->stages; i++) {
         double next = 1.0;
         for (int j = 0; j < tableau->stages; j++)
-            if (tableau->nodes[j] > tableau->nodes[i]) next = fmin(next, tableau->nodes[j]);
+            if (tableau->nodes[j] > tableau->nodes[i]) next = mechc_min(next, tableau->nodes[j]);
         const double gap = next - tableau->nodes[i];
         if (gap <= widest) continue;
         widest = gap;

@@ -14,6 +14,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
 
@@ -21,6 +22,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
 #include "unuse.h"
@@ -34,6 +36,7 @@
 #include "radau.h"
 #include "gauss_table.h"
 #include "gauss.h"
+#include "approach.h"
 #include "rk_dense.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,

@@ -75,12 +75,21 @@ MECHC_INLINE mechc_lane mechc_call2(double (*f)(double, double), mechc_lane x, m
     return y;
 }
 
+/* The greater in each lane; NaN where either is. */
+MECHC_INLINE mechc_lane mechc_greater(mechc_lane a, mechc_lane b)
+{
+    const mechc_lane_mask first = (a > b) | (a != a);
+    return (mechc_lane)((first & (mechc_lane_mask)a) | (~first & (mechc_lane_mask)b));
+}
+
 /* NaN in any lane gives NaN. */
 MECHC_INLINE double mechc_greatest(mechc_lane x)
 {
-    double greatest = x[0];
-    for (int k = 1; k < MECHC_LANES; k++)
-        greatest = x[k] > greatest || x[k] != x[k] ? x[k] : greatest;
-    return greatest;
+    double lanes[MECHC_LANES];
+    if (__builtin_expect(mechc_any(x != x), 0)) return NAN;
+    memcpy(lanes, &x, sizeof lanes);
+    for (int apart = MECHC_LANES / 2; apart > 0; apart /= 2)
+        for (int k = 0; k < apart; k++) lanes[k] = mechc_max(lanes[k], lanes[k + apart]);
+    return lanes[0];
 }
 #endif

@@ -1,0 +1,72 @@
+/* How collocation comes up to a crossing: looked for before a step is tried, so that the step
+ * straddles it with the crossing in a wide gap between its nodes, or ends well before it.
+ */
+
+#if MECHC_NH > 0
+/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it leads away
+ * from it or past it. */
+MECHC_STATIC double mechc_rk_time_to(const mechc_rk_run *run, const mechc_critical *c)
+{
+    double away = 0.0, square = 0.0, bend = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double weight = mechc_weight(c, i), rate = run->direction * MECHC_RATE(run, 0)[i];
+        away += weight * (c->q[i] - run->y[i]) * rate;
+        square += weight * rate * rate;
+#if MECHC_IDENTITY_KINEMATICS
+        bend += 0.5 * weight * MECHC_RATE(run, 0)[MECHC_NQ + i] * rate;
+#endif
+    }
+    if (!(away > 0.0 && square > 0.0)) return HUGE_VAL;
+    const double discriminant = square * square + 4.0 * bend * away;
+    return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
+}
+
+/* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
+MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
+{
+    mechc_critical critical;
+    mechc_scalar_place place;
+    const mechc_span span = {.h = run->direction * open, .start = run->y, .end = run->y,
+                             .start_rates = MECHC_RATE(run, 0)};
+    if (run->dip.first > MECHC_CLEAR || (run->dip.leaving && run->dip.first > MECHC_NARROW))
+        return HUGE_VAL;
+    mechc_place_at(run->head.t, run->y, run->p, run->k, &place);
+    mechc_weakest weakest;
+    mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
+    const double reach =
+        mechc_max(2.0 * mechc_reach(&span, place.mass), mechc_beside(&weakest, place.mass));
+    if (!mechc_find_near(run->head.t, run->y, run->p, run->k, &run->dip, reach, &critical)
+        || mechc_judge(&critical) != MECHC_CROSSING)
+        return HUGE_VAL;
+    return mechc_rk_time_to(run, &critical);
+}
+#endif
+
+/* How long a step the last one's polynomial may begin where stages begun far off would close on
+ * the other branch. */
+MECHC_STATIC double mechc_gauss_reach(const struct mechc_gauss *g)
+{
+    if (g->last_step == 0.0) return HUGE_VAL;
+    return fabs(g->last_step) * mechc_min(3.0, mechc_max(1.3, 0.9 * g->last_factor));
+}
+
+/* A step, as a rule no longer than `open`, that keeps well away from crossings ahead or straddles
+ * them well. */
+MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open)
+{
+#if MECHC_NH > 0
+    mechc_dip *dip = &run->dip;
+    if (isnan(dip->ahead)) dip->ahead = mechc_rk_look_ahead(run, open);
+    /* so near that noise grows with every step that ends before it: over it at once */
+    if (dip->first < MECHC_NARROW && dip->ahead < HUGE_VAL && !run->refused)
+        open = mechc_max(open, 2.0 * dip->ahead);
+    if (dip->ahead >= 1.5 * open) return open;
+    const double fit = mechc_min(open, mechc_gauss_reach(run->collocation));
+    const double planned = mechc_plan(run->tableau, dip->ahead, fit);
+    if (planned < open && !dip->wanted) dip->wanted = open;
+    return planned;
+#else
+    (void)run;
+    return open;
+#endif
+}

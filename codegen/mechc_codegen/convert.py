@@ -8,7 +8,6 @@ the object cannot say is asked for by name.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 from sympy import Expr, Float, Integer, S, Symbol, cos, sin, sympify, tan
@@ -28,32 +27,9 @@ from mechc_codegen.mechanism import (
     printed_name,
 )
 from mechc_codegen.potential import potential_of
-from mechc_codegen.source import Source
+from mechc_codegen.source import Key, Settings, Source
 from mechc_codegen.split import Rates, alone, idle, integrable
 from mechc_codegen.walk import Walk, walk
-
-Key = Any  # a printed name, or the symbol itself
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What the user says besides the object; keys are printed names or the symbols themselves.
-
-    Attributes
-    ----------
-    defaults, units
-        Of parameters; units also of coordinates and speeds.
-    inputs
-        Specified functions of time -> expressions of t, q, u and parameters.
-    configuration_constraints
-        Added to those of the object; an empty sequence says that there are none besides.
-    """
-
-    name: str | None = None
-    defaults: Mapping[Key, Any] = field(default_factory=dict)
-    units: Mapping[Key, str] = field(default_factory=dict)
-    inputs: Mapping[Key, Any] = field(default_factory=dict)
-    configuration_constraints: Sequence[Any] | None = None
 
 
 def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mechanism:
@@ -255,15 +231,22 @@ def _turning(source: Source) -> set[Expr]:
     for body in source.bodies:
         for matrix, frame in body.masscenter.vel(source.frame).args:
             expressions += list(matrix)
-            expressions += list(source.frame.dcm(frame))
+            expressions += _orientation(source.frame, frame)
         if is_rigid(body):
-            expressions += list(source.frame.dcm(body.frame))
+            expressions += _orientation(source.frame, body.frame)
     angles: set[Expr] = set()
     for expression in expressions:
         for function in sympify(expression).atoms(sin, cos, tan):
             argument = function.args[0]
             angles |= {q for q in source.q if argument.diff(q).is_Number and argument.has(q)}
     return angles
+
+
+def _orientation(frame: ReferenceFrame, other: ReferenceFrame) -> list[Expr]:
+    try:
+        return list(frame.dcm(other))
+    except ValueError:  # a wheel that is given by its angular velocity alone
+        return []
 
 
 # -- bodies and points ----------------------------------------------------------------------------

@@ -39,11 +39,12 @@ FLAGS = (
     "-fno-tree-vectorize",
     "-fvisibility=hidden",
 )
+# Soon there rather than fast: it serves until the whole is compiled.
+FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
+SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 T = TypeVar("T")
-SOURCES = Path(str(files("mechc_codegen")))
-RUNTIME = SOURCES / "runtime"
-KINDS = {".py", ".h", ".in"}
+RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,11 @@ class Build:
     name: str
     texts: Mapping[str, str]
     flags: Mapping[str, tuple[str, ...]]
+
+    @property
+    def first_flags(self) -> tuple[str, ...]:
+        """Those of the widest instruction set, which the first unit is compiled for."""
+        return max(self.flags.values(), key=len)
 
     @property
     def sources(self) -> tuple[str, ...]:
@@ -130,15 +136,6 @@ def signature(build: Build, compiler: str, python: str) -> str:
     for part in parts:
         digest.update(f"{len(part)}:".encode() + part.encode())
     return digest.hexdigest()
-
-
-def compiler_signature(digest: str, compiler: str, python: str) -> str:
-    """Hash of all that decides a binary, for a scene that is named before it is derived."""
-    parts = [digest, compiler, python, platform.machine()]
-    parts += [
-        path.read_text("utf-8") for path in sorted(SOURCES.rglob("*")) if path.suffix in KINDS
-    ]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
 def _timed(seconds: dict[str, float], stage: str, run: Callable[[], T]) -> T:

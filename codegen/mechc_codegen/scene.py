@@ -6,18 +6,18 @@ that is what makes a warm start quick.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from sympy import Expr, Symbol, sympify
+from sympy import Expr, sympify
 
-from mechc_codegen.convert import Settings, convert, find_symbol, number, reachable
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.from_sympy import read, readable
 from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.source import Settings
 from mechc_codegen.walk import Walk, walk
-from mechc_codegen.wishes import OPTIONAL, Wishes
+from mechc_codegen.wishes import Wishes
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,16 @@ class Scene:
 
     def described(self) -> tuple[Mechanism, Wishes]:
         """The mechanism and what is wished of it."""
+        from mechc_codegen.convert import convert
+        from mechc_codegen.wishing import wishes_of
+
         mechanism = self._mechanism
         if mechanism is None:
             assert self._source is not None
             mechanism = convert(self._source, self.asked.settings, self._walk)
-        return mechanism, _wishes(mechanism, self.asked, of_object=self._source is not None)
+        return mechanism, wishes_of(
+            mechanism, self.asked.fix, self.asked.outputs, of_object=self._source is not None
+        )
 
 
 def compilable(thing: object) -> bool:
@@ -70,53 +75,6 @@ def _refuse_settings(settings: Settings) -> None:
         raise MechanismError(
             f"{given} is for objects of SymPy's; a Mechanism says it itself, in its description"
         )
-
-
-def _wishes(mechanism: Mechanism, asked: Asked, *, of_object: bool) -> Wishes:
-    symbols = [p.symbol for p in mechanism.parameters]
-    fixed: dict[Symbol, Expr] = {}
-    for key, value in asked.fix.items():
-        symbol = find_symbol(key, symbols, "fix", "parameter")
-        exact = number(value)
-        if exact is None or not exact.is_number:
-            raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
-        fixed[symbol] = exact
-    if asked.outputs is None:
-        chosen = ("energy",) if of_object else OPTIONAL
-        return Wishes(frozenset(chosen), fixed)
-    names, expressions = _outputs(asked.outputs)
-    if of_object and {"momenta", "points"} & set(names):
-        _refuse_unplaced(mechanism)
-    return Wishes(frozenset(names), fixed, expressions)
-
-
-def _refuse_unplaced(mechanism: Mechanism) -> None:
-    linked = {id(point) for point in reachable([mechanism.origin])}
-    for body in mechanism.bodies:
-        if id(body.masscenter) not in linked:
-            raise MechanismError(
-                f"outputs: points and momenta need positions, and that of {body.name} from a "
-                "point at rest in the inertial frame is not known; say where its mass centre is "
-                "with set_pos or locatenew, from a point with set_vel(frame, 0)"
-            )
-    if not mechanism.bodies:
-        raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
-
-
-def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
-    names: list[str] = []
-    expressions: dict[str, Expr] = {}
-    for item in asked:
-        if isinstance(item, Mapping):
-            expressions.update({str(name): sympify(value) for name, value in item.items()})
-        elif item in OPTIONAL:
-            names.append(item)
-        else:
-            raise MechanismError(
-                f"outputs: {item!r} is not one of {', '.join(OPTIONAL)}; an expression of your "
-                "own is asked for as {name: expression}"
-            )
-    return names, expressions
 
 
 def _say_asked(text: Walk, asked: Asked) -> None:

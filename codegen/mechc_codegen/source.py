@@ -5,7 +5,9 @@ Input of the conversion to a mechanism and of the cache key; nothing is derived 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 from sympy import Expr
 from sympy.core.function import AppliedUndef
@@ -47,3 +49,27 @@ class Source:
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
     origin: Point | None = None
+
+
+Key = Any  # a printed name, or the symbol itself
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the user says besides the object; keys are printed names or the symbols themselves.
+
+    Attributes
+    ----------
+    defaults, units
+        Of parameters; units also of coordinates and speeds.
+    inputs
+        Specified functions of time -> expressions of t, q, u and parameters.
+    configuration_constraints
+        Added to those of the object; an empty sequence says that there are none besides.
+    """
+
+    name: str | None = None
+    defaults: Mapping[Key, Any] = field(default_factory=dict)
+    units: Mapping[Key, str] = field(default_factory=dict)
+    inputs: Mapping[Key, Any] = field(default_factory=dict)
+    configuration_constraints: Sequence[Any] | None = None

@@ -48,6 +48,18 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
     return target / SHARED_OBJECT
 
 
+def find(key: str) -> Path | None:
+    """The shared object of an entry that is there and sound.
+
+    Raises
+    ------
+    CacheError
+        If the cache folder cannot be used safely; the message says why.
+    """
+    target = _safe_folder(cache_folder()) / key
+    return target / SHARED_OBJECT if _sound(target) else None
+
+
 def entries() -> list[Path]:
     """Folders of all entries, and of nothing else that may lie beside them."""
     root = cache_folder()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
 import platform
-import sys
-import sysconfig
+import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping
-from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from mechc import cache, toolchain
+from mechc._driver import Scene, capsule_of
 from mechc.errors import MechcError, UnknownNameError
+from mechc.first import FirstScene, Pending
 from mechc.load import load
 from mechc.model import Model
 
@@ -66,8 +65,8 @@ def _scene(
     outputs: Iterable[Any] | None,
     **settings: Any,
 ) -> Any:
-    from mechc_codegen.convert import Settings
     from mechc_codegen.scene import Asked, Scene, compilable
+    from mechc_codegen.source import Settings
 
     if not compilable(thing):
         raise TypeError(
@@ -133,7 +132,7 @@ def _compile_known(
     digest: str, described: Callable[[], tuple[Any, Any]], build: dict[str, Any]
 ) -> Model:
     """What is named without deriving is looked up before anything is derived."""
-    from mechc_codegen.extension import compiler_signature
+    from mechc_codegen.signature import compiler_signature
 
     started = time.perf_counter()
     key = compiler_signature(digest, *_environment())
@@ -147,28 +146,50 @@ def _built(mechanism: Any, wishes: Any) -> Any:
 
 
 def _environment() -> tuple[str, str]:
-    """The compiler and the Python that a binary is made by and for."""
+    """The compiler and the processor that a binary is made by and for."""
+    from mechc import __version__
+
     command = toolchain.compiler()
     told = " ".join([*command, toolchain.version(tuple(command))])
-    return told, f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
+    return told, f"{__version__} {_processor()}"
 
 
 def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: float) -> Model:
+    """From the cache, or compiled: what it takes to begin with at once, the rest behind it."""
     if key in _compiled:
         return _compiled[key]
     seconds: dict[str, float] = {}
-
-    def make(folder: Path) -> None:
-        scene = built()
-        emitted = time.perf_counter()
-        seconds["emit"] = emitted - started
-        _make(scene, folder)
-        seconds["compile"] = time.perf_counter() - emitted
-
-    path = cache.entry(key, make)
-    seconds = seconds or {"load": time.perf_counter() - started}
-    model = Model(_import(path).model, build={**build, "seconds": seconds, "key": key})
+    told = {**build, "seconds": seconds, "key": key}
+    path = cache.find(key)
+    if path is not None:
+        model = Model(capsule_of(str(path)), build=told)
+        seconds["load"] = time.perf_counter() - started
+    else:
+        model = _begun(key, built(), told, started)
     _compiled[key] = model
+    return model
+
+
+def _begun(key: str, scene: Any, told: dict[str, Any], started: float) -> Model:
+    """A model with its first unit compiled, and the whole of it on the way."""
+    seconds = told["seconds"]
+    emitted = time.perf_counter()
+    seconds["emit"] = emitted - started
+    first = _first_unit(scene)
+    seconds["first unit"] = time.perf_counter() - emitted
+
+    def whole() -> Scene:
+        begun = time.perf_counter()
+        path = cache.entry(key, lambda folder: _make(scene, folder))
+        seconds["compile"] = time.perf_counter() - begun
+        finished = Scene(capsule_of(str(path)), None)
+        ready.wait()
+        model._scene = finished
+        return finished
+
+    ready = Event()
+    model = Model(None, build=told, scene=FirstScene(first, Pending(whole)))
+    ready.set()
     return model
 
 
@@ -195,45 +216,41 @@ def _native() -> Any:
 
 def _processor() -> str:
     """What distinguishes processors: a binary made for one may crash on another."""
+    told: dict[str, str] = {}
     info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    told = {line.split(":")[0].strip(): line for line in lines}
+    if info.exists():
+        with info.open() as lines:  # the first of many that are alike
+            for line in iter(lines.readline, ""):
+                if not line.strip():
+                    break
+                told[line.split(":")[0].strip()] = line
     wanted = [told[key] for key in ("model name", "flags", "Features") if key in told]
-    return " ".join([platform.machine(), platform.processor(), *wanted])
+    return " ".join([platform.machine(), *wanted])
+
+
+def _first_unit(scene: Any) -> Scene:
+    """Compile, load and remove the scene's first unit."""
+    from mechc_codegen.extension import FIRST_FLAGS, RUNTIME
+
+    with tempfile.TemporaryDirectory(prefix="mechc-") as folder:
+        work = Path(folder)
+        scene.write(work)
+        target = work / "first.so"
+        flags = [*FIRST_FLAGS, *scene.first_flags]
+        toolchain.compile_shared(work, "scene_first.c", flags, (str(RUNTIME), folder), target)
+        return Scene(capsule_of(str(target)), None)
 
 
 def _make(scene: Any, folder: Path) -> None:
     """Write, compile and link one scene into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension import FLAGS, RUNTIME
+    from mechc_codegen.extension import FLAGS, RUNTIME, SHARED
 
     work = folder / "work"
     scene.write(work)
-    wrapper = _cythonized(work / "scene.pyx")
-    python = sysconfig.get_path("include")
-    sources = [(name, (*FLAGS, *flags)) for name, flags in scene.flags.items()]
-    objects = toolchain.compile_all(
-        work, [*sources, (wrapper, ("-O1", "-w"))], (str(RUNTIME), str(work), python)
-    )
+    sources = [(name, (*FLAGS, *SHARED, *flags)) for name, flags in scene.flags.items()]
+    includes = (str(RUNTIME), str(work))
+    objects = toolchain.compile_all(work, sources, includes, side_by_side=False)
     toolchain.link(objects, folder / cache.SHARED_OBJECT)
     for path in work.iterdir():
         path.unlink()
     work.rmdir()
-
-
-def _cythonized(path: Path) -> str:
-    from Cython.Compiler import Main
-
-    main: Any = Main  # without type hints of its own
-    result = main.compile(str(path), main.CompilationOptions(main.default_options))
-    if result.num_errors:
-        raise MechcError(f"Cython could not translate {path}: this is a bug in mechc")
-    return Path(result.c_file).name
-
-
-def _import(path: Path) -> Any:
-    loader = importlib.machinery.ExtensionFileLoader("scene", str(path))
-    spec = importlib.util.spec_from_loader("scene", loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
-    return module

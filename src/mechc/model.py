@@ -55,10 +55,10 @@ class Model:
         *,
         instruction_set: str | None = None,
         build: Mapping[str, Any] | None = None,
+        scene: Any = None,
     ) -> None:
-        self.capsule = capsule
         self._asked_for = instruction_set
-        self._scene = Scene(capsule, instruction_set)
+        self._scene: Any = Scene(capsule, instruction_set) if scene is None else scene
         self._data: dict[str, Any] = json.loads(self._scene.metadata)
         self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
         self._no_time = np.zeros(1)
@@ -146,6 +146,11 @@ class Model:
     def options(self) -> Mapping[str, Any]:
         """The options this variant of a shipped mechanism was compiled with."""
         return dict(self.build.get("options", {}))
+
+    @property
+    def capsule(self) -> object:
+        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``."""
+        return self._scene.capsule
 
     @property
     def instruction_set(self) -> str:

@@ -40,7 +40,8 @@ READERS = {"from_kane", "from_lagrange", "from_system"}
 CONVERSION = DATA | {"algebra", "kinematics", "loads", "potential", "split", "walk"}
 ALLOWED |= dict.fromkeys((*READERS, "split", "convert"), CONVERSION)
 ALLOWED |= {"from_system": CONVERSION | READERS, "from_sympy": CONVERSION | READERS}
-ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy"}}
+ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy", "wishing"}}
+ALLOWED |= {"wishing": CONVERSION | {"convert"}, "signature": set()}
 TYPESET = DATA | {"derive", "differentiate"}
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 from unittest import mock
 
@@ -27,7 +27,7 @@ TESTS = "sympy.physics.mechanics.tests."
 DIGITS = 40
 
 
-class Enough(Exception):
+class EnoughError(Exception):
     """Stops a test of SymPy's once its model is caught; what it asserts is not our matter."""
 
 
@@ -39,7 +39,7 @@ def catching(found: list[Any], wanted: int | None) -> Iterator[None]:
         if method not in found and len(method.q):
             found.append(method)
         if len(found) == wanted:
-            raise Enough
+            raise EnoughError
         return formed
 
     def kanes_equations(self: Any, *arguments: Any, **named: Any) -> Any:
@@ -59,11 +59,8 @@ def caught(module: str, test: str, wanted: int | None = 1) -> list[Any]:
     """The objects whose equations a test of SymPy's forms, up to the number wanted."""
     found: list[Any] = []
     function: Callable[[], None] = getattr(importlib.import_module(TESTS + module), test)
-    with catching(found, wanted):
-        try:
-            function()
-        except Enough:
-            pass
+    with catching(found, wanted), suppress(EnoughError):
+        function()
     return found
 
 

@@ -11,15 +11,16 @@ from collections.abc import Callable, Sequence
 from sympy import Expr, Symbol, lambdify
 
 Rows = list[list[float]]
+Evaluate = Callable[..., list[float]]
 _RANK = 1e-9  # of the largest pivot
 
 
-def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Callable[..., list[float]]:
+def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
     """A function of numbers for expressions over plain symbols."""
     stand_ins = [Symbol(f"_x{k}") for k in range(len(arguments))]
     replaced = dict(zip(arguments, stand_ins, strict=True))
     plain = [e.xreplace(replaced) for e in elements]
-    evaluate: Callable[..., list[float]] = lambdify(stand_ins, plain, modules="math", cse=True)
+    evaluate: Evaluate = lambdify(stand_ins, plain, modules="math", cse=True)
     return evaluate
 
 
@@ -99,40 +100,44 @@ def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
     return [sum(multiples[i] * rows[i][j] for i in range(size)) for j in range(columns)]
 
 
-def random_point(
-    symbols: Sequence[Expr], constraints: Sequence[Expr], seed: int
-) -> dict[Expr, float] | None:
-    """Values of all symbols at which the constraints vanish, parameters chosen along with them.
+def random_point(gap: Evaluate | None, size: int, seed: int) -> list[float] | None:
+    """Values of ``size`` arguments at which the gap vanishes: parameters too are chosen for it.
 
     None if none was found: the constraints may contradict each other.
     """
     generator = random.Random(seed)
-    used = [s for s in symbols if any(c.has(s) for c in constraints)]
-    gap = evaluator(list(symbols), list(constraints))
-    gradient = evaluator(list(symbols), [c.diff(s) for c in constraints for s in used])
     for _ in range(12):
-        x = {s: generator.uniform(0.4, 1.7) for s in symbols}
-        if not constraints or _newton(x, used, gap, gradient, len(constraints)):
+        x = [generator.uniform(0.4, 1.7) for _ in range(size)]
+        if gap is None or _newton(x, gap):
             return x
     return None
 
 
-def _newton(
-    x: dict[Expr, float],
-    used: Sequence[Expr],
-    gap: Callable[..., list[float]],
-    gradient: Callable[..., list[float]],
-    count: int,
-) -> bool:
+def _newton(x: list[float], gap: Evaluate) -> bool:
+    """Change x until the gap vanishes; whether that was reached."""
     try:
-        for _ in range(40):
-            values = [float(v) for v in gap(*x.values())]
+        for _ in range(60):
+            values = gap(*x)
             if max(map(abs, values)) < 1e-13:
                 return True
-            flat = [float(v) for v in gradient(*x.values())]
-            rows = [flat[i * len(used) : (i + 1) * len(used)] for i in range(count)]
-            for symbol, change in zip(used, solve_least(rows, values), strict=True):
-                x[symbol] -= change
-        return max(map(abs, values)) < 1e-9
+            units = ([float(k == i) for k in range(len(x))] for i in range(len(x)))
+            columns = [slope(gap, x, unit, 1e-6) for unit in units]
+            rows = [list(row) for row in zip(*columns, strict=True)]
+            step = solve_least(rows, values)
+            x[:] = [a - b for a, b in zip(x, step, strict=True)]
+        return max(map(abs, gap(*x))) < 1e-10
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return False
+
+
+def slope(
+    function: Evaluate, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
+) -> list[float]:
+    """Derivative along a direction by differences of fourth order; 1e-12 at the usual step."""
+
+    def at(times: float) -> list[float]:
+        return function(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
+
+    inner = [a - b for a, b in zip(at(1.0), at(-1.0), strict=True)]
+    outer = [a - b for a, b in zip(at(2.0), at(-2.0), strict=True)]
+    return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]

@@ -112,17 +112,15 @@ def _finite(bound: float) -> float | None:
 
 
 def _operation_counts(lowered: Program, program: Program) -> dict[str, Any]:
+    outputs = {
+        output.name: [_cost(lowered, [output]), _cost(program, [program.output(output.name)])]
+        for output in lowered.outputs
+    }
     return {
-        "before": _cost(lowered, lowered.outputs),
+        "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
         "after": _cost(program, program.outputs),
         "once_per_run": operations(program.hoisted),
-        "outputs": {
-            output.name: [
-                _cost(lowered, [output]),
-                _cost(program, [program.output(output.name)]),
-            ]
-            for output in lowered.outputs
-        },
+        "outputs": outputs,
     }
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from sympy import Derivative, Expr, S, Symbol
+from sympy import Derivative, Expr, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -20,10 +20,11 @@ from mechc_codegen.algebra import (
     random_point,
     rank,
     scaled,
+    slope,
 )
 from mechc_codegen.errors import MechanismError
 
-_SEEDS = (1, 2, 3)
+_SEEDS = (1, 2)
 _STEP, _FLAT, _NOTHING = 1e-5, 1e-6, 1e-9
 
 
@@ -65,24 +66,49 @@ class Rates:
         """Everything that plain expressions may hold, speeds excepted."""
         return [*(s for s in self._plain.values() if s not in self.u), *self._parameters]
 
-    def rates_of(self, configuration: Sequence[Expr]) -> list[Expr]:
-        """What of the rates of configuration constraints is due to the coordinates'."""
-        pairs = list(zip(self.q, self.kinematics, strict=True))
-        return [sum((e.diff(q) * r for q, r in pairs), S.Zero) for e in configuration]
-
 
 class SpeedRows:
     """Numerical rows over the speeds of expressions that are linear in them."""
 
     def __init__(self, rates: Rates, expressions: Sequence[Expr]) -> None:
         self.width = len(rates.u)
-        self.count = len(expressions)
-        entries = [e.diff(u) for e in expressions for u in rates.u]
-        self._evaluate = evaluator(rates.symbols, entries)
+        self._evaluate = evaluator([*rates.symbols, *rates.u], list(expressions))
+
+    def still(self, point: Sequence[float]) -> list[float]:
+        """What of the expressions is free of the speeds."""
+        return self._evaluate(*point, *[0.0] * self.width)
 
     def at(self, point: Sequence[float]) -> Rows:
-        flat = [float(x) for x in self._evaluate(*point)]
-        return [flat[i * self.width : (i + 1) * self.width] for i in range(self.count)]
+        still = self.still(point)
+        columns = []
+        for k in range(self.width):
+            moving = self._evaluate(*point, *(float(k == i) for i in range(self.width)))
+            columns.append([a - b for a, b in zip(moving, still, strict=True)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+
+class RateRows:
+    """Numerical rows over the speeds of the rates of configuration constraints."""
+
+    def __init__(self, rates: Rates, configuration: Sequence[Expr]) -> None:
+        self._places = [rates.symbols.index(q) for q in rates.q]
+        self._size = len(rates.symbols)
+        self._gap = evaluator(rates.symbols, list(configuration))
+        self._kinematics = SpeedRows(rates, rates.kinematics)
+
+    def points(self) -> list[list[float]]:
+        """Random states in which the constraints hold."""
+        found = (random_point(self._gap, self._size, seed) for seed in _SEEDS)
+        return [point for point in found if point is not None]
+
+    def at(self, point: Sequence[float]) -> Rows:
+        columns = []
+        for motion in zip(*self._kinematics.at(point), strict=True):
+            direction = [0.0] * len(point)
+            for place, rate in zip(self._places, motion, strict=True):
+                direction[place] = rate
+            columns.append(slope(self._gap, point, direction))
+        return [list(row) for row in zip(*columns, strict=True)]
 
 
 def idle(configuration: Sequence[Expr], rates: Rates) -> list[int]:
@@ -90,8 +116,8 @@ def idle(configuration: Sequence[Expr], rates: Rates) -> list[int]:
     if not configuration:
         return []
     plain = [rates.plain(e) for e in configuration]
-    rows = SpeedRows(rates, rates.rates_of(plain))
-    found = [rows.at(point) for point in _points(plain, rates)]
+    rows = RateRows(rates, plain)
+    found = [rows.at(point) for point in rows.points()]
     return [i for i in range(len(plain)) if found and all(_vanishes(rows_[i]) for rows_ in found)]
 
 
@@ -112,9 +138,9 @@ def alone(configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates) -
         return tuple(motion)
     plain = [rates.plain(e) for e in configuration]
     given = [rates.plain(e) for e in motion]
-    theirs, others = SpeedRows(rates, rates.rates_of(plain)), SpeedRows(rates, given)
+    theirs, others = RateRows(rates, plain), SpeedRows(rates, given)
     kept: list[int] | None = None
-    for point in _points(plain, rates):
+    for point in theirs.points():
         span = [row for row in theirs.at(point) if not _vanishes(row)]
         rows = others.at(point)
         if rank([*span, *rows]) > rank(rows):
@@ -142,11 +168,6 @@ def _beyond(rows: Rows, others: Rows) -> list[int]:
             kept.append(i)
             known += 1
     return kept
-
-
-def _points(configuration: Sequence[Expr], rates: Rates) -> list[list[float]]:
-    found = [random_point(rates.symbols, configuration, seed) for seed in _SEEDS]
-    return [list(point.values()) for point in found if point is not None]
 
 
 def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
@@ -185,14 +206,10 @@ class _Forms:
         self.rates, self.size = rates, len(rates.q)
         self.rows = SpeedRows(rates, motion)
         self.kinematics = SpeedRows(rates, rates.kinematics)
-        still = dict.fromkeys(rates.u, S.Zero)
-        self.bias = evaluator(rates.symbols, [e.xreplace(still) for e in motion])
 
     def start(self) -> list[float]:
         """A random state."""
-        point = random_point(self.rates.symbols, (), _SEEDS[0])
-        assert point is not None  # there is nothing to solve
-        return list(point.values())
+        return random_point(None, len(self.rates.symbols), _SEEDS[0]) or []
 
     def at(self, values: Sequence[float]) -> Rows | None:
         """A = J N^-1; None where N has no inverse."""
@@ -207,7 +224,7 @@ class _Forms:
 
     def undriven(self, values: Sequence[float]) -> list[int]:
         """The rows that are homogeneous in the speeds."""
-        return [i for i, b in enumerate(self.bias(*values)) if abs(b) < _NOTHING]
+        return [i for i, b in enumerate(self.rows.still(values)) if abs(b) < _NOTHING]
 
     def slopes(self, values: Sequence[float]) -> list[list[list[float]]]:
         """slopes[k][i][j] = d A_ij / d q_k."""

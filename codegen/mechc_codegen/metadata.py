@@ -47,7 +47,7 @@ def scene_metadata(
         "start": dict(mechanism.start),
         "shapes": {o.name: list(o.shape) for o in program.outputs},
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
-        "fixed": {printed_name(symbol): str(value) for symbol, value in wishes.fixed.items()},
+        "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
         "operations": _operation_counts(lowered, program),
     }

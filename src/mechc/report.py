@@ -29,6 +29,9 @@ def model_report(model: Model) -> str:
         "",
         f"once a run, of parameters alone: {counts['once_per_run']}",
     ]
+    if model._data["fixed"]:
+        fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
+        lines.append(f"fixed: {', '.join(fixed)}")
     if model._data["skipped"]:
         lines.append(f"not in this scene: {', '.join(model._data['skipped'])}")
     seconds = model.build.get("seconds", {})

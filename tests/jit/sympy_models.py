@@ -14,7 +14,7 @@ from unittest import mock
 
 import mpmath
 import numpy as np
-from sympy import Expr, Matrix, lambdify
+from sympy import Expr, Matrix, Symbol, lambdify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -74,6 +74,38 @@ def states_and_inputs(method: Any) -> tuple[list[Expr], list[Expr], list[Applied
     return q, u, sorted(specified, key=str)
 
 
+def random_state(model: Any, reference: Reference, rng: Any) -> tuple[float, Any, dict[str, float]]:
+    """(t, y, values): on the constraints to rounding; loops that cannot close are tried anew."""
+    names = {*model.parameters, *map(str, reference.parameters)}
+    for _ in range(50):
+        values = {name: rng.uniform(0.5, 2.0) for name in sorted(names)}
+        mine = {p: values[p] for p in model.parameters}
+        t, y = rng.uniform(0.0, 2.0), rng.uniform(-1.2, 1.2, len(model.coordinates + model.speeds))
+        if _onto_constraints(model, y, mine, t):
+            return t, y, values
+    raise AssertionError("no state on the constraints was found")
+
+
+def _onto_constraints(model: Any, y: Any, values: dict[str, float], t: float) -> bool:
+    """Gauss-Newton for the coordinates, then the speeds, in place."""
+    size = len(model.coordinates)
+    gap = model.constraints(y, values, t)
+    for _ in range(60 if len(gap) else 0):
+        unit = 1e-7 * np.eye(len(y))[:size]
+        ahead, behind = (
+            model.constraints(y + unit, values, t),
+            model.constraints(y - unit, values, t),
+        )
+        y[:size] -= np.linalg.lstsq(((ahead - behind) / 2e-7).T, gap, rcond=1e-8)[0]
+        gap = model.constraints(y, values, t)
+    jacobian = model.constraint_jacobian(y, values, t)
+    if len(jacobian):
+        for _ in range(3):
+            residual = model.velocity_constraints(y, values, t)
+            y[size:] -= np.linalg.lstsq(jacobian, residual, rcond=1e-10)[0]
+    return bool(np.abs(gap).max(initial=0.0) < 1e-14)
+
+
 class Reference:
     """q', u' and constraint forces by SymPy's own matrices, at 40 digits."""
 
@@ -91,8 +123,6 @@ class Reference:
         self._evaluate = lambdify(arguments, [self.full, self.forcing], "mpmath", cse=True)
 
     def _stand_ins(self, q: list[Expr], u: list[Expr]) -> list[Expr]:
-        from sympy import Symbol
-
         return [Symbol(f"_y{k}") for k in range(len(q) + len(u))]
 
     def _plain(self, matrix: Any, zero: Any, q: list[Expr], u: list[Expr]) -> Matrix:
@@ -101,6 +131,25 @@ class Reference:
         coordinates = dict(zip(q, stand_ins, strict=False))
         matrix = Matrix(matrix).xreplace(zero).xreplace(self.inputs).doit()
         return matrix.xreplace(speeds).xreplace(coordinates)
+
+    def constraint_forces(self, t: float, y: Any, values: dict[str, float], rates: Any) -> Any:
+        """F - M u' of the open tree: every speed independent, as KanesMethod itself has it."""
+        method = self.method
+        q, u, _ = states_and_inputs(method)
+        implicit = method._k_kqdot_implicit * method.q.diff(dynamicsymbols._t)
+        implicit += method._k_ku_implicit * method.u + method._f_k_implicit
+        tree = KanesMethod(method._inertial, q, u, list(implicit), u_auxiliary=list(method._uaux))
+        tree.kanes_equations(method.bodies, method.loads)
+        zero = {x: 0 for a in method._uaux for x in (a.diff(), a)}
+        terms = [self._plain(m, zero, q, u) for m in (tree.mass_matrix, tree.forcing)]
+        names = sorted(set().union(*(m.free_symbols for m in terms)) - {*self.stand_ins}, key=str)
+        names = [n for n in names if n != dynamicsymbols._t]
+        evaluate = lambdify([dynamicsymbols._t, *self.stand_ins, *names], terms, "mpmath", cse=True)
+        numbers = [mpmath.mpf(x) for x in (t, *y, *(values[str(s)] for s in names))]
+        with mpmath.workdps(DIGITS):
+            mass, forcing = evaluate(*numbers)
+            accelerations = mpmath.matrix([mpmath.mpf(x) for x in rates[len(q) :]])
+            return np.array([float(x) for x in forcing - mass * accelerations])
 
     def rates(self, t: float, y: Any, values: dict[str, float]) -> tuple[Any, Any]:
         """(q', u'), and what else the full system solves for: minus the multipliers."""

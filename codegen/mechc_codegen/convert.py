@@ -14,6 +14,7 @@ from sympy import Expr, Float, Integer, S, Symbol, cos, sin, sympify, tan
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 
+from mechc_codegen.accelerations import refuse_other_accelerations
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.kinematics import coordinate_rates
 from mechc_codegen.mechanism import (
@@ -42,6 +43,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     rates = Rates((source.q, source.u), kinematics, parameters, inputs)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
     bodies = tuple(b for b in source.bodies if not _fixed(b, source.frame))
+    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin)
     units = _Units(source, kinematics, _resolved(settings.units, "units", source, parameters))
@@ -113,6 +115,16 @@ def _constraints(
     skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in kept_by_itself)
     configuration = tuple(e for i, e in enumerate(configuration) if i not in kept_by_itself)
     return configuration, motion, skipped
+
+
+def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Every constraint on the speeds, the rates of configuration constraints among them."""
+    time = dynamicsymbols._t
+    replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
+    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
+    if source.mixed:
+        return tuple(e.xreplace(replaced) for e in source.motion)
+    return (*(e.diff(time).xreplace(replaced) for e in source.configuration), *motion)
 
 
 def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:

@@ -49,7 +49,10 @@ class Rates:
             self._plain[x] = Symbol(f"_s{k}")
         self.q = [self._plain[x] for x in q]
         self.u = [self._plain[x] for x in u]
+        self.time = self._plain[dynamicsymbols._t]
+        self.original = tuple(kinematics)
         self._parameters = list(parameters)
+        self.known = 1 + len(q) + len(self._parameters)
         self.kinematics = [self.plain(rate) for rate in kinematics]
 
     def plain(self, expression: Expr) -> Expr:
@@ -93,7 +96,8 @@ class RateRows:
     def __init__(self, rates: Rates, configuration: Sequence[Expr]) -> None:
         self._places = [rates.symbols.index(q) for q in rates.q]
         self._size = len(rates.symbols)
-        self._gap = evaluator(rates.symbols, list(configuration))
+        gap = evaluator(rates.symbols, list(configuration))
+        self._gap = gap if configuration else None
         self._kinematics = SpeedRows(rates, rates.kinematics)
 
     def points(self) -> list[list[float]]:
@@ -107,7 +111,7 @@ class RateRows:
             direction = [0.0] * len(point)
             for place, rate in zip(self._places, motion, strict=True):
                 direction[place] = rate
-            columns.append(slope(self._gap, point, direction))
+            columns.append(slope(self._gap, point, direction) if self._gap else [])
         return [list(row) for row in zip(*columns, strict=True)]
 
 

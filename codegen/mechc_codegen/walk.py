@@ -112,10 +112,15 @@ class Walk:
         return f"p{number}"
 
     def motion(self, place: Point | ReferenceFrame) -> str:
-        """Velocity of a point, angular velocity of a frame, as SymPy has it."""
+        """Velocity of a point or frame as SymPy has it, and an acceleration set by hand."""
         if isinstance(place, ReferenceFrame):
-            return f"{self.frame(place)} {self.vector(place.ang_vel_in(self.inertial))}"
-        return f"{self.point(place)} {self.vector(place.vel(self.inertial))}"
+            number, velocity = self.frame(place), place.ang_vel_in(self.inertial)
+            given = place._ang_acc_dict.get(self.inertial)
+        else:
+            number, velocity = self.point(place), place.vel(self.inertial)
+            given = place._acc_dict.get(self.inertial)
+        told = [] if given is None else [self.vector(given)]
+        return " ".join([number, self.vector(velocity), *told])
 
     def body(self, body: RigidBody | Particle) -> None:
         parts = [repr(body.name), self.expression(body.mass)]

@@ -245,6 +245,32 @@ def test_outputs_that_do_not_exist_or_cannot_be_known_are_refused() -> None:
         described(adrift, outputs=("points",))
 
 
+def test_an_acceleration_set_by_hand_must_be_the_velocitys_own() -> None:
+    """KanesMethod would take it as it is set, right or wrong."""
+    right, wrong = slider(), slider()
+    for kane, factor in ((right, 1), (wrong, 2)):
+        frame = kane._inertial
+        kane.bodies[0].point.set_acc(frame, factor * v.diff(t) * frame.x + w.diff(t) * frame.y)
+    mechanism(right)
+    with pytest.raises(MechanismError, match="acceleration that was set for P is not the"):
+        mechanism(wrong)
+
+
+def test_an_acceleration_may_use_the_constraints() -> None:
+    """On x^2 + y^2 = 1 the radial acceleration is known without the accelerations."""
+    kane = slider(
+        q_ind=[x], q_dependent=[y], u_ind=[v], u_dependent=[w],
+        configuration_constraints=[x**2 + y**2 - 1], velocity_constraints=[x * v + y * w],
+    )  # fmt: skip
+    point, frame = kane.bodies[0].point, kane._inertial
+    along = (x * w.diff(t) - y * v.diff(t)) * (x * frame.y - y * frame.x)
+    point.set_acc(frame, along - (v**2 + w**2) * (x * frame.x + y * frame.y))
+    mechanism(kane)
+    point.set_acc(frame, along)
+    with pytest.raises(MechanismError, match="acceleration that was set for P is not the"):
+        mechanism(kane)
+
+
 # -- potential energy -----------------------------------------------------------------------------
 
 

@@ -37,8 +37,16 @@ ALLOWED = {
     "mechanisms": BASE | {"mechanism", "mechanisms", "expression"},
 }
 READERS = {"from_kane", "from_lagrange", "from_system"}
-CONVERSION = DATA | {"algebra", "kinematics", "loads", "potential", "split", "walk"}
-ALLOWED |= dict.fromkeys((*READERS, "split", "convert"), CONVERSION)
+CONVERSION = DATA | {
+    "accelerations",
+    "algebra",
+    "kinematics",
+    "loads",
+    "potential",
+    "split",
+    "walk",
+}
+ALLOWED |= dict.fromkeys((*READERS, "split", "convert", "accelerations"), CONVERSION)
 ALLOWED |= {"from_system": CONVERSION | READERS, "from_sympy": CONVERSION | READERS}
 ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy", "wishing"}}
 ALLOWED |= {"wishing": CONVERSION | {"convert"}, "signature": set()}

@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from sympy import Abs
+
 from mechc_codegen.equations import Output
 from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.program import Program, operations, slice_statements, symbols_of
@@ -49,6 +51,7 @@ def scene_metadata(
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
+        "smooth": not any(statement.value.has(Abs) for statement in program.body),
         "operations": _operation_counts(lowered, program),
     }
 

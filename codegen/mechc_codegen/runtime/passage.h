@@ -13,6 +13,9 @@
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
 #define MECHC_TOO_NEAR 3e-4
 
+/* Past a gap that is almost rounding, a state nearer than this is rounding too. */
+#define MECHC_LOST 1e-5
+
 /* The conditioning met within one step. */
 typedef struct {
     double first, least, most;
@@ -301,7 +304,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
         mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
-        if (between || turned) out->action = MECHC_CANNOT_TELL;
+        if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
         break;
     case MECHC_NEAR_MISS:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);

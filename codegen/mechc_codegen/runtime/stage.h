@@ -136,14 +136,14 @@ MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
 #endif
 
 #if MECHC_NH > 0
-/* The same, but a gap that is rounding is left: its last digit, chased from one iteration to the
- * next, would be magnified into noise. */
-MECHC_INLINE void FN(correct_what_shows)(real t, real *q, const real *p, const real *k,
-                                         const FN(place) *place)
+/* The same, but a gap within so many units of rounding is left: its last digit, chased from one
+ * iteration to the next, would be magnified into noise. */
+MECHC_INLINE void FN(correct_beyond)(real t, real *q, const real *p, const real *k,
+                                     const FN(place) *place, double units)
 {
     real values[MECHC_NC], step[MECHC_NU], rounding;
     const real gap = FN(gap_and_rounding)(place, q, &rounding);
-    const rmask shows = ~R_MASK(gap <= rounding);
+    const rmask shows = ~R_MASK(gap <= units * rounding);
     FN(gap_values)(place, values);
     for (int i = 0; i < MECHC_NH; i++) values[i] = R_SELECT(shows, values[i], R(0.0));
     FN(least_step_at)(place, values, step);

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sympy import Expr, Symbol, sympify
+from sympy import Derivative, Expr, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
 
 from mechc_codegen.convert import find_symbol, number, reachable
 from mechc_codegen.errors import MechanismError
@@ -45,7 +47,23 @@ def wishes_of(
     names, expressions = _outputs(outputs)
     if of_object and {"momenta", "points"} & set(names):
         _refuse_unplaced(mechanism)
+    for name, expression in expressions.items():
+        _refuse_unknown(name, expression, mechanism)
     return Wishes(frozenset(names), fixed, expressions)
+
+
+def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
+    """An output of the user's own holds what the mechanism knows; rates of speeds it does not."""
+    time = dynamicsymbols._t
+    known = {time, *mechanism.q, *mechanism.u, *mechanism.inputs}
+    known |= {p.symbol for p in mechanism.parameters}
+    plain = expression.xreplace(mechanism.rates)
+    held = plain.atoms(Derivative) or (plain.free_symbols | plain.atoms(AppliedUndef)) - known
+    if held:
+        raise MechanismError(
+            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates, "
+            "their rates, speeds, inputs and parameters of the mechanism"
+        )
 
 
 def _refuse_unplaced(mechanism: Mechanism) -> None:

@@ -239,6 +239,9 @@ def test_outputs_that_do_not_exist_or_cannot_be_known_are_refused() -> None:
         described(slider(), outputs=("enery",))
     with pytest.raises(MechanismError, match="fix: there is no parameter 'g'"):
         described(slider(), fix={"g": 0})
+    for strange in (Symbol("a"), Function("f")(t), v.diff(t)):
+        with pytest.raises(MechanismError, match="outputs: 'own' holds"):
+            described(slider(), outputs=({"own": x + strange},))
     adrift = slider()
     adrift.bodies[0].point._pos_dict.clear()
     with pytest.raises(MechanismError, match="need positions, and that of B"):

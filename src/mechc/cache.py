@@ -21,6 +21,7 @@ from pathlib import Path
 from mechc.errors import CacheError
 
 SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
+_FIRST = ".first"
 _KEY = re.compile(r"[0-9a-f]{64}")
 
 
@@ -67,12 +68,19 @@ def entries() -> list[Path]:
     return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
 
 
+def first_key(key: str) -> str:
+    """The key beside an entry under which its first unit lies."""
+    return f"{key}{_FIRST}"
+
+
 def clear() -> int:
-    """Remove every entry; how many there were."""
+    """Remove every entry, and first units of entries; how many entries there were."""
     found = entries()
-    if found:
-        _refuse_foreign(cache_folder())
-    for folder in found:
+    root = cache_folder()
+    firsts = [p for p in root.glob(f"*{_FIRST}") if _KEY.fullmatch(p.stem) and p.is_dir()]
+    if found or firsts:
+        _refuse_foreign(root)
+    for folder in (*found, *firsts):
         lock = folder.with_name(f"{folder.name}.lock")
         with _locked(lock):
             shutil.rmtree(folder, ignore_errors=True)

@@ -22,15 +22,18 @@ FIRST = frozenset(
 class Pending:
     """Something that is made in the background; whoever asks for it waits.
 
-    In a process that was forked meanwhile, where the thread is missing, it is made anew.
+    Not begun at once, it is made when it is asked for.  In a process that was forked meanwhile,
+    where the thread is missing, it is made anew.
     """
 
-    def __init__(self, make: Callable[[], Any]) -> None:
+    def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
         self._make, self._process = make, os.getpid()
         self._made: Any = None
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="mechc compiler", daemon=True)
-        self._thread.start()
+        self._begun = at_once
+        if at_once:
+            self._thread.start()
 
     def _run(self) -> None:
         try:
@@ -40,7 +43,7 @@ class Pending:
 
     def result(self) -> Any:
         """What was made; an error of the making is raised here."""
-        if self._process == os.getpid():
+        if self._begun and self._process == os.getpid():
             self._thread.join()
         elif self._made is None:
             self._run()

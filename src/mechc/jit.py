@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import platform
-import tempfile
+import shutil
 import time
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -165,21 +166,30 @@ def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: f
         model = Model(capsule_of(str(path)), build=told)
         seconds["load"] = time.perf_counter() - started
     else:
-        model = _begun(key, built(), told, started)
+        model = _begun(key, lru_cache(built), told, started)
     _compiled[key] = model
     return model
 
 
-def _begun(key: str, scene: Any, told: dict[str, Any], started: float) -> Model:
-    """A model with its first unit compiled, and the whole of it on the way."""
-    seconds = told["seconds"]
-    emitted = time.perf_counter()
-    seconds["emit"] = emitted - started
-    first = _first_unit(scene)
-    seconds["first unit"] = time.perf_counter() - emitted
+def _begun(key: str, built: Callable[[], Any], told: dict[str, Any], started: float) -> Model:
+    """A model with its first unit, and the whole of it on the way.
+
+    The first unit is kept too: a program that never integrates never waits for the whole.
+    """
+    seconds, beside = told["seconds"], cache.first_key(key)
+    kept = cache.find(beside)
+    if kept is None:
+        scene = built()
+        emitted = time.perf_counter()
+        seconds["emit"] = emitted - started
+        path = cache.entry(beside, lambda folder: _make_first(scene, folder))
+        seconds["first unit"] = time.perf_counter() - emitted
+    else:
+        path = kept
+        seconds["load"] = time.perf_counter() - started
 
     def whole() -> Scene:
-        begun = time.perf_counter()
+        scene, begun = built(), time.perf_counter()
         path = cache.entry(key, lambda folder: _make(scene, folder))
         seconds["compile"] = time.perf_counter() - begun
         finished = Scene(capsule_of(str(path)), None)
@@ -188,7 +198,8 @@ def _begun(key: str, scene: Any, told: dict[str, Any], started: float) -> Model:
         return finished
 
     ready = Event()
-    model = Model(None, build=told, scene=FirstScene(first, Pending(whole)))
+    behind = Pending(whole, at_once=kept is None)
+    model = Model(None, build=told, scene=FirstScene(Scene(capsule_of(str(path)), None), behind))
     ready.set()
     return model
 
@@ -228,17 +239,16 @@ def _processor() -> str:
     return " ".join([platform.machine(), *wanted])
 
 
-def _first_unit(scene: Any) -> Scene:
-    """Compile, load and remove the scene's first unit."""
+def _make_first(scene: Any, folder: Path) -> None:
+    """Compile the scene's first unit into ``folder``; only the shared object stays."""
     from mechc_codegen.extension import FIRST_FLAGS, RUNTIME
 
-    with tempfile.TemporaryDirectory(prefix="mechc-") as folder:
-        work = Path(folder)
-        scene.write(work)
-        target = work / "first.so"
-        flags = [*FIRST_FLAGS, *scene.first_flags]
-        toolchain.compile_shared(work, "scene_first.c", flags, (str(RUNTIME), folder), target)
-        return Scene(capsule_of(str(target)), None)
+    work = folder / "work"
+    scene.write(work)
+    flags, includes = [*FIRST_FLAGS, *scene.first_flags], (str(RUNTIME), str(work))
+    target = folder / cache.SHARED_OBJECT
+    toolchain.compile_shared(work, "scene_first.c", flags, includes, target)
+    shutil.rmtree(work)
 
 
 def _make(scene: Any, folder: Path) -> None:
@@ -251,6 +261,4 @@ def _make(scene: Any, folder: Path) -> None:
     includes = (str(RUNTIME), str(work))
     objects = toolchain.compile_all(work, sources, includes, side_by_side=False)
     toolchain.link(objects, folder / cache.SHARED_OBJECT)
-    for path in work.iterdir():
-        path.unlink()
-    work.rmdir()
+    shutil.rmtree(work)

@@ -176,6 +176,14 @@ def test_clearing_removes_entries_and_nothing_else(root):
     assert cache.entry(KEY, Maker(b"again")).read_bytes() == b"again"
 
 
+def test_clearing_takes_first_units_along(root):
+    cache.entry(KEY, Maker())
+    cache.entry(cache.first_key(KEY), Maker())
+    assert cache.entries() == [root / KEY]
+    assert cache.clear() == 1
+    assert list(root.iterdir()) == []
+
+
 def test_clearing_a_cache_that_never_was_makes_none(root):
     assert cache.clear() == 0
     assert not root.exists()

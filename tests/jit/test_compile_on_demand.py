@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +70,21 @@ def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     assert model.simulate(1.0, [0.3, 0.1]).status.ok
     assert len(cache.entries()) == 1
     np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
+
+
+def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
+    """The first unit is kept; the whole is made when something needs it."""
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *_: time.sleep(60))
+    first = mechc.compile(pendulum(4.25))
+    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(jit, "_make_first", lambda *_: pytest.fail("compiled again"))
+    again = mechc.compile(pendulum(4.25))
+    np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
+    assert set(again.build["seconds"]) == {"load"}
+    monkeypatch.setattr(jit, "_make", make)
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "elsewhere"))
+    assert again.simulate(1.0, [0.3, 0.1]).status.ok
 
 
 def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, monkeypatch):

@@ -23,7 +23,7 @@ t = dynamicsymbols._t
 class NeverBehind:
     """In place of the thread that compiles the integrators, which few of these tests need."""
 
-    def __init__(self, make):
+    def __init__(self, make, at_once):
         self.result = make
 
 

@@ -5,9 +5,10 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
-from cpython.pycapsule cimport PyCapsule_GetPointer
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.math cimport INFINITY
 from libc.string cimport memcpy, memset
+from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlerror, dlopen, dlsym
 
 
 cdef extern from "model.h":
@@ -85,6 +86,21 @@ cdef extern from "model.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
 
 
+def capsule_of(path):
+    """The model in a shared object of its own, as a capsule; it stays loaded with the process.
+
+    Raises ImportError if it cannot be loaded or holds no model.
+    """
+    cdef bytes name = path.encode()
+    cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
+    cdef void *model = NULL
+    if library != NULL:
+        model = dlsym(library, b"mechc_scene")
+    if model == NULL:
+        raise ImportError(f"{path} cannot be loaded: {dlerror().decode(errors='replace')}")
+    return PyCapsule_New(model, MECHC_CAPSULE, NULL)
+
+
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
@@ -132,6 +148,11 @@ cdef class Scene:
     @property
     def instruction_set(self):
         return self.unit.instruction_set.decode()
+
+    @property
+    def integrates(self):
+        """Whether integrators are compiled in; a first unit has rates and outputs alone."""
+        return self.unit.start != NULL
 
     @property
     def lanes(self):

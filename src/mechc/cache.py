@@ -23,6 +23,7 @@ from pathlib import Path
 from mechc.errors import CacheError
 
 SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
+_FIRST = ".first"
 _KEY = re.compile(r"[0-9a-f]{64}")
 
 
@@ -59,27 +60,15 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
 
 
 def find(key: str) -> Path | None:
-    """The shared object of an entry that is there and sound."""
+    """The shared object of an entry that is there and sound.
+
+    Raises
+    ------
+    CacheError
+        If the cache folder cannot be used safely; the message says why.
+    """
     target = _safe_folder(cache_folder()) / key
-    return target / SHARED_OBJECT if target.is_dir() and _sound(target) else None
-
-
-def write_note(name: str, key: str) -> None:
-    """Remember under the hash ``name`` which entry it leads to."""
-    root = _safe_folder(cache_folder())
-    with tempfile.NamedTemporaryFile("w", dir=root, delete=False) as file:
-        file.write(key)
-    Path(file.name).replace(root / f"{name}.note")
-
-
-def read_note(name: str) -> str | None:
-    """The entry that a hash leads to, if that is known."""
-    path = _safe_folder(cache_folder()) / f"{name}.note"
-    try:
-        text = path.read_text("ascii")
-    except (OSError, UnicodeDecodeError):
-        return None
-    return text if _KEY.fullmatch(text) else None
+    return target / SHARED_OBJECT if _sound(target) else None
 
 
 def entries() -> list[Path]:
@@ -89,15 +78,19 @@ def entries() -> list[Path]:
     return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
 
 
+def first_key(key: str) -> str:
+    """The key beside an entry under which its first unit lies."""
+    return f"{key}{_FIRST}"
+
+
 def clear() -> int:
-    """Remove every entry; how many there were."""
+    """Remove every entry, and first units of entries; how many entries there were."""
     found = entries()
-    if found:
-        _refuse_foreign(cache_folder())
-        for note in cache_folder().glob("*.note"):
-            if _KEY.fullmatch(note.stem):
-                note.unlink()
-    for folder in found:
+    root = cache_folder()
+    firsts = [p for p in root.glob(f"*{_FIRST}") if _KEY.fullmatch(p.stem) and p.is_dir()]
+    if found or firsts:
+        _refuse_foreign(root)
+    for folder in (*found, *firsts):
         lock = folder.with_name(f"{folder.name}.lock")
         with _locked(lock):
             shutil.rmtree(folder, ignore_errors=True)

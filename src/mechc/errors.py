@@ -27,8 +27,16 @@ class UnknownNameError(MechcError, KeyError):
         return _unpickled, (type(self), self.message)
 
 
+class UnavailableOutputError(MechcError):
+    """An output that was not asked for, or that the mechanism's description cannot give."""
+
+
 class ValueOutOfBoundsError(MechcError, ValueError):
     """A parameter or option outside its bounds, or not a finite number."""
+
+
+class MissingParameterError(MechcError, ValueError):
+    """A parameter without a default was not given."""
 
 
 class AssemblyError(MechcError, ValueError):

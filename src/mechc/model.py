@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
 from mechc._driver import Scene
-from mechc.errors import UnknownNameError
+from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
@@ -56,10 +56,10 @@ class Model:
         *,
         instruction_set: str | None = None,
         build: Mapping[str, Any] | None = None,
+        scene: Any = None,
     ) -> None:
-        self.capsule = capsule
         self._asked_for = instruction_set
-        self._scene = Scene(capsule, instruction_set)
+        self._scene: Any = Scene(capsule, instruction_set) if scene is None else scene
         self._data: dict[str, Any] = json.loads(self._scene.metadata)
         self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
         self._no_time = np.zeros(1)
@@ -89,8 +89,9 @@ class Model:
 
     @property
     def defaults(self) -> Mapping[str, float]:
-        """Default value of every parameter, SI units."""
-        return dict(zip(self.parameters, self._parameters.defaults.tolist(), strict=True))
+        """Default value of every parameter that has one, SI units."""
+        values = zip(self.parameters, self._parameters.defaults.tolist(), strict=True)
+        return {name: value for name, value in values if value == value}
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -146,6 +147,11 @@ class Model:
     def options(self) -> Mapping[str, Any]:
         """The options this variant of a shipped mechanism was compiled with."""
         return dict(self.build.get("options", {}))
+
+    @property
+    def capsule(self) -> object:
+        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``."""
+        return self._scene.capsule
 
     @property
     def instruction_set(self) -> str:
@@ -290,9 +296,27 @@ class Model:
             if name in absent:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(states), *tail))
-            raise UnknownNameError("output", name, self._scene.outputs)
+            self._refuse_output(name)
         out: Array = self._scene.evaluate(name, t, states, values)
         return out if shape is None else out.reshape(len(states), *shape)
+
+    def _refuse_output(self, name: str) -> NoReturn:
+        why = self._data["unavailable"].get(name)
+        if why is None:
+            raise UnknownNameError("output", name, self._scene.outputs)
+        raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
+
+    @property
+    def knows_energy(self) -> bool:
+        """Whether kinetic and potential energy are among the outputs."""
+        names: set[str] = set(self._scene.outputs)
+        return {"kinetic_energy", "potential_energy"} <= names
+
+    def output(
+        self, name: str, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Any output by name, the user's own ones among them."""
+        return self._evaluate(name, y, params, t)
 
     # -- assembly and simulation ------------------------------------------------------------
 

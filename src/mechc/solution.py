@@ -164,7 +164,9 @@ class Solution:
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J."""
+        """Kinetic plus potential energy (nt,), J; NaN where the model does not know it."""
+        if not self.model.knows_energy:
+            return np.full(len(self.t), np.nan)
         return self.model.energy(self.y, self.params, self.t)
 
     @cached_property
@@ -179,7 +181,12 @@ class Solution:
 
     @property
     def energy_drift(self) -> float:
-        """Largest departure of the energy from its first value, relative to the largest T."""
+        """Largest departure of the energy from its first value, relative to the largest T.
+
+        NaN where the model does not know the energy.
+        """
+        if not self.model.knows_energy:
+            return float("nan")
         largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
         departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure

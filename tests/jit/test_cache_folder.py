@@ -170,21 +170,6 @@ def test_a_tilde_is_the_home_folder(tmp_path, monkeypatch):
     assert cache.entry(KEY, Maker()) == tmp_path / "here" / KEY / "scene.so"
 
 
-def test_notes_lead_to_entries_and_go_with_them(root):
-    note = KEY[::-1]
-    assert cache.read_note(note) is None
-    cache.entry(KEY, Maker())
-    cache.write_note(note, KEY)
-    assert cache.read_note(note) == KEY
-    assert cache.find(KEY) == root / KEY / "scene.so"
-    (root / f"{note}.note").write_text("../../elsewhere")
-    assert cache.read_note(note) is None
-    cache.write_note(note, KEY)
-    assert cache.clear() == 1
-    assert cache.read_note(note) is None
-    assert cache.find(KEY) is None
-
-
 def test_a_folder_that_cannot_be_made_is_told_with_what_to_do(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     for folder in ("file", "file/below"):
@@ -211,6 +196,14 @@ def test_clearing_removes_entries_and_nothing_else(root):
     assert {path.name for path in root.iterdir()} == {"notes", "poetry.lock"}
     assert cache.clear() == 0
     assert cache.entry(KEY, Maker(b"again")).read_bytes() == b"again"
+
+
+def test_clearing_takes_first_units_along(root):
+    cache.entry(KEY, Maker())
+    cache.entry(cache.first_key(KEY), Maker())
+    assert cache.entries() == [root / KEY]
+    assert cache.clear() == 1
+    assert list(root.iterdir()) == []
 
 
 def test_clearing_a_cache_that_never_was_makes_none(root):

@@ -71,7 +71,7 @@ def test_durations_are_in_seconds():
     assert read_seconds("20") == read_seconds("20s") == read_seconds("2e1 s") == 20
     assert read_seconds("500ms") == 0.5
     assert read_seconds("2min") == read_seconds("120") == read_seconds("2 min") == 120
-    with pytest.raises(MechcError, match="'m'.*s or ms or min or h"):
+    with pytest.raises(MechcError, match=r"'m'.*s or ms or min or h"):
         read_seconds("2m")
 
 

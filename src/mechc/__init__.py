@@ -10,6 +10,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
+from mechc.batch_recipe import Assembly
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -30,6 +31,7 @@ from mechc.storage import open_saved as open
 __version__ = version("mechc")
 
 __all__ = [
+    "Assembly",
     "AssemblyError",
     "CacheError",
     "ChangePoint",

@@ -20,6 +20,7 @@ from mechc.errors import UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
+    from mechc.batch import Assembly, Batch
     from mechc.solution import Solution
 
 
@@ -335,6 +336,18 @@ class Model:
     ) -> Solution:
         """Integrate the motion; see :func:`mechc.simulate.simulate`."""
         return _simulate.simulate(self, t_span, y0, params, **policy)
+
+    def simulate_batch(
+        self,
+        t_span: float | tuple[float, float],
+        y0: Array | Assembly,
+        params: Parameters = None,
+        **policy: Any,
+    ) -> Batch:
+        """Simulate many starts or parameter sets; see :func:`mechc.batch.simulate_batch`."""
+        from mechc.batch import simulate_batch
+
+        return simulate_batch(self, t_span, y0, params, **policy)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A shipped model, or a variant of one, is loaded again on the other side."""

@@ -90,6 +90,7 @@ setup(
             "mechc._batch",
             ["src/mechc/_batch.pyx"],
             include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
             depends=[str(RUNTIME / name) for name in ("model.h", *BATCH)],
         ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),

@@ -106,22 +106,22 @@ static double mechc_close_norm(const double *values, int count)
 
 /* Solve (G'G + damping) step = G'gap of one start by Cholesky, in units of the scale; the step is
  * at most 0.7 long. */
-static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, int k,
-                              double damping)
+static inline __attribute__((always_inline)) void
+mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, double damping,
+                        int n, int rows)
 {
-    const int n = job->unknowns;
     const double *gradient =
         closer->gradients + k * job->unit->outputs[job->gradient_output].width;
     const double *gap = closer->kept + k * job->gap_width;
     double *a = closer->square, *b = closer->step + k * n, trace = 0.0, longest = 0.0;
     for (int i = 0; i < n; i++) {
         b[i] = 0.0;
-        for (int r = 0; r < job->rows; r++)
+        for (int r = 0; r < rows; r++)
             b[i] += gradient[r * job->columns + job->unknown[i]] * gap[r];
         b[i] *= mechc_close_unit(job, closer, i);
         for (int j = 0; j <= i; j++) {
             double sum = 0.0;
-            for (int r = 0; r < job->rows; r++)
+            for (int r = 0; r < rows; r++)
                 sum += gradient[r * job->columns + job->unknown[i]]
                      * gradient[r * job->columns + job->unknown[j]];
             a[i * n + j] =
@@ -146,6 +146,15 @@ static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, in
     }
     for (int i = 0; i < n; i++)
         b[i] = !(longest < HUGE_VAL) ? 0.0 : longest > 0.7 ? b[i] * 0.7 / longest : b[i];
+}
+
+static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, int k,
+                              double damping)
+{
+    if (job->unknowns == 2 && job->rows == 2) /* one planar loop: sizes the compiler knows */
+        mechc_close_solve_sized(job, closer, k, damping, 2, 2);
+    else
+        mechc_close_solve_sized(job, closer, k, damping, job->unknowns, job->rows);
 }
 
 /* One step of every busy start, cut until it lowers the gap. */
@@ -181,6 +190,7 @@ static void mechc_close_descend(const mechc_closing *job, mechc_closer *closer)
 static void mechc_close_search(const mechc_closing *job, mechc_closer *closer)
 {
     const int width = job->gap_width;
+    const double exact = 2.0 * DBL_EPSILON * closer->length;
     int left = MECHC_CLOSE_TEAM;
     mechc_close_evaluate(job, closer, job->gap_output, 0.0, closer->kept);
     for (int k = 0; k < MECHC_CLOSE_TEAM; k++) {
@@ -195,7 +205,7 @@ static void mechc_close_search(const mechc_closing *job, mechc_closer *closer)
             const double size = closer->size[k], before = closer->before[k];
             const int near = size <= 1e-3 * closer->length;
             /* far off, it has found the least gap; close by, it stalls only at rounding */
-            closer->busy[k] = closer->busy[k] && size > 0.0 && (near || !polish)
+            closer->busy[k] = closer->busy[k] && size > exact && (near || !polish)
                            && (near ? size < before : size <= 0.999 * before);
             closer->before[k] = size;
             left += closer->busy[k];

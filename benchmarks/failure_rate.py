@@ -7,7 +7,8 @@ lengths are multiples of 2^-20 that meet the change-point condition exactly (par
 among them), at rest or moving, at rtol 1e-6, 1e-8, 1e-10, 1e-12.  The judge integrates the same
 motion on the exact closure curve (closure_curve.py), where nothing is singular.  Right: largest
 difference of the links' unit vectors, and of the speeds over the largest, within
-(100 rtol + 2.5e-10) condition;
+(100 rtol + 1e-9) condition, 1e-9 for the rounding of some hundred passages (issue 3 grants the
+reference scene 2.5e-9 over as long);
 condition: the largest |d state / d start| met at ten times along the run, by differences.
 """
 
@@ -121,7 +122,7 @@ def main() -> None:
                 bar = FourBar(tuple(geometry.lengths[i]))
                 run = bar.run(bar.project(first[i]), t_end, rtol, method)
                 error = error_of(run.y[-1], exact[i]) if run.ok else np.inf
-                limit = (100 * rtol + 2.5e-10) * condition[i]
+                limit = (100 * rtol + 1e-9) * condition[i]
                 word = "unjudged"
                 if not (condition[i] > 0 and np.isfinite(exact[i]).all()):
                     results.append((word, run.seconds))

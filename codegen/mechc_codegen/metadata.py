@@ -10,6 +10,8 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from sympy import Abs
+
 from mechc_codegen.equations import Output
 from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
 from mechc_codegen.program import Program, operations, slice_statements, symbols_of
@@ -37,6 +39,7 @@ def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> 
         "start": dict(mechanism.start),
         "shapes": {o.name: list(o.shape) for o in program.outputs},
         "skipped": list(mechanism.skipped),
+        "smooth": not any(statement.value.has(Abs) for statement in program.body),
         "operations": _operation_counts(lowered, program),
     }
 

@@ -84,8 +84,9 @@ def simulate(
     method
         ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
         ``"gauss8"`` (collocation of order 16, eight stages side by side in SIMD lanes),
-        ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: explicit, going
-        over to ``"radau5"`` where stability limits the steps.
+        ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
+        ``"dop853"`` where the equations have kinks (``Abs``), going over to ``"radau5"`` where
+        stability limits the steps.
     first_step, max_step, max_steps
         First and largest step in s, and the largest number of attempted steps.
     dense
@@ -122,7 +123,7 @@ def simulate(
     policy = Policy(
         rtol=_checked_rtol(rtol),
         atol=_checked_atol(model, atol),
-        method=_chosen_method(method),
+        method=_chosen_method(model, method),
         first_step=0.0 if first_step is None else _positive("first_step", first_step),
         max_step=_positive("max_step", max_step, infinite=True),
         max_steps=_checked_count("max_steps", max_steps),
@@ -266,9 +267,9 @@ def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed:
         )
 
 
-def _chosen_method(method: str) -> str:
+def _chosen_method(model: Model, method: str) -> str:
     if method == "auto":
-        return "dop853"
+        return "gauss8" if model._data.get("smooth", True) else "dop853"
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
     return method

@@ -22,19 +22,20 @@ MECHC_STATIC double mechc_rk_time_to(const mechc_rk_run *run, const mechc_critic
 }
 
 /* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
-MECHC_STATIC double mechc_rk_look_ahead(const mechc_rk_run *run, double open)
+MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
 {
     mechc_critical critical;
     mechc_scalar_place place;
     const mechc_span span = {.h = run->direction * open, .start = run->y, .end = run->y,
                              .start_rates = MECHC_RATE(run, 0)};
-    if (run->conditioning > MECHC_CLEAR) return HUGE_VAL;
+    if (run->dip.first > MECHC_CLEAR || (run->dip.leaving && run->dip.first > MECHC_NARROW))
+        return HUGE_VAL;
     mechc_place_at(run->head.t, run->y, run->p, run->k, &place);
     mechc_weakest weakest;
     mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
     const double reach =
         mechc_max(2.0 * mechc_reach(&span, place.mass), mechc_beside(&weakest, place.mass));
-    if (!mechc_find_critical(run->head.t, run->y, run->p, run->k, run->dip.rank, reach, &critical)
+    if (!mechc_find_near(run->head.t, run->y, run->p, run->k, &run->dip, reach, &critical)
         || mechc_judge(&critical) != MECHC_CROSSING)
         return HUGE_VAL;
     return mechc_rk_time_to(run, &critical);
@@ -49,14 +50,15 @@ MECHC_STATIC double mechc_gauss_reach(const struct mechc_gauss *g)
     return fabs(g->last_step) * mechc_min(3.0, mechc_max(1.3, 0.9 * g->last_factor));
 }
 
-/* A step, as a rule no longer than `open`, that keeps well away from crossings ahead or straddles them well. */
+/* A step, as a rule no longer than `open`, that keeps well away from crossings ahead or straddles
+ * them well. */
 MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open)
 {
 #if MECHC_NH > 0
     mechc_dip *dip = &run->dip;
     if (isnan(dip->ahead)) dip->ahead = mechc_rk_look_ahead(run, open);
     /* so near that noise grows with every step that ends before it: over it at once */
-    if (run->conditioning < MECHC_NARROW && dip->ahead < HUGE_VAL && !run->refused)
+    if (dip->first < MECHC_NARROW && dip->ahead < HUGE_VAL && !run->refused)
         open = mechc_max(open, 2.0 * dip->ahead);
     if (dip->ahead >= 1.5 * open) return open;
     const double fit = mechc_min(open, mechc_gauss_reach(run->collocation));

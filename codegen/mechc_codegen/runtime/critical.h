@@ -285,6 +285,37 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
     return 0;
 }
 
+/* Is the critical configuration known from before, whole turns of the coordinates aside, one here
+ * too?  Then it is put into c. */
+MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, const double *k,
+                                    double reach, const mechc_critical *known, mechc_critical *c)
+{
+    const double turn = 6.283185307179586;
+    double square = 0.0, largest = 0.0;
+    int turned = 0;
+    mechc_scalar_place place;
+    *c = *known;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double turns = nearbyint((q[i] - known->q[i]) / turn);
+        if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
+        square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);
+    }
+    if (!(square <= reach * reach)) return 0;
+    mechc_place_at(t, c->q, p, k, &place);
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        largest = mechc_max(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH; i++)
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding)) return 0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        double pull = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
+        if (!(fabs(pull) <= 1e-9 * largest)) return 0;
+    }
+    if (turned) mechc_measure_gap(t, p, k, c);
+    return 1;
+}
+
 /* Gaps up to a few units of rounding are a change point to whoever typed the lengths as doubles;
  * up to a hundred, the closure's own rounding bends the curve as much as the gap does. */
 MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)

@@ -54,6 +54,10 @@ MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
 MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
 
+/* In stiffness.h. */
+MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end,
+                                           double error);
+
 /* In radau.h. */
 MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end);
 MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end);
@@ -77,7 +81,7 @@ MECHC_STATIC int mechc_rk_is_collocation(const mechc_rk_run *run)
 
 MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
 {
-    return run->tableau->stability == 0.0;
+    return run->tableau == &mechc_radau5;
 }
 
 /* Why rates are not finite: the mass matrix is factored only here where constraints are solved in
@@ -234,34 +238,23 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
     return crosses ? mechc_rk_record(run, h, rows) : MECHC_RUNNING;
 }
 
-/* Two states at the step's end, the last stage's and the end's own, and their rates estimate the
- * largest eigenvalue; where it times the step stays at the bound of stability, the implicit method
- * takes over.  Hairer & Wanner (1996), section IV.2. */
-MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end)
+/* The method from here on, and where in its steps crossings are looked for. */
+MECHC_STATIC void mechc_rk_use(mechc_rk_run *run, const mechc_tableau *tableau)
 {
-    if (!run->may_stiffen || !run->tableau->matrix || mechc_rk_is_implicit(run) || run->tableau != run->own) return;
-    const mechc_tableau *tableau = run->tableau;
-    const int stage = tableau->stages - 1;
-    double inner[MECHC_NX], rate = 0.0, state = 0.0;
-    mechc_rk_combine(run, tableau->matrix + stage * MECHC_MOST_RATES, stage, h, inner);
-    for (int i = 0; i < MECHC_NX; i++) {
-        const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
-        rate += pow(change / run->scale[i], 2);
-        state += pow((end[i] - inner[i]) / run->scale[i], 2);
-    }
-    const int limited = state > 0.0 && fabs(h) * sqrt(rate / state) > tableau->stability;
-    run->stiff = limited ? run->stiff + 1 : run->stiff;
-    run->easy = limited ? 0 : run->easy + 1;
-    if (run->easy >= 6) run->stiff = 0;
+    run->tableau = run->own = tableau;
+    const int collocation = mechc_rk_is_collocation(run);
+    mechc_widest_gap(collocation ? tableau : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
+    run->horizon = collocation ? 1.3 : tableau == &MECHC_BRIDGE ? 2.0 : 8.0;
 }
 
 /* Take over an accepted step. */
-MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const double *end)
+MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const double *end,
+                                 double error)
 {
     const double conditioning = run->conditioning;
     const int status = mechc_rk_finish(run, h, end);
     if (status != MECHC_RUNNING) return status;
-    mechc_rk_watch_stiffness(run, h, end);
+    mechc_rk_watch_stiffness(run, h, end, error);
     if (mechc_rk_is_collocation(run)) mechc_gauss_accept(run, h);
     memcpy(run->y, end, sizeof run->y);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
@@ -269,10 +262,11 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->refused_step = 0.0;
     run->failure = 0;
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
+    run->dip.leaving = conditioning > run->dip.first;
     run->dip.first = conditioning;
     run->dip.tries = 0;
     run->dip.ahead = NAN;
-    if (run->stiff >= 15) run->tableau = run->own = &mechc_radau5;
+    if (run->stiff >= 15) mechc_rk_use(run, &mechc_radau5);
     mechc_rk_widen_scale(run);
     run->head.stats.steps++;
     return mechc_append(&run->head.trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
@@ -294,7 +288,7 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
-    if (again && mechc_dipped(&run->dip, run->horizon)
+    if (again && mechc_dipped(&run->dip, run->horizon) && mechc_knows_crossing(&run->dip)
         && error > run->refused_error * shrunk * shrunk * shrunk)
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
                             mechc_max(1.0, mechc_rk_is_collocation(run) ? sqrt(most) : most));
@@ -386,7 +380,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     }
     const int judged = mechc_rk_judge(run, h, end);
     if (judged != MECHC_RUNNING || run->passing.action == MECHC_RETRY) return judged;
-    const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end);
+    const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end, error);
     if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
         mechc_rk_refuse(run, 0.5);
@@ -471,7 +465,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
 {
     mechc_rk_run *run = (mechc_rk_run *)head;
     memset(run, 0, sizeof *run);
-    run->tableau = run->own = mechc_tableaus[options->method];
+    mechc_rk_use(run, mechc_tableaus[options->method]);
     run->method = options->method;
     run->t1 = options->t1;
     run->direction = options->t1 >= options->t0 ? 1.0 : -1.0;
@@ -483,8 +477,6 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     run->may_stiffen = options->may_stiffen;
     run->allowed = 1.0;
     const int collocation = mechc_rk_is_collocation(run);
-    mechc_widest_gap(collocation ? run->own : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
-    run->horizon = collocation ? 1.3 : run->own == &MECHC_BRIDGE ? 2.0 : 8.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_NP * sizeof(double));
@@ -494,7 +486,9 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
     const int whole = MECHC_NH > 0 || run->may_stiffen; /* other tables may take part */
-    run->most_dense = whole && !collocation ? MECHC_BRIDGE.dense_rows : run->own->dense_rows;
+    run->most_dense = run->own->dense_rows;
+    if (whole && run->most_dense < MECHC_BRIDGE.dense_rows)
+        run->most_dense = MECHC_BRIDGE.dense_rows;
     head->trajectory.dense_rows = options->dense ? run->most_dense : 0;
     head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
     if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;

@@ -43,7 +43,9 @@ struct mechc_gauss {
     double low[MECHC_NX];        /* of the state, what run->y is too coarse for */
     double next_low[MECHC_NX];
     double lowest;               /* of `least` */
+    double left;                 /* gaps that are left, in units of rounding */
     int closing;                 /* how stages are kept on the constraints */
+    double shrinking;            /* from the iteration's second change to its third; 0: no third */
     double last_step;            /* 0: no polynomial yet */
     double factor, last_factor;  /* by which this step's error, and the last one's, would have let
                                     it grow; 0: none yet */
@@ -98,7 +100,7 @@ MECHC_INLINE void mechc_gauss_close(struct mechc_gauss *g, mechc_lane time, int 
                                     mechc_lane *moved)
 {
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
-    mechc_lanes_correct(time, q, g->p, g->k, place);
+    mechc_lanes_correct_beyond(time, q, g->p, g->k, place, g->left);
     for (int i = 0; i < MECHC_NQ; i++) {
         moved[i] = q[i] - moved[i];
         g->shift[i][block] += moved[i];
@@ -317,13 +319,21 @@ MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
 #endif
 }
 
-/* Changes that may be rounding. */
-MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run)
+MECHC_STATIC int mechc_gauss_crosses(const mechc_rk_run *run, double h)
 {
+    return MECHC_NH > 0 && run->dip.ahead < fabs(h);
+}
+
+/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
+ * which the projection of the end takes away; elsewhere it is motion. */
+MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
+{
+    const struct mechc_gauss *g = run->collocation;
     double most = 0.0;
-    for (int i = 0; i < MECHC_NX; i++)
-        most = mechc_max(most, run->scale[i] * run->collocation->weights[i]);
-    return 1e-9 * most;
+    for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
+    if (mechc_gauss_crosses(run, h))
+        return most * mechc_max(1e-9, mechc_min(1e-7, 5e-15 / g->lowest));
+    return most * (MECHC_NH > 0 ? mechc_min(1e-9, 4e-15 / sqrt(g->lowest)) : 1e-14);
 }
 
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
@@ -333,15 +343,18 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 {
     struct mechc_gauss *g = run->collocation;
     double before = HUGE_VAL;
+    g->shrinking = 0.0;
+    g->left = mechc_knows_crossing(&run->dip) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (iteration == 1 || g->closing != MECHC_PLAIN) mechc_gauss_watch(g);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
+        if (iteration == 2) g->shrinking = rate;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
         if (iteration > 0 && change * mechc_max(rate, 0.1) <= 0.1) return MECHC_RUNNING;
-        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run))
+        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run, h))
             return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
         if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))

@@ -13,6 +13,9 @@
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
 #define MECHC_TOO_NEAR 3e-4
 
+/* Past a gap that is almost rounding, a state nearer than this is rounding too. */
+#define MECHC_LOST 1e-5
+
 /* The conditioning met within one step. */
 typedef struct {
     double first, least, most;
@@ -23,6 +26,11 @@ typedef struct {
     double wanted;      /* the step that the error would have allowed, before it was shortened to
                            place a crossing; 0: was not */
     double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
+    int leaving;        /* over the last step the conditioning rose */
+#if MECHC_NH > 0
+    mechc_critical known; /* the last one found */
+    int has_known;
+#endif
 } mechc_dip;
 
 /* A step as proposed: states and rates at both ends. */
@@ -69,8 +77,20 @@ MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const doub
 /* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
 MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
 {
-    return dip->least < MECHC_CLEAR
+    const int nearest_at_start = dip->least >= dip->first && dip->first > MECHC_NARROW;
+    return dip->least < MECHC_CLEAR && !(nearest_at_start && dip->leaving)
         && dip->least <= mechc_max(MECHC_NARROW, horizon * (dip->most - dip->least));
+}
+
+/* Is what was found near a crossing?  Past a near miss everything is regular. */
+MECHC_STATIC int mechc_knows_crossing(const mechc_dip *dip)
+{
+#if MECHC_NH > 0
+    return dip->has_known && mechc_judge(&dip->known) == MECHC_CROSSING;
+#else
+    (void)dip;
+    return 0;
+#endif
 }
 
 #if MECHC_NH > 0
@@ -242,6 +262,18 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     else if (turned) out->action = MECHC_CROSSES;
 }
 
+/* The critical configuration near q: the one known from before where nothing spoke against it. */
+MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
+                                 mechc_dip *dip, double reach, mechc_critical *c)
+{
+    if (dip->has_known && !dip->tries
+        && mechc_still_critical(t, q, p, k, reach, &dip->known, c)) return 1;
+    if (!mechc_find_critical(t, q, p, k, dip->rank, reach, c)) return 0;
+    dip->known = *c;
+    dip->has_known = 1;
+    return 1;
+}
+
 /* Judge a step whose conditioning dipped. */
 MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_passing *out)
 {
@@ -257,7 +289,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
-    if (!mechc_find_critical(span->t, dip->q, span->p, span->k, dip->rank, reach, &critical)) {
+    if (!mechc_find_near(span->t, dip->q, span->p, span->k, dip, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, 0.5, 0);
@@ -272,7 +304,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
         mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
-        if (between || turned) out->action = MECHC_CANNOT_TELL;
+        if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
         break;
     case MECHC_NEAR_MISS:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);

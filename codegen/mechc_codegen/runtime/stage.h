@@ -72,26 +72,32 @@ MECHC_INLINE real FN(conditioning)(const FN(place) *place)
 #endif
 
 #if MECHC_NH > 0
+MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
+
 /* Largest gap of the configuration constraints, and the rounding that it is measured against. */
-MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
+MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
 {
-    real gap = R(0.0), terms = R(0.0);
+    real gap = R(0.0), terms = R(0.0), turn = R(1.0);
     for (int i = 0; i < MECHC_NH; i++) {
         real sum = R(0.0);
-        for (int j = 0; j < MECHC_NU; j++) {
-            const real entry = place->jacobian[i * MECHC_NU + j];
-            sum += R_SELECT(R_MASK(entry < 0.0), -entry, entry);
-        }
-        const real size = R_SELECT(R_MASK(place->gap[i] < 0.0), -place->gap[i], place->gap[i]);
+        for (int j = 0; j < MECHC_NU; j++) sum += FN(size)(place->jacobian[i * MECHC_NU + j]);
+        const real size = FN(size)(place->gap[i]);
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
         terms = R_SELECT(R_MASK(sum > terms), sum, terms);
     }
-    real turn = R(1.0);
     for (int j = 0; j < MECHC_NQ; j++) {
-        const real size = R_SELECT(R_MASK(q[j] < 0.0), -q[j], q[j]);
+        const real size = FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }
-    *rounding = R_GREATEST(terms * turn) * (2.0 * 2.220446049250313e-16);
+    *rounding = terms * turn * (2.0 * 2.220446049250313e-16);
+    return gap;
+}
+
+MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
+{
+    real each;
+    const real gap = FN(gap_and_rounding)(place, q, &each);
+    *rounding = R_GREATEST(each);
     return R_GREATEST(gap);
 }
 
@@ -124,6 +130,22 @@ MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
 {
     real values[MECHC_NC], step[MECHC_NU];
     FN(gap_values)(place, values);
+    FN(least_step_at)(place, values, step);
+    FN(displace)(t, q, p, k, step);
+}
+#endif
+
+#if MECHC_NH > 0
+/* The same, but a gap within so many units of rounding is left: its last digit, chased from one
+ * iteration to the next, would be magnified into noise. */
+MECHC_INLINE void FN(correct_beyond)(real t, real *q, const real *p, const real *k,
+                                     const FN(place) *place, double units)
+{
+    real values[MECHC_NC], step[MECHC_NU], rounding;
+    const real gap = FN(gap_and_rounding)(place, q, &rounding);
+    const rmask shows = ~R_MASK(gap <= units * rounding);
+    FN(gap_values)(place, values);
+    for (int i = 0; i < MECHC_NH; i++) values[i] = R_SELECT(shows, values[i], R(0.0));
     FN(least_step_at)(place, values, step);
     FN(displace)(t, q, p, k, step);
 }

@@ -37,6 +37,7 @@
 #include "gauss_table.h"
 #include "gauss.h"
 #include "approach.h"
+#include "stiffness.h"
 #include "rk_dense.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,

@@ -136,7 +136,7 @@ def _recipe(
     policy = Policy(
         rtol=_checked_rtol(rtol),
         atol=_checked_atol(model, atol),
-        method=_chosen_method(method),
+        method=_chosen_method(model, method),
         first_step=0.0 if first_step is None else _positive("first_step", first_step),
         max_step=_positive("max_step", max_step, infinite=True),
         max_steps=_checked_count("max_steps", max_steps),

@@ -15,7 +15,7 @@ from mechc.assemble import DEAD
 from mechc.batch_assemble import configurations
 from mechc.batch_recipe import Recipe
 from mechc.parameters import Array
-from mechc.reduction import read_reduction
+from mechc.reduction import LAST, read_reduction
 from mechc.simulate import METHODS, OFF_BY_ROUNDING
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 BLOCK = 8  # members a thread takes at a time
 LOOK = 0.1  # s between looks at how far the threads are
 COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
+EXPLICIT = ("dopri5", "dop853")
 Report = Callable[[int], None]
 
 
@@ -49,7 +50,7 @@ def run_members(
     reductions = [read_reduction(model, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     runs = Runs(
-        unit, _options(recipe, bool(primitives)), y0, values, length,
+        unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
         model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING, BLOCK,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
@@ -103,7 +104,8 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "max_step": policy.max_step,
         "max_steps": policy.max_steps,
         "method": METHODS[policy.method],
-        "dense": True,  # as simulate, whose steps may depend on it
+        # the explicit pairs take stages of their own for it, on which their steps may depend
+        "dense": reduces or len(recipe.t_eval) > 0 or policy.method in EXPLICIT,
         "may_stiffen": policy.stiff_switch,
         "on_change_point": policy.on_change_point != "continue",
     }

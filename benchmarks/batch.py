@@ -271,7 +271,7 @@ def lambdified_seconds(y: Array) -> float:
 
 
 def streaming(chosen: Any) -> dict[str, float]:
-    """Members streamed to Zarr in a process of its own (2 s each), and the most memory that it took."""
+    """Members of 2 s each streamed to Zarr in a process of its own, and the most memory it took."""
     folder = tempfile.mkdtemp()
     command = [sys.executable, __file__, "--stream-child", str(chosen.streamed), folder]
     try:

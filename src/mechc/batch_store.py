@@ -19,6 +19,7 @@ import numpy as np
 
 from mechc.batch_recipe import Recipe
 from mechc.errors import MechcError, MissingPackageError
+from mechc.load import fingerprint, load
 from mechc.parameters import Array
 from mechc.reduction import read_reduction
 from mechc.storage import _xarray, netcdf_names
@@ -107,7 +108,7 @@ def _request(model: Model, recipe: Recipe, size: int) -> dict[str, Any]:
         "mechc": __version__,
         "mechanism": model.name,
         "options": dict(model.options),
-        "compiled": hashlib.sha256(model._scene.metadata.encode()).hexdigest(),
+        "compiled": fingerprint(model),
         "custom": bool(model.build.get("custom", False)),
         "instruction set": model.instruction_set,
         "chunk": size,
@@ -240,8 +241,6 @@ def open_batch(folder: Path) -> Batch:
             f"its mechanism {request['mechanism']!r} is not a shipped one; read the folder with "
             f"xarray.open_zarr({str(folder / DATA)!r}, consolidated=False)"
         )
-    from mechc.load import load
-
     try:
         recipe = _read_recipe(folder / NOTES)
         model = load(request["mechanism"], **request["options"])

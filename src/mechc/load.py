@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -78,6 +80,15 @@ def compile(mechanism: Any) -> Model:
     from mechc.jit import compile_mechanism
 
     return compile_mechanism(mechanism)
+
+
+def fingerprint(model: Model) -> str:
+    """What tells this compiled scene from any other: its cache key, or its file's hash."""
+    if "key" in model.build:
+        return str(model.build["key"])
+    path = _scene_module(model.name).__file__
+    assert path is not None
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def _scene_module(name: str) -> ModuleType:

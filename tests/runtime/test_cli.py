@@ -41,7 +41,7 @@ def test_json_is_one_object_with_the_promised_keys_and_writes_nothing(capsys, he
     assert told["mechanism"] == "four_bar"
     assert told["t_end"] == 20.0
     assert told["rtol"] == 1e-9
-    assert told["method"] == "dop853"
+    assert told["method"] == "gauss8"
     assert told["status"] == "finished"
     assert told["change_points"] == []
     assert told["closure_max"] < 1e-13

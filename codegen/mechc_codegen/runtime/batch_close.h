@@ -37,7 +37,8 @@ typedef struct {
     int stop;
 } mechc_closing;
 
-/* Starts are worked on side by side, so that the outputs come from full lanes. */
+/* Starts are worked on side by side, so that the outputs come from full lanes; where one is done
+ * the next takes its place. */
 #define MECHC_CLOSE_TEAM 8
 
 typedef struct {
@@ -45,7 +46,7 @@ typedef struct {
     double *gaps, *gradients, *kept; /* outputs, likewise; kept: the gap at x */
     double *x, *step, *square;
     double size[MECHC_CLOSE_TEAM], before[MECHC_CLOSE_TEAM];
-    int busy[MECHC_CLOSE_TEAM];
+    int steps[MECHC_CLOSE_TEAM]; /* taken from this start; -1: none is at work here */
     const double *p;
     double length;
 } mechc_closer;
@@ -157,7 +158,8 @@ static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, in
         mechc_close_solve_sized(job, closer, k, damping, job->unknowns, job->rows);
 }
 
-/* One step of every busy start, cut until it lowers the gap. */
+/* One step of every start at work, cut until it lowers the gap; a start that is new has its gap
+ * looked at. */
 static void mechc_close_descend(const mechc_closing *job, mechc_closer *closer)
 {
     int open[MECHC_CLOSE_TEAM], left = 0;
@@ -166,9 +168,9 @@ static void mechc_close_descend(const mechc_closing *job, mechc_closer *closer)
     memset(closer->step, 0, (size_t)(MECHC_CLOSE_TEAM * n) * sizeof(double));
     for (int k = 0; k < MECHC_CLOSE_TEAM; k++) {
         const double relative = closer->size[k] / closer->length;
-        open[k] = closer->busy[k];
+        open[k] = closer->steps[k] >= 0;
         left += open[k];
-        if (open[k]) mechc_close_solve(job, closer, k, relative * relative);
+        if (closer->steps[k] > 0) mechc_close_solve(job, closer, k, relative * relative);
     }
     for (double factor = 1.0; left && factor > 0.05; factor *= 0.25) {
         mechc_close_evaluate(job, closer, job->gap_output, factor, closer->gaps);
@@ -184,34 +186,31 @@ static void mechc_close_descend(const mechc_closing *job, mechc_closer *closer)
             left--;
         }
     }
+    for (int k = 0; k < MECHC_CLOSE_TEAM; k++) closer->steps[k] += closer->steps[k] >= 0;
 }
 
-/* From the starts in closer->x to where they lead. */
-static void mechc_close_search(const mechc_closing *job, mechc_closer *closer)
+/* Whether a start has come to where it leads: closed to rounding, or no longer gaining. */
+static int mechc_close_arrived(const mechc_closer *closer, int k)
 {
-    const int width = job->gap_width;
-    const double exact = 2.0 * DBL_EPSILON * closer->length;
-    int left = MECHC_CLOSE_TEAM;
-    mechc_close_evaluate(job, closer, job->gap_output, 0.0, closer->kept);
-    for (int k = 0; k < MECHC_CLOSE_TEAM; k++) {
-        closer->size[k] = mechc_close_norm(closer->kept + k * width, width);
-        closer->before[k] = HUGE_VAL;
-        closer->busy[k] = 1;
-    }
-    for (int i = 0; left && i < MECHC_CLOSE_ITERATIONS + MECHC_CLOSE_POLISHES; i++) {
-        const int polish = i >= MECHC_CLOSE_ITERATIONS;
-        left = 0;
-        for (int k = 0; k < MECHC_CLOSE_TEAM; k++) {
-            const double size = closer->size[k], before = closer->before[k];
-            const int near = size <= 1e-3 * closer->length;
-            /* far off, it has found the least gap; close by, it stalls only at rounding */
-            closer->busy[k] = closer->busy[k] && size > exact && (near || !polish)
-                           && (near ? size < before : size <= 0.999 * before);
-            closer->before[k] = size;
-            left += closer->busy[k];
-        }
-        if (left) mechc_close_descend(job, closer);
-    }
+    const double size = closer->size[k], before = closer->before[k];
+    const int near = size <= 1e-3 * closer->length;
+    const int most = MECHC_CLOSE_ITERATIONS + (near ? MECHC_CLOSE_POLISHES : 0);
+    if (closer->steps[k] == 0) return 0;
+    /* far off, it has found the least gap; close by, it stalls only at rounding */
+    return size <= 2.0 * DBL_EPSILON * closer->length || closer->steps[k] > most
+        || !(near ? size < before : size <= 0.999 * before);
+}
+
+/* Put the next start of the list, if there is one, in place k. */
+static void mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int k,
+                              ptrdiff_t start)
+{
+    closer->steps[k] = start < job->starts ? 0 : -1;
+    closer->size[k] = closer->before[k] = HUGE_VAL;
+    if (start >= job->starts) return;
+    for (int i = 0; i < job->unknowns; i++)
+        closer->x[k * job->unknowns + i] =
+            job->start[start * job->unknowns + i] * mechc_close_unit(job, closer, i);
 }
 
 static double mechc_close_wrap(double angle)
@@ -255,18 +254,22 @@ static void mechc_close_member(mechc_closing *job, mechc_closer *closer, ptrdiff
                (size_t)job->coordinates * sizeof(double));
     job->many[member] = 0;
     job->miss[member] = HUGE_VAL;
-    for (ptrdiff_t first = 0; first < job->starts; first += MECHC_CLOSE_TEAM) {
-        for (int k = 0; k < MECHC_CLOSE_TEAM; k++)
-            for (int i = 0; i < job->unknowns; i++) {
-                const ptrdiff_t start = (first + k) % job->starts;
-                closer->x[k * job->unknowns + i] = job->start[start * job->unknowns + i]
-                                                 * mechc_close_unit(job, closer, i);
-            }
-        mechc_close_search(job, closer);
+    memset(closer->x, 0, (size_t)(MECHC_CLOSE_TEAM * job->unknowns) * sizeof(double));
+    ptrdiff_t next = 0, left = job->starts;
+    for (int k = 0; k < MECHC_CLOSE_TEAM; k++) mechc_close_begin(job, closer, k, next++);
+    while (left > 0) {
+        mechc_close_descend(job, closer);
         for (int k = 0; k < MECHC_CLOSE_TEAM; k++) {
-            job->miss[member] = fmin(job->miss[member], closer->size[k]);
-            if (closer->size[k] <= 64.0 * DBL_EPSILON * closer->length)
-                mechc_close_keep(job, closer, member, k);
+            if (closer->steps[k] < 0) continue;
+            if (mechc_close_arrived(closer, k)) {
+                job->miss[member] = fmin(job->miss[member], closer->size[k]);
+                if (closer->size[k] <= 64.0 * DBL_EPSILON * closer->length)
+                    mechc_close_keep(job, closer, member, k);
+                mechc_close_begin(job, closer, k, next++);
+                left--;
+            } else {
+                closer->before[k] = closer->size[k];
+            }
         }
     }
 }

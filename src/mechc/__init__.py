@@ -15,6 +15,7 @@ from mechc.errors import (
     CacheError,
     ChangePointError,
     CompilerError,
+    EventError,
     MechcError,
     MissingPackageError,
     MissingParameterError,
@@ -23,14 +24,16 @@ from mechc.errors import (
     ValueOutOfBoundsError,
 )
 from mechc.events import Event, EventRecord
-from mechc.load import compile, load, mechanisms
+from mechc.load import compile as compile
+from mechc.load import load, mechanisms
 from mechc.model import Model, Momenta
 from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
-from mechc.storage import open_saved as open
+from mechc.storage import open_saved as open  # noqa: F401
 
 __version__ = version("mechc")
 
+# Not ``compile`` and ``open``: a star import must not replace Python's own.
 __all__ = [
     "AssemblyError",
     "CacheError",
@@ -38,6 +41,7 @@ __all__ = [
     "ChangePointError",
     "CompilerError",
     "Event",
+    "EventError",
     "EventRecord",
     "Mechanism",
     "MechcError",
@@ -50,10 +54,8 @@ __all__ = [
     "UnavailableOutputError",
     "UnknownNameError",
     "ValueOutOfBoundsError",
-    "compile",
     "load",
     "mechanisms",
-    "open",
 ]
 
 

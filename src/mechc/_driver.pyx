@@ -230,6 +230,7 @@ cdef class Scene:
         cdef const double[::1] tolerances
         cdef mechc_options options
         run.scene = self
+        run.unit = self.unit
         run.method = method
         run.p = np.array(p)
         run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
@@ -257,13 +258,14 @@ cdef class Run:
     """An integration under way or finished; owns the trajectory."""
 
     cdef Scene scene
+    cdef const mechc_unit *unit  # beside `scene`, which the cycle collector may have cleared first
     cdef mechc_run *run
     cdef int method
     cdef object p
 
     def __dealloc__(self):
         if self.run != NULL:
-            self.scene.unit.release(self.run)
+            self.unit.release(self.run)
             PyMem_Free(self.run)
 
     def advance(self, long steps):
@@ -313,6 +315,21 @@ cdef class Run:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
+
+    @property
+    def count(self):
+        """Number of accepted states, the start among them."""
+        return self.run.trajectory.count
+
+    def times(self, ptrdiff_t first):
+        """Accepted times from the index `first` on, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = max(record.count - first, 0)
+        t = np.empty(left)
+        cdef double[::1] times = t
+        if left:
+            memcpy(&times[0], record.t + first, left * sizeof(double))
+        return t
 
     def change_points(self):
         """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).

@@ -8,8 +8,10 @@ and made again when damaged.
 from __future__ import annotations
 
 import fcntl
+import grp
 import hashlib
 import os
+import pwd
 import re
 import shutil
 import stat
@@ -28,9 +30,17 @@ _KEY = re.compile(r"[0-9a-f]{64}")
 def cache_folder() -> Path:
     """``$MECHC_CACHE_DIR``, else ``mechc`` in the user's cache folder."""
     if chosen := os.environ.get("MECHC_CACHE_DIR"):
-        return Path(chosen)
+        return _resolved(Path(chosen))
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser() / "mechc"
+    return _resolved(Path(base) / "mechc")
+
+
+def _resolved(folder: Path) -> Path:
+    """With ``~`` expanded and symbolic links followed: what is there in the end is judged."""
+    try:
+        return folder.expanduser().resolve()
+    except (RuntimeError, OSError) as error:
+        raise CacheError(f"the cache folder {folder} cannot be found: {error}") from None
 
 
 def entry(key: str, make: Callable[[Path], None]) -> Path:
@@ -58,7 +68,7 @@ def find(key: str) -> Path | None:
         If the cache folder cannot be used safely; the message says why.
     """
     target = _safe_folder(cache_folder()) / key
-    return target / SHARED_OBJECT if _sound(target) else None
+    return target / SHARED_OBJECT if target.is_dir() and _sound(target) else None
 
 
 def entries() -> list[Path]:
@@ -94,6 +104,7 @@ def check() -> Path:
     existing = next(path for path in (root, *root.absolute().parents) if path.exists())
     if existing == root:
         _refuse_foreign(root)
+    _refuse_open_parents(root)
     if not os.access(existing, os.W_OK):
         raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
     return root
@@ -135,6 +146,7 @@ def _safe_folder(root: Path) -> Path:
             "a folder of yours"
         ) from None
     _refuse_foreign(root)
+    _refuse_open_parents(root)
     if not os.access(root, os.W_OK):
         raise CacheError(
             f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder of yours"
@@ -151,6 +163,35 @@ def _refuse_foreign(folder: Path) -> None:
         raise CacheError(f"{folder} belongs to another user; set MECHC_CACHE_DIR to one of yours")
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise CacheError(f"{folder} can be written by others: chmod 700 it, or set MECHC_CACHE_DIR")
+
+
+def _refuse_open_parents(folder: Path) -> None:
+    """Who can write a folder above can put another one in place, unless it is sticky."""
+    for parent in folder.parents:
+        if not parent.exists():
+            continue
+        status = parent.stat()
+        by_group = status.st_mode & stat.S_IWGRP and not _private_group(status.st_gid)
+        writable = by_group or status.st_mode & stat.S_IWOTH
+        if writable and not status.st_mode & stat.S_ISVTX:
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, can be written by others, who could "
+                "put code of theirs there: chmod go-w it, or set MECHC_CACHE_DIR"
+            )
+        if status.st_uid not in (0, os.getuid()):
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, belongs to another user; set "
+                "MECHC_CACHE_DIR to a folder of yours"
+            )
+
+
+def _private_group(group: int) -> bool:
+    """Whether it is the user's own group, as many systems make one for every user."""
+    try:
+        told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
+    except KeyError:
+        return False
+    return told.gr_name == user.pw_name and set(told.gr_mem) <= {user.pw_name}
 
 
 @contextmanager

@@ -54,6 +54,17 @@ class ChangePointError(MechcError):
         return type(self), (str(self), None)  # a compiled run stays in its process
 
 
+class EventError(MechcError):
+    """An event function failed; ``solution`` is the run until then, ``__cause__`` its error."""
+
+    def __init__(self, message: str, solution: object) -> None:
+        super().__init__(message)
+        self.solution = solution
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), None)  # a compiled run stays in its process
+
+
 class MissingPackageError(MechcError, ImportError):
     """An optional package is needed and not installed."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import platform
 import shutil
 import time
@@ -44,10 +45,41 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
 
 
 def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
-    """A variant of a shipped mechanism; its options are known to exist."""
-    mechanism = _compiler_errors(lambda: _shipped(name, options))
+    """A variant of a shipped mechanism; its options are known to exist.
+
+    What mechanism, options and compiler package decide is looked up before anything is derived.
+    """
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    return _compile(mechanism, _everything(), {"options": told})
+
+    def described() -> tuple[Any, Any]:
+        return _compiler_errors(lambda: _shipped(name, options)), _everything()
+
+    if not all(map(_is_plain, options.values())):
+        build = {"options": told} if _reads_again(options, told) else {"custom": True}
+        return _compile(*described(), build)
+    digest = hashlib.sha256(repr((name, sorted(told.items()))).encode()).hexdigest()
+    return _compile_known(digest, described, {"options": told})
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, (bool, int, float, str))
+
+
+def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
+    """Whether the texts of the options, read again, are the options."""
+    from mechc_codegen.errors import CodegenError
+    from mechc_codegen.expression import parse_expression
+    from sympy.physics.mechanics import dynamicsymbols
+
+    try:
+        again = [
+            parse_expression(told[key], {"t": dynamicsymbols._t}) == value
+            for key, value in options.items()
+            if not _is_plain(value)
+        ]
+    except CodegenError:
+        return False
+    return all(again)
 
 
 def compile_any(thing: Any, **asked: Any) -> Model:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import numpy as np
 
 from mechc import assemble as _assemble
+from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
@@ -157,8 +158,14 @@ class Model:
         """The compilation in use, chosen for this processor."""
         return str(self._scene.instruction_set)
 
+    def redundant_constraints(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[_redundancy.Redundancy, ...]:
+        """Rows implied by others; see :func:`mechc.redundancy.redundant_constraints`."""
+        return _redundancy.redundant_constraints(self, params, t)
+
     def report(self) -> str:
-        """Operation counts before and after optimisation, what was skipped, build times."""
+        """Operation counts, redundant constraints, what was skipped, build times."""
         return _report.model_report(self)
 
     # -- outputs ----------------------------------------------------------------------------
@@ -355,10 +362,25 @@ class Model:
         t_span: float | tuple[float, float],
         y0: Array,
         params: Parameters = None,
-        **policy: Any,
+        *,
+        rtol: float = 1e-9,
+        atol: float | Array | None = None,
+        t_eval: Array | None = None,
+        method: str = "auto",
+        first_step: float | None = None,
+        max_step: float = math.inf,
+        max_steps: int = 10_000_000,
+        dense: bool = True,
+        events: Sequence[Any] = (),
+        on_change_point: str = "continue",
+        progress: Callable[[float], None] | None = None,
     ) -> Solution:
         """Integrate the motion; see :func:`mechc.simulate.simulate`."""
-        return _simulate.simulate(self, t_span, y0, params, **policy)
+        return _simulate.simulate(
+            self, t_span, y0, params, rtol=rtol, atol=atol, t_eval=t_eval, method=method,
+            first_step=first_step, max_step=max_step, max_steps=max_steps, dense=dense,
+            events=events, on_change_point=on_change_point, progress=progress,
+        )  # fmt: skip
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A shipped model, or a variant of one, is loaded again on the other side."""

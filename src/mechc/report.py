@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.errors import AssemblyError, MissingParameterError
+
 if TYPE_CHECKING:
     from mechc.model import Model
     from mechc.solution import Solution
 
 
 def model_report(model: Model) -> str:
-    """Operation counts before and after optimisation, what was skipped, build times."""
+    """Operation counts, redundant constraints, what was skipped, build times."""
     counts = model._data["operations"]
     rows = [
         (name.replace("_", " "), str(before), str(after))
@@ -32,11 +34,30 @@ def model_report(model: Model) -> str:
     if model._data["fixed"]:
         fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
         lines.append(f"fixed: {', '.join(fixed)}")
+    lines += _redundant(model)
     if model._data["skipped"]:
         lines.append(f"not in this scene: {', '.join(model._data['skipped'])}")
     seconds = model.build.get("seconds", {})
     lines += [f"{stage}: {value:.2f} s" for stage, value in seconds.items()]
     return "\n".join(lines)
+
+
+def _redundant(model: Model) -> list[str]:
+    """Which constraints follow from others, and from which."""
+    if not model.constraint_names:
+        return []
+    try:
+        found = model.redundant_constraints()
+    except AssemblyError:
+        return ["redundant constraints: not known, the loops do not close with these parameters"]
+    except MissingParameterError:
+        return ["redundant constraints: ask model.redundant_constraints(params)"]
+    if not found:
+        return ["redundant constraints: none"]
+    return [
+        "redundant constraints (multipliers are those of least norm)",
+        *(f"  {r}" for r in found),
+    ]
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:

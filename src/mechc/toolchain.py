@@ -16,13 +16,35 @@ from mechc.errors import CompilerError
 
 
 def find_compiler() -> list[str] | None:
-    """The command of the C compiler: ``$CC``, Python's own, gcc, clang or cc; None if absent."""
-    named = [os.environ.get("CC"), sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
+    """The command of the C compiler: ``$CC``, else Python's own, gcc, clang or cc; None if absent.
+
+    Raises
+    ------
+    CompilerError
+        If ``$CC`` names a command that does not exist: another in its place is not what was
+        asked for.
+    """
+    if chosen := os.environ.get("CC", "").strip():
+        return _chosen(chosen)
+    named = [sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
     for command in filter(None, named):
         words = shlex.split(command)
         if words and shutil.which(words[0]):
             return words
     return None
+
+
+def _chosen(command: str) -> list[str]:
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise CompilerError(f"CC = {command!r} cannot be read: {error}") from None
+    if shutil.which(words[0]) is None:
+        raise CompilerError(
+            f"CC = {command!r}: there is no command {words[0]!r}; set CC to a C compiler, or unset "
+            "it and the one found is taken"
+        )
+    return words
 
 
 def compiler() -> list[str]:

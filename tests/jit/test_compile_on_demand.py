@@ -309,3 +309,9 @@ def test_emission_is_the_same_text_whatever_the_hash_seed():
         for seed in ("1", "2")
     }  # fmt: skip
     assert len(texts) == 1
+
+
+def test_a_compiler_that_does_not_exist_is_told_by_name(fresh, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-cc -O3")
+    with pytest.raises(CompilerError, match=r"CC = 'no-such-cc -O3'.*no command 'no-such-cc'"):
+        mechc.compile(pendulum())

@@ -70,3 +70,28 @@ MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open)
     return open;
 #endif
 }
+
+/* Where several rows are weak together, the iteration magnifies rounding more than an explicit step
+ * does: leave the crossing to that method.  1 where it is left. */
+MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h)
+{
+    const int here = MECHC_NH > 0
+                  && (run->dip.ahead < fabs(h) || (MECHC_NC > 2 && run->dip.first < MECHC_CLEAR));
+    if (!here || ++run->missed < 2) return 0;
+    run->resume = run->own;
+    run->step = 0.25 * fabs(h);
+    mechc_rk_refuse(run, 1.0);
+    mechc_rk_use(run, &MECHC_BRIDGE);
+    return 1;
+}
+
+/* Past the crossing: back to the method asked for. */
+MECHC_STATIC void mechc_rk_come_back(mechc_rk_run *run)
+{
+    run->missed = 0;
+    if (!run->resume) return;
+    mechc_rk_use(run, run->resume);
+    run->collocation->last_step = run->collocation->last_factor = 0.0;
+    memset(run->collocation->low, 0, sizeof run->collocation->low);
+    run->resume = 0;
+}

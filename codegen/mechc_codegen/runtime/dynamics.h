@@ -46,11 +46,14 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
         for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
         multiples[i] = -part;
     }
-    if (lambda) FN(multipliers)(&rows, multiples, lambda);
+    if (lambda) {
+        FN(multipliers)(&rows, multiples, lambda);
+        if (R_ANY(FN(redundant)(&rows))) FN(least_multipliers)(terms->jacobian, &rows, lambda);
+    }
     FN(backward)(&mass, MECHC_NU, x);
 }
 
-#if RLANES == 1 && !MECHC_ONE_FREEDOM
+#if !MECHC_ONE_FREEDOM
 /* Beside a crossing, states and errors are projected in the metric of the mass matrix: there the
  * closure's rounding is magnified into reactions M^-1 J^T, and only this metric takes all of them
  * away again; any other turns a part of them into motion and energy. */
@@ -59,7 +62,8 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
 MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const real *jacobian,
                                                      const real *values, real *step)
 {
-    const real none[MECHC_NU] = {0};
+    real none[MECHC_NU];
+    for (int i = 0; i < MECHC_NU; i++) none[i] = R(0.0);
     const FN(motion_terms) terms = {mass, jacobian, none, values};
     FN(solve_in_mass_metric)(&terms, step, 0);
 }
@@ -311,17 +315,15 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
 MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
                                  const real *values, real *step)
 {
-#if RLANES == 1
-    const int beside =
-        FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING;
-    if (__builtin_expect(beside, 0) && !R_ANY(FN(redundant)(f))) {
-        FN(least_work)(mass, jacobian, values, step);
-        return;
-    }
-#else
-    (void)jacobian, (void)mass;
-#endif
+    const rmask beside =
+        R_MASK(FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
+        & ~FN(redundant)(f);
     FN(least_change)(f, MECHC_NC, values, step);
+    if (__builtin_expect(R_ANY(beside), 0)) {
+        real other[MECHC_NU];
+        FN(least_work)(mass, jacobian, values, other);
+        for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
+    }
 }
 #endif
 #endif

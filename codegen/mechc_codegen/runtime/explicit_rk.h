@@ -11,6 +11,8 @@ struct mechc_gauss;                      /* in gauss.h */
 typedef struct {
     mechc_run head;
     const mechc_tableau *tableau, *own; /* of this step; of the method */
+    const mechc_tableau *resume; /* the method that stepped aside at a crossing; NULL: none */
+    int missed;                  /* crossings in a row that collocation could not step over */
     int method, has_tolerances;
     double t1, rtol, max_step, step, direction;
     long max_steps;
@@ -53,6 +55,8 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end);
 MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows);
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
 MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
+MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h);
+MECHC_STATIC void mechc_rk_come_back(mechc_rk_run *run);
 
 /* In stiffness.h. */
 MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end,
@@ -261,6 +265,8 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->head.t = t;
     run->refused_step = 0.0;
     run->failure = 0;
+    if (run->dip.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : MECHC_NARROW))
+        mechc_rk_come_back(run);
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.leaving = conditioning > run->dip.first;
     run->dip.first = conditioning;
@@ -364,6 +370,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
         if (fabs(h) < smallest) return status;
         run->step = fabs(h);
         run->failure = status;
+        if (mechc_rk_is_collocation(run) && mechc_rk_step_aside(run, h)) return MECHC_RUNNING;
         mechc_rk_refuse(run, mechc_rk_is_collocation(run) ? 0.7 : 0.3);
         return MECHC_RUNNING;
     }

@@ -11,20 +11,10 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
 #include "use_scalar.h"
-#include "sine_cosine.h"
-#include MECHC_PROGRAM
-#include "linear.h"
-#include "one_freedom.h"
-#include "dynamics.h"
-#include "stage.h"
+#include "generic.h"
 
 #include "use_lanes.h"
-#include "sine_cosine.h"
-#include MECHC_PROGRAM
-#include "linear.h"
-#include "one_freedom.h"
-#include "dynamics.h"
-#include "stage.h"
+#include "generic.h"
 #include "unuse.h"
 
 #include "evaluate.h"

@@ -1,0 +1,8 @@
+/* Everything that is generic over `real`, in its order; included once for each binding of it. */
+#include "sine_cosine.h"
+#include MECHC_PROGRAM
+#include "linear.h"
+#include "least_multipliers.h"
+#include "one_freedom.h"
+#include "dynamics.h"
+#include "stage.h"

@@ -68,7 +68,12 @@ def find(key: str) -> Path | None:
         If the cache folder cannot be used safely; the message says why.
     """
     target = _safe_folder(cache_folder()) / key
-    return target / SHARED_OBJECT if target.is_dir() and _sound(target) else None
+    return target / SHARED_OBJECT if _sound(target) else None
+
+
+def is_key(text: object) -> bool:
+    """Whether a text can be the name of an entry."""
+    return isinstance(text, str) and _KEY.fullmatch(text) is not None
 
 
 def entries() -> list[Path]:

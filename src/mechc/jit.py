@@ -8,6 +8,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -54,11 +55,10 @@ def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
     def described() -> tuple[Any, Any]:
         return _compiler_errors(lambda: _shipped(name, options)), _everything()
 
-    if not all(map(_is_plain, options.values())):
-        build = {"options": told} if _reads_again(options, told) else {"custom": True}
-        return _compile(*described(), build)
-    digest = hashlib.sha256(repr((name, sorted(told.items()))).encode()).hexdigest()
-    return _compile_known(digest, described, {"options": told})
+    if all(map(_is_plain, options.values())):
+        return _compile_known(_variant_digest(name, told), described, {"options": told})
+    same = _reads_again(options, told)
+    return _compile(*described(), {"options": told} if same else {"custom": True})
 
 
 def _is_plain(value: Any) -> bool:
@@ -80,6 +80,11 @@ def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
     except CodegenError:
         return False
     return all(again)
+
+
+def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
+    parts = ["shipped", name, repr(sorted(told.items()))]
+    return hashlib.sha256("".join(f"{len(p)}:{p}" for p in parts).encode()).hexdigest()
 
 
 def compile_any(thing: Any, **asked: Any) -> Model:
@@ -119,6 +124,29 @@ def _everything() -> Any:
     from mechc_codegen.wishes import EVERYTHING
 
     return EVERYTHING
+
+
+def compiled_before(key: str, name: str) -> Model:
+    """A scene that is in this user's cache already, by its key.
+
+    Raises
+    ------
+    MechcError
+        If it is not there.
+    """
+    if key not in _compiled:
+        if not cache.is_key(key):
+            raise MechcError(f"{key!r} is not the key of a compiled scene")
+        path = cache.entry(key, lambda _: _refuse_absent(key, name))
+        _compiled[key] = Model(capsule_of(str(path)), build={"custom": True, "key": key})
+    return _compiled[key]
+
+
+def _refuse_absent(key: str, name: str) -> None:
+    raise MechcError(
+        f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of this "
+        "process: compile it here first, or let MECHC_CACHE_DIR name a folder that all share"
+    )
 
 
 def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
@@ -168,7 +196,7 @@ def _compile_known(
     from mechc_codegen.signature import compiler_signature
 
     started = time.perf_counter()
-    key = compiler_signature(digest, *_environment())
+    key = compiler_signature(f"{digest} sympy {version('sympy')}", *_environment())
     return _model(key, lambda: _built(*described()), build, started)
 
 

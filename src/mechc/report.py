@@ -31,10 +31,10 @@ def model_report(model: Model) -> str:
         "",
         f"once a run, of parameters alone: {counts['once_per_run']}",
     ]
+    lines += _redundant(model)
     if model._data["fixed"]:
         fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
         lines.append(f"fixed: {', '.join(fixed)}")
-    lines += _redundant(model)
     if model._data["skipped"]:
         lines.append(f"not in this scene: {', '.join(model._data['skipped'])}")
     seconds = model.build.get("seconds", {})

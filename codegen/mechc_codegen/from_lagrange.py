@@ -12,8 +12,8 @@ from sympy.physics.mechanics import LagrangesMethod, ReferenceFrame, dynamicsymb
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.loads import plain_loads
-from mechc_codegen.mechanism import printed_name
 from mechc_codegen.source import Source
+from mechc_codegen.terms import printed_name
 
 
 def read_lagrange(method: LagrangesMethod) -> Source:

@@ -9,7 +9,7 @@ from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.mechanics.loads import Force, Torque
 
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.mechanism import Load
+from mechc_codegen.terms import Load
 
 
 def plain_loads(loads: Iterable[Any]) -> tuple[Load, ...]:

@@ -14,11 +14,11 @@ from math import inf
 from sympy import Derivative, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
-from sympy.physics.vector import Vector
 
 from mechc_codegen.errors import MechanismError
-
-Load = tuple[Point | ReferenceFrame, Vector]
+from mechc_codegen.terms import Load as Load  # the stages find them here
+from mechc_codegen.terms import is_rigid as is_rigid
+from mechc_codegen.terms import printed_name as printed_name
 
 
 @dataclass(frozen=True)
@@ -181,16 +181,6 @@ class Mechanism:
         time = dynamicsymbols._t
         zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
         return zero | {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
-
-
-def printed_name(symbol: Expr) -> str:
-    """The name a person sees for a symbol or a function of time: ``theta_0``."""
-    return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
-
-
-def is_rigid(body: RigidBody | Particle) -> bool:
-    """Whether a body has an inertia; SymPy's deprecated ``Body`` is of both classes."""
-    return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
 
 
 def _check_lengths(mechanism: Mechanism) -> None:

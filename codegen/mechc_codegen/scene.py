@@ -6,18 +6,21 @@ that is what makes a warm start quick.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 from sympy import Expr, sympify
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.from_sympy import read, readable
-from mechc_codegen.mechanism import Mechanism
 from mechc_codegen.source import Settings
 from mechc_codegen.walk import Walk, walk
-from mechc_codegen.wishes import Wishes
+
+if TYPE_CHECKING:
+    from mechc_codegen.mechanism import Mechanism
+    from mechc_codegen.wishes import Wishes
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,7 @@ class Scene:
 
     def __init__(self, thing: Any, asked: Asked) -> None:
         self.asked = asked
-        self._mechanism = thing if isinstance(thing, Mechanism) else None
+        self._mechanism = thing if _is_mechanism(thing) else None
         self._source = None if self._mechanism else read(thing)
         self._walk = walk(self._source) if self._source else None
         if self._mechanism:
@@ -66,7 +69,13 @@ class Scene:
 
 def compilable(thing: object) -> bool:
     """Whether it is a mechanism or an object of SymPy's that can be read as one."""
-    return isinstance(thing, Mechanism) or readable(thing)
+    return _is_mechanism(thing) or readable(thing)
+
+
+def _is_mechanism(thing: object) -> TypeGuard[Mechanism]:
+    """Nothing is one before its module is loaded, which takes longer than finding a scene."""
+    module = sys.modules.get("mechc_codegen.mechanism")
+    return module is not None and isinstance(thing, module.Mechanism)
 
 
 def _refuse_settings(settings: Settings) -> None:

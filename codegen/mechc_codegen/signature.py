@@ -12,6 +12,8 @@ import platform
 from collections.abc import Iterator
 from pathlib import Path
 
+import sympy
+
 FOLDER = Path(__file__).parent
 DECIDING = (".py", ".h", ".in")
 
@@ -19,7 +21,7 @@ DECIDING = (".py", ".h", ".in")
 def compiler_signature(digest: str, compiler: str, environment: str) -> str:
     """Hash of all that decides a binary."""
     whole = hashlib.sha256()
-    for part in (digest, compiler, environment, platform.machine()):
+    for part in (digest, compiler, environment, platform.machine(), sympy.__version__):
         whole.update(f"{len(part)}:{part}".encode())
     for path in sorted(_deciding(str(FOLDER))):
         content = Path(path).read_bytes()

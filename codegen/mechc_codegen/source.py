@@ -13,7 +13,7 @@ from sympy import Expr
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 
-from mechc_codegen.mechanism import Load
+from mechc_codegen.terms import Load
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,8 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
-from mechc_codegen.mechanism import is_rigid
 from mechc_codegen.source import Source
+from mechc_codegen.terms import is_rigid
 
 
 class Walk:

@@ -51,7 +51,7 @@ def _redundant(model: Model) -> list[str]:
     except AssemblyError:
         return ["redundant constraints: not known, the loops do not close with these parameters"]
     except MissingParameterError:
-        return ["redundant constraints: not looked for, parameters without a default have no value"]
+        return ["redundant constraints: ask model.redundant_constraints(params)"]
     if not found:
         return ["redundant constraints: none"]
     return [

@@ -17,7 +17,7 @@ import pytest
 import scenes
 from mechc_codegen import Build, Mechanism, MechanismError, build_scene
 from mechc_codegen.emit_c import BASELINE
-from mechc_codegen.extension import FLAGS, RUNTIME, STRICT, instruction_sets, signature
+from mechc_codegen.extension import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
 from mechc_codegen.mechanism import Constraint, Coordinate, Drawing, Parameter, Quantity, Speed
 from mechc_codegen.printer import RealPrinter
 from sympy import (
@@ -83,10 +83,12 @@ def compiles(
 ) -> None:
     """Every source, or one, with its own flags; any warning is an error."""
     build.write(folder)
-    for source, flags in build.flags.items():
+    units = {source: (*FLAGS, *flags) for source, flags in build.flags.items()}
+    units["scene_first.c"] = (*FIRST_FLAGS, *build.first_flags)
+    for source, flags in units.items():
         if only not in (None, source):
             continue
-        command = [compiler, *FLAGS, *STRICT, *flags, *extra, f"-I{RUNTIME}", f"-I{folder}"]
+        command = [compiler, *STRICT, *flags, *extra, f"-I{RUNTIME}", f"-I{folder}"]
         command += ["-fsyntax-only"] if "-fsyntax-only" in extra else ["-c", "-o", "/dev/null"]
         done = subprocess.run(
             [*command, str(folder / source)], capture_output=True, text=True, check=False

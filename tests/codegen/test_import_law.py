@@ -20,14 +20,15 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
-DATA = BASE | {"mechanism", "equations", "program", "wishes", "source"}
+DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source"}
 STAGES = {"derive", "differentiate", "lower", "optimize", "emit_c", "metadata"}
 ALLOWED = {
     "errors": set[str](),
     "wishes": set[str](),
-    "source": {"mechanism"},
+    "source": {"terms"},
+    "terms": set[str](),
     "expression": BASE,
-    "mechanism": BASE,
+    "mechanism": BASE | {"terms"},
     "equations": BASE,
     "program": BASE | {"equations"},
     "optimize": DATA | {"passes"},

@@ -170,6 +170,14 @@ def test_a_tilde_is_the_home_folder(tmp_path, monkeypatch):
     assert cache.entry(KEY, Maker()) == tmp_path / "here" / KEY / "scene.so"
 
 
+def test_an_entry_is_found_where_it_is_and_only_there(root):
+    assert cache.find(KEY) is None
+    cache.entry(KEY, Maker())
+    assert cache.find(KEY) == root / KEY / "scene.so"
+    damage_bits(root / KEY)
+    assert cache.find(KEY) is None
+
+
 def test_a_folder_that_cannot_be_made_is_told_with_what_to_do(tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     for folder in ("file", "file/below"):

@@ -15,7 +15,7 @@ from mechc.assemble import DEAD
 from mechc.batch_assemble import configurations
 from mechc.batch_recipe import Recipe
 from mechc.parameters import Array
-from mechc.reduction import LAST, read_reduction
+from mechc.reduction import LAST, read_reduction, read_stop
 from mechc.simulate import METHODS, OFF_BY_ROUNDING
 
 if TYPE_CHECKING:
@@ -49,6 +49,7 @@ def run_members(
     y0, assembled, miss, complete = _starts(model, unit, recipe, values, length, threads)
     reductions = [read_reduction(model, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
+    primitives += [read_stop(model, recipe.until)] if recipe.until else []
     runs = Runs(
         unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
         model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING, BLOCK,

@@ -150,6 +150,36 @@ def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
     assert float(data.y.sel(state="omega_1")[0]) == batch.y[0, 4]
 
 
+def test_a_crossing_ends_a_member_and_what_is_reduced_ends_with_it(model, drawn):
+    start, params = drawn
+    level = np.radians(100)
+
+    def event(t, y):
+        return y[0] - level
+
+    asked = {"reduce": ["max(theta_0)", "mean(theta_1)", "final(theta_0)"], "t_eval": TIMES}
+    batch = model.simulate_batch(2.0, start, params, until="theta_0 > 100deg", **asked)
+    assert batch.counts["stopped by an event"] > 0
+    for member in np.flatnonzero(batch.ok):
+        sol = model.simulate(
+            2.0, batch["y0"][member], one(params, member),
+            events=[mechc.Event(event, direction=1, terminal=True)],
+        )  # fmt: skip
+        assert batch.status(member).code == sol.status.code
+        end = sol.t[-1]
+        assert batch.t[member] == pytest.approx(end, abs=1e-9)
+        np.testing.assert_allclose(batch.y[member], sol.y[-1], atol=1e-7)
+        known = end >= TIMES
+        assert np.isfinite(batch["y_eval"][member][known]).all()
+        assert np.isnan(batch["y_eval"][member][~known]).all()
+        t = np.linspace(0, end, 20_001)
+        y = sol(t)
+        assert batch["max(theta_0)"][member] == pytest.approx(y[:, 0].max(), abs=1e-6)
+        mean = np.trapezoid(y[:, 1], t) / end
+        assert batch["mean(theta_1)"][member] == pytest.approx(mean, abs=1e-7)
+        assert batch["final(theta_0)"][member] == batch.y[member, 0]
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -160,6 +190,7 @@ def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
         ({"reduce": "max(points[9,0])"}, "shape"),
         ({"reduce": "first(theta_0 > 3 parsec)"}, "rad or deg"),
         ({"reduce": "first(theta_0)"}, "level"),
+        ({"until": "max(theta_0)"}, "level"),
         ({"params": {"l_3": [3.5, 3.6], "m_1": [1.0, 2.0, 3.0]}}, "counted differently"),
         ({"params": {"l_3": [3.5, -1.0]}}, "l_3"),
         ({"outputs": ["points"]}, "t_eval"),

@@ -129,7 +129,8 @@ def simulate_batch(
 def _recipe(
     model: Model, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
     outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
-    atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int, on_change_point: str,
+    atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
+    on_change_point: str,
 ) -> Recipe:  # fmt: skip
     """Everything checked that can be before anything is computed."""
     span = _checked_span(t_span)

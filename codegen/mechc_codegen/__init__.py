@@ -1,12 +1,24 @@
 """mechc_codegen: from a mechanism in ``sympy.physics.mechanics`` to C.
 
 ``build_scene`` reads like the table of contents: derive, differentiate, lower, optimize, emit.
+A name is imported when it is first used: to find a scene that is compiled already takes few of
+the modules.
 """
 
-from mechc_codegen.errors import CodegenError, ExpressionError, InternalError, MechanismError
-from mechc_codegen.extension import Build, build_scene
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.mechanisms import SHIPPED, shipped_mechanism
+from importlib import import_module
+from typing import Any
+
+_PLACES = {
+    "SHIPPED": "mechanisms",
+    "Build": "extension",
+    "CodegenError": "errors",
+    "ExpressionError": "errors",
+    "InternalError": "errors",
+    "Mechanism": "mechanism",
+    "MechanismError": "errors",
+    "build_scene": "extension",
+    "shipped_mechanism": "mechanisms",
+}
 
 __all__ = [
     "SHIPPED",
@@ -19,3 +31,9 @@ __all__ = [
     "build_scene",
     "shipped_mechanism",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _PLACES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_PLACES[name]}"), name)

@@ -12,14 +12,18 @@ the generalized inertia force is free of u'.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sympy import Expr, S, Symbol, sympify
+from sympy import Derivative, Expr, S, Symbol, sympify
+from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.equations import Equations, Output, Symbols
-from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.mechanism import Mechanism, is_rigid, printed_name
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 AXES = ("x", "y", "z")
 
@@ -35,30 +39,32 @@ class BodyMotion:
     masscentre: Point
 
 
-def derive(mechanism: Mechanism) -> Equations:
-    """Derive the equations of motion and every other output of ``mechanism``."""
+def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+    """Derive the equations of motion and every other output of ``mechanism`` that is wished."""
     symbols = _plain_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
     outputs = [
-        *_kanes_equations(mechanism, motions),
+        *_equations_of_motion(mechanism, motions),
         *_kinematics(mechanism),
         *_constraints(mechanism),
-        *_energies(mechanism, motions),
-        *_momenta(mechanism, motions),
-        *_points(mechanism),
+        *(_energies(mechanism, motions) if wishes.wants("energy") else ()),
+        *(_momenta(mechanism, motions) if wishes.wants("momenta") else ()),
+        *(_points(mechanism) if wishes.wants("points") else ()),
         *_preference(mechanism),
+        *_user_outputs(mechanism, wishes),
     ]
-    to_plain = _replacement(mechanism, symbols)
+    plain = _Plain(mechanism, symbols, wishes)
     return Equations(
         symbols=symbols,
-        outputs={o.name: _replaced(o, to_plain) for o in outputs},
-        parameter_defaults=tuple(
-            sympify(p.default).xreplace(to_plain) for p in mechanism.parameters
-        ),
+        outputs={o.name: plain.output(o) for o in outputs},
+        parameter_defaults=tuple(plain.default(p.default) for p in mechanism.parameters),
         holonomic=len(mechanism.configuration_constraints),
         nonholonomic=len(mechanism.motion_constraints),
         identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
+        mass_scale=plain.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
+        if mechanism.bodies
+        else S.One,
     )
 
 
@@ -74,20 +80,76 @@ def _plain_symbols(mechanism: Mechanism) -> Symbols:
     )
 
 
-def _replacement(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
-    named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
-    plain = [*symbols.q, *symbols.u, *symbols.parameters]
-    return dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
+class _Plain:
+    """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
+
+    def __init__(self, mechanism: Mechanism, symbols: Symbols, wishes: Wishes) -> None:
+        named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+        plain = [*symbols.q, *symbols.u, *symbols.parameters]
+        self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
+        self.symbols |= wishes.fixed
+        self.inputs = mechanism.inputs
+        self.rates = mechanism.rates
+
+    def output(self, output: Output) -> Output:
+        elements = tuple(self.expression(sympify(e)) for e in output.elements)
+        return Output(output.name, output.equation, elements, output.shape, output.labels)
+
+    def expression(self, value: Expr) -> Expr:
+        if self.inputs:
+            value = value.xreplace(specified_values(value, self.inputs)).xreplace(self.rates)
+        _refuse_functions(value, self.symbols)
+        return value.xreplace(self.symbols)
+
+    def default(self, value: Expr | float | None) -> Expr | None:
+        return None if value is None else sympify(value).xreplace(self.symbols)
 
 
-def _replaced(output: Output, to_plain: dict[Expr, Expr]) -> Output:
-    elements = tuple(sympify(e).xreplace(to_plain) for e in output.elements)
-    return Output(output.name, output.equation, elements, output.shape, output.labels)
+def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[Expr, Expr]:
+    """What specified functions and their derivatives in ``value`` stand for.
+
+    Raises
+    ------
+    MechanismError
+        For a derivative of one that is given in terms of more than time: its own derivative is
+        not known before the accelerations are.
+    """
+    values: dict[Expr, Expr] = dict(inputs)
+    for derivative in value.atoms(Derivative):
+        function = derivative.expr
+        if function not in inputs:
+            continue
+        if inputs[function].atoms(AppliedUndef):
+            raise MechanismError(
+                f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "
+                "must be given as an expression of time and parameters alone, not of "
+                f"{', '.join(sorted(map(printed_name, inputs[function].atoms(AppliedUndef))))}"
+            )
+        values[derivative] = inputs[function].diff(*derivative.variables)
+    return values
+
+
+def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
+    left = value.atoms(Derivative) or value.atoms(AppliedUndef) - known.keys()
+    if not left:
+        return
+    what = min(left, key=str)
+    function = what.expr if isinstance(what, Derivative) else what
+    name = printed_name(function)
+    if function in known:
+        raise MechanismError(
+            f"the rate of {name} stands where the equations must be free of it, in "
+            f"{str(value)[:80]!r}: loads and constraints may hold coordinates and speeds only"
+        )
+    raise MechanismError(
+        f"{name} depends on time but is neither a coordinate nor a speed, in "
+        f"{str(value)[:80]!r}; say what it is with inputs={{{name!r}: expression}}"
+    )
 
 
 def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
     frame, rates = mechanism.frame, mechanism.rates
-    if isinstance(body, Particle):
+    if not is_rigid(body):
         velocity = body.point.vel(frame).xreplace(rates)
         return BodyMotion(body.mass, velocity, Vector(0), None, body.point)
     return BodyMotion(
@@ -99,20 +161,13 @@ def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
     )
 
 
-def _kanes_equations(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
-    speeds, frame = mechanism.u, mechanism.frame
-    partials = [_partial_velocities(motion, speeds, frame) for motion in motions]
-    size = len(speeds)
-    mass = [[S.Zero] * size for _ in speeds]
-    forcing = _generalized_active_forces(mechanism)
-    for motion, (linear, angular) in zip(motions, partials, strict=True):
-        force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
-        for row in range(size):
-            for column in range(row, size):
-                mass[row][column] += _mass_term(motion, linear, angular, row, column)
-            forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
+def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
+    mass, forcing = _kanes_equations(mechanism, motions)
+    if mechanism.lagrangian is not None:
+        _add_lagranges_equations(mechanism, mass, forcing)
+    size = len(forcing)
     symmetric = [mass[min(r, c)][max(r, c)] for r in range(size) for c in range(size)]
-    names = [printed_name(u) for u in speeds]
+    names = [printed_name(u) for u in mechanism.u]
     return [
         Output(
             "mass_matrix",
@@ -129,6 +184,40 @@ def _kanes_equations(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Ou
             tuple(f"F[{a}]" for a in names),
         ),
     ]
+
+
+def _add_lagranges_equations(
+    mechanism: Mechanism, mass: list[list[Expr]], forcing: list[Expr]
+) -> None:
+    """d/dt dL/du - dL/dq = 0 with u = q', split into what u' multiplies and the rest."""
+    assert mechanism.lagrangian is not None
+    time = dynamicsymbols._t
+    lagrangian = mechanism.lagrangian.xreplace(mechanism.rates)
+    no_accelerations = {u.diff(time): S.Zero for u in mechanism.u}
+    for row, (q, u) in enumerate(zip(mechanism.q, mechanism.u, strict=True)):
+        momentum = lagrangian.diff(u)
+        for column in range(row, len(mechanism.u)):
+            mass[row][column] += momentum.diff(mechanism.u[column])
+        rate = momentum.diff(time).xreplace(no_accelerations).xreplace(mechanism.rates)
+        forcing[row] += lagrangian.diff(q) - rate
+
+
+def _kanes_equations(
+    mechanism: Mechanism, motions: list[BodyMotion]
+) -> tuple[list[list[Expr]], list[Expr]]:
+    """The upper triangle of M, and F."""
+    speeds, frame = mechanism.u, mechanism.frame
+    partials = [_partial_velocities(motion, speeds, frame) for motion in motions]
+    size = len(speeds)
+    mass = [[S.Zero] * size for _ in speeds]
+    forcing = _generalized_active_forces(mechanism)
+    for motion, (linear, angular) in zip(motions, partials, strict=True):
+        force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
+        for row in range(size):
+            for column in range(row, size):
+                mass[row][column] += _mass_term(motion, linear, angular, row, column)
+            forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
+    return mass, forcing
 
 
 def _partial_velocities(
@@ -217,9 +306,41 @@ def _constraints(mechanism: Mechanism) -> list[Output]:
 def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
     kinetic = sum((_kinetic_energy(motion) for motion in motions), S.Zero)
     potential = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
+    if mechanism.potential is not None:
+        potential = mechanism.potential
+    if mechanism.lagrangian is not None:
+        of_speeds, rest = _jacobi_energy(mechanism)
+        kinetic, potential = kinetic + of_speeds, potential + rest
+    potential = sympify(potential).xreplace(mechanism.rates)
     return [
         Output("kinetic_energy", "T = sum of m v.v/2 + omega.I.omega/2", (kinetic,), (), ("T",)),
-        Output("potential_energy", "V, of the loads that have one", (potential,), (), ("V",)),
+        *_potential(mechanism, potential),
+    ]
+
+
+def _potential(mechanism: Mechanism, potential: Expr) -> list[Output]:
+    if mechanism.unknown_potentials:
+        return []
+    return [Output("potential_energy", "V, of the loads that have one", (potential,), (), ("V",))]
+
+
+def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
+    """Jacobi's energy u . dL/du - L = T2 - L0, in its parts quadratic in and free of the speeds.
+
+    L0 is what is left of L at rest; T2 = (u . d(L - L0)/du) - (L - L0).  The energy T + V where
+    the kinetic energy is quadratic in the speeds.
+    """
+    assert mechanism.lagrangian is not None
+    lagrangian = mechanism.lagrangian.xreplace(mechanism.rates)
+    at_rest = lagrangian.xreplace(dict.fromkeys(mechanism.u, S.Zero))
+    moving = sum((u * lagrangian.diff(u) for u in mechanism.u), S.Zero) - lagrangian + at_rest
+    return moving, -at_rest
+
+
+def _user_outputs(mechanism: Mechanism, wishes: Wishes) -> list[Output]:
+    return [
+        Output(name, "asked for", (expression.xreplace(mechanism.rates),), (), (name,))
+        for name, expression in wishes.expressions.items()
     ]
 
 

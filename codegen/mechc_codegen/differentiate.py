@@ -7,7 +7,7 @@ runs through the kinematics, so speeds need not be rates of coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from sympy import Expr, S
@@ -53,7 +53,35 @@ def differentiate(equations: Equations) -> Equations:
         ),
     ]
     outputs = {**equations.outputs, **{output.name: output for output in added}}
+    outputs |= {o.name: o for o in _with_mass_for_all(outputs, equations.mass_scale)}
     return replace(equations, outputs=outputs)
+
+
+def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Output, ...]:
+    """M and F with ``s J^T J`` and ``s J^T gamma`` added, where a speed moves no mass by itself.
+
+    On J u' = gamma both say the same, with the same multipliers; but the solver of the motion
+    needs a mass in every speed, as the metric of the rows.  ``s`` is of the size of M.
+    """
+    mass, forcing = outputs["mass_matrix"], outputs["forcing"]
+    rows, gamma = outputs["constraint_jacobian"], outputs["gamma"].elements
+    size = len(forcing.elements)
+    if not gamma or all(mass.elements[i * (size + 1)] != 0 for i in range(size)):
+        return ()
+    jacobian = [rows.elements[i * size : (i + 1) * size] for i in range(len(gamma))]
+    added = [sum((r[i] * r[j] for r in jacobian), S.Zero) for i in range(size) for j in range(size)]
+    pushed = [
+        sum((r[i] * g for r, g in zip(jacobian, gamma, strict=True)), S.Zero) for i in range(size)
+    ]
+    return (
+        _augmented(mass, added, scale, "M + s J^T J"),
+        _augmented(forcing, pushed, scale, "F + s J^T gamma"),
+    )
+
+
+def _augmented(output: Output, added: Sequence[Expr], scale: Expr, equation: str) -> Output:
+    elements = tuple(e + scale * a for e, a in zip(output.elements, added, strict=True))
+    return replace(output, name=f"augmented_{output.name}", equation=equation, elements=elements)
 
 
 def directional(expression: Expr, symbols: Symbols, rates: Sequence[Expr]) -> Expr:

@@ -14,7 +14,7 @@ from importlib.resources import files
 from string import Template
 from textwrap import wrap
 
-from sympy import Expr, Symbol
+from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.printer import RealPrinter
@@ -27,11 +27,12 @@ from mechc_codegen.program import (
     symbols_of,
     targets_of,
 )
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 CONFIGURATION = ("constraints", "constraint_jacobian", "velocity_bias", "mass_matrix")
 MOTION = ("forcing", "gamma")
 ARGUMENTS = ("gap", "jacobian", "bias", "mass")
-INTERNAL = ("velocity_bias", "gamma")
+INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 
 
 @dataclass(frozen=True)
@@ -55,15 +56,20 @@ WIDER = (
 
 
 def emit(
-    program: Program, equations: Equations, metadata: str, sets: Sequence[InstructionSet]
+    program: Program,
+    equations: Equations,
+    metadata: str,
+    sets: Sequence[InstructionSet],
+    wishes: Wishes = EVERYTHING,
 ) -> dict[str, str]:
     """File name -> text of everything that is compiled for one scene."""
-    emitter = _Emitter(program, equations)
+    emitter = _Emitter(program, equations, wishes)
     texts = {
         "scene_sizes.h": emitter.sizes(),
         "scene_program.h": emitter.program_text(),
         "scene_model.c": emitter.model(metadata, sets),
     }
+    texts["scene_first.c"] = _template("first.c.in").substitute(unit=sets[-1].name)
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}
         texts[f"scene_{each.name}.c"] = _template("unit.c.in").substitute(values)
@@ -73,15 +79,17 @@ def emit(
 class _Emitter:
     """The texts of one program."""
 
-    def __init__(self, program: Program, equations: Equations) -> None:
-        self.program, self.equations = program, equations
+    def __init__(self, program: Program, equations: Equations, wishes: Wishes) -> None:
+        self.program, self.equations, self.wishes = program, equations, wishes
         self.printer = RealPrinter()
         self.outputs = {o.name: o for o in program.outputs}
-        configuration = self._slice(CONFIGURATION)
-        motion = self._slice(MOTION)
+        self.of_configuration = tuple(map(self._solved_with, CONFIGURATION))
+        self.of_motion = tuple(map(self._solved_with, MOTION))
+        configuration = self._slice(self.of_configuration)
+        motion = self._slice(self.of_motion)
         computed = set(targets_of(configuration))
         self.motion_statements = [s for s in motion if s not in configuration]
-        used = symbols_of(s.value for s in self.motion_statements) | self._used_by(MOTION)
+        used = symbols_of(s.value for s in self.motion_statements) | self._used_by(self.of_motion)
         self.saved = [symbol for symbol in targets_of(configuration) if symbol in used & computed]
         self.configuration_statements = configuration
         hoisted = set(targets_of(program.hoisted))
@@ -114,7 +122,7 @@ class _Emitter:
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
         entries = [(o.name, len(o.elements)) for o in self._asked()] + [("rates", size)]
-        if rows:
+        if rows and self.wishes.wants("multipliers"):
             entries.append(("multipliers", rows))
         return " \\\n".join(f"    X({name}, {width})" for name, width in entries)
 
@@ -139,9 +147,10 @@ class _Emitter:
         return _function(comment, "hoist", signature, [*loaded, *lines], "p k", "MECHC_ONCE")
 
     def _configuration(self) -> str:
-        outputs = [(self._get(n), a) for n, a in zip(CONFIGURATION, ARGUMENTS, strict=True)]
+        outputs = [(self._get(n), a) for n, a in zip(self.of_configuration, ARGUMENTS, strict=True)]
         statements = self.configuration_statements
-        body = self._loads(self._reads(statements, CONFIGURATION)) + self._turning(statements)
+        body = self._loads(self._reads(statements, self.of_configuration))
+        body += self._turning(statements)
         for output, target in outputs:
             body += self._assignments(output, target)
         body += [f"saved[{i}] = {symbol.name};" for i, symbol in enumerate(self.saved)]
@@ -172,11 +181,11 @@ class _Emitter:
 
     def _motion(self) -> str:
         statements = self.motion_statements
-        reads = self._reads(statements, MOTION)
+        reads = self._reads(statements, self.of_motion)
         body = self._loads(reads)
         body += [f"const real {s.name} = saved[{i}];" for i, s in enumerate(self.saved)]
         body += self._statements(statements)
-        for name, target in zip(MOTION, MOTION, strict=True):
+        for name, target in zip(self.of_motion, MOTION, strict=True):
             body += self._assignments(self._get(name), target)
         signature = (
             "real t, const real *q, const real *u, const real *p, const real *k,"
@@ -197,6 +206,11 @@ class _Emitter:
         return _function(output.equation, name, signature, body, _used_names(signature))
 
     # -- pieces -----------------------------------------------------------------------------
+
+    def _solved_with(self, name: str) -> str:
+        """The form of M or F that the motion is solved with."""
+        augmented = f"augmented_{name}"
+        return augmented if augmented in self.outputs else name
 
     def _get(self, name: str) -> Output | None:
         return self.outputs.get(name)
@@ -270,11 +284,14 @@ class _Emitter:
             if i in placed:
                 return
             placed.add(i)
-            value: Expr = self.equations.parameter_defaults[i]
+            value = self.equations.parameter_defaults[i]
+            if value is None:
+                lines.append(f"    if (!given[{i}]) p[{i}] = NAN;")
+                return
             followed = sorted(index[s] for s in value.free_symbols)
             for j in followed:
                 place(j)
-            loads = " ".join(f"const double p{j} = p[{j}];" for j in followed)
+            loads = " ".join(f"const double {symbols[j].name} = p[{j}];" for j in followed)
             text = self.printer.real(value)
             lines.append(
                 f"    if (!given[{i}]) {{ {loads} p[{i}] = {text}; }}".replace("{  ", "{ ")

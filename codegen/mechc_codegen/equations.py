@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sympy import Expr, Symbol
+from sympy import Expr, S, Symbol
 
 
 @dataclass(frozen=True)
@@ -49,16 +49,18 @@ class Equations:
     """Everything derived for one mechanism.
 
     ``holonomic`` of the constraints are on the configuration; the remaining rows of the
-    constraint Jacobian constrain the speeds alone.
+    constraint Jacobian constrain the speeds alone.  ``mass_scale`` is an expression of the size of
+    M's entries.
     """
 
     symbols: Symbols
     outputs: Mapping[str, Output]
-    parameter_defaults: tuple[Expr, ...]
+    parameter_defaults: tuple[Expr | None, ...]
     holonomic: int
     nonholonomic: int
     identity_kinematics: bool
     speed_names: tuple[str, ...]
+    mass_scale: Expr = S.One
 
     def __str__(self) -> str:
         lines = []

@@ -11,7 +11,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar
@@ -19,10 +19,13 @@ from typing import TypeVar
 from mechc_codegen.derive import derive
 from mechc_codegen.differentiate import differentiate
 from mechc_codegen.emit_c import BASELINE, WIDER, InstructionSet, emit
+from mechc_codegen.equations import Equations
 from mechc_codegen.lower import lower
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
 from mechc_codegen.optimize import optimize
+from mechc_codegen.program import symbols_of
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 # -ffast-math would let a loaded extension flush denormals for the whole process.
 # gcc's vectorisers gather the scalar code's numbers into vectors at twice the time; where vectors
@@ -36,6 +39,9 @@ FLAGS = (
     "-fno-tree-vectorize",
     "-fvisibility=hidden",
 )
+# Soon there rather than fast: it serves until the whole is compiled.
+FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
+SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 T = TypeVar("T")
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
@@ -50,6 +56,11 @@ class Build:
     flags: Mapping[str, tuple[str, ...]]
 
     @property
+    def first_flags(self) -> tuple[str, ...]:
+        """Those of the widest instruction set, which the first unit is compiled for."""
+        return max(self.flags.values(), key=len)
+
+    @property
     def sources(self) -> tuple[str, ...]:
         return tuple(self.flags)
 
@@ -62,19 +73,47 @@ class Build:
                 path.write_text(text, "utf-8")
 
 
-def build_scene(mechanism: Mechanism, sets: tuple[InstructionSet, ...] | None = None) -> Build:
+def build_scene(
+    mechanism: Mechanism,
+    sets: tuple[InstructionSet, ...] | None = None,
+    wishes: Wishes = EVERYTHING,
+) -> Build:
     """Derive, optimise and emit a mechanism; nothing is compiled yet."""
     sets = instruction_sets() if sets is None else sets
     seconds: dict[str, float] = {}
-    equations = _timed(seconds, "derive", lambda: derive(mechanism))
+    equations = _timed(seconds, "derive", lambda: derive(mechanism, wishes))
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
+    parameters, equations = drop_parameters(mechanism, equations, wishes)
     lowered = lower(equations)
     program = _timed(seconds, "optimize", lambda: optimize(lowered))
-    metadata = json.dumps(scene_metadata(mechanism, lowered, program), sort_keys=True)
-    texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets))
+    told = scene_metadata(mechanism, parameters, (lowered, program), wishes)
+    metadata = json.dumps(told, sort_keys=True)
+    texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets, wishes))
     texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
     flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
     return Build(mechanism.name, texts, flags)
+
+
+def drop_parameters(
+    mechanism: Mechanism, equations: Equations, wishes: Wishes
+) -> tuple[tuple[Parameter, ...], Equations]:
+    """The parameters less those that are fixed, and those without a value that nothing uses."""
+    symbols = equations.symbols.parameters
+    used = symbols_of(e for o in equations.outputs.values() for e in o.elements)
+    defaults = equations.parameter_defaults
+    used |= symbols_of(e for e in defaults if e is not None)
+    kept = [
+        i
+        for i, parameter in enumerate(mechanism.parameters)
+        if parameter.symbol not in wishes.fixed
+        and (parameter.default is not None or symbols[i] in used)
+    ]
+    left = replace(
+        equations,
+        symbols=replace(equations.symbols, parameters=tuple(symbols[i] for i in kept)),
+        parameter_defaults=tuple(defaults[i] for i in kept),
+    )
+    return tuple(mechanism.parameters[i] for i in kept), left
 
 
 def instruction_sets() -> tuple[InstructionSet, ...]:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
 
-from sympy import Derivative, Expr, Symbol, sympify
+from sympy import Derivative, Expr, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -38,10 +38,13 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A constant of the mechanism with its default, which may follow other parameters."""
+    """A constant of the mechanism with its default, which may follow other parameters.
+
+    Without a default (None) its value has to be given with every use.
+    """
 
     symbol: Symbol
-    default: Expr
+    default: Expr | float | None
     quantity: Quantity
 
 
@@ -106,6 +109,22 @@ class Mechanism:
         them).  The time derivatives of the former are derived, not given.
     points
         The named points whose positions and velocities can be asked for.
+    inputs
+        Specified functions of time that are no state, each with the expression that it stands
+        for: of time, and where no derivative of it appears also of coordinates and speeds.
+    auxiliary
+        Auxiliary speeds: zero, and so are their rates.
+    lagrangian
+        L(q, q', t), whose equations are added to those of bodies and loads; the coordinates'
+        rates must then be the speeds.
+    potential
+        The potential energy, where it is not the sum of that of the bodies.
+    unspecified
+        Functions of time that may stand in descriptions but in no equation that comes out: a
+        contact force that acts on an auxiliary speed alone.
+    unknown_potentials
+        The loads of which it is not known whether they have a potential, in words; where there
+        are any, no potential energy is given out.
     start
         Coordinates and speeds that ``run`` starts from when nothing else is said (SI units).
     preference
@@ -133,6 +152,12 @@ class Mechanism:
     preference: Expr | None = None
     notes: Notes | None = None
     skipped: tuple[str, ...] = ()
+    inputs: Mapping[AppliedUndef, Expr] = field(default_factory=dict)
+    auxiliary: tuple[AppliedUndef, ...] = ()
+    lagrangian: Expr | None = None
+    potential: Expr | None = None
+    unspecified: tuple[AppliedUndef, ...] = ()
+    unknown_potentials: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         _check_lengths(self)
@@ -149,14 +174,23 @@ class Mechanism:
 
     @property
     def rates(self) -> dict[Expr, Expr]:
-        """The kinematic differential equations as a replacement: ``{q': expression}``."""
+        """The kinematic differential equations as a replacement: ``{q': expression}``.
+
+        What is zero by definition, the auxiliary speeds and their rates, goes with them.
+        """
         time = dynamicsymbols._t
-        return {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+        zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
+        return zero | {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
 
 
 def printed_name(symbol: Expr) -> str:
     """The name a person sees for a symbol or a function of time: ``theta_0``."""
     return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
+
+
+def is_rigid(body: RigidBody | Particle) -> bool:
+    """Whether a body has an inertia; SymPy's deprecated ``Body`` is of both classes."""
+    return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
 
 
 def _check_lengths(mechanism: Mechanism) -> None:
@@ -165,7 +199,7 @@ def _check_lengths(mechanism: Mechanism) -> None:
             f"{mechanism.name}: {len(mechanism.coordinates)} coordinates need as many kinematic "
             f"differential equations, {len(mechanism.kinematics)} were given"
         )
-    if not mechanism.bodies:
+    if not mechanism.bodies and mechanism.lagrangian is None:
         raise MechanismError(f"{mechanism.name}: a mechanism needs at least one body")
 
 
@@ -173,7 +207,6 @@ def _check_names(mechanism: Mechanism) -> None:
     symbols = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
     _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
     _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
-    _refuse_repeats("body", mechanism.name, [b.name for b in mechanism.bodies])
 
 
 def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
@@ -188,8 +221,10 @@ def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
 def _check_symbols(mechanism: Mechanism) -> None:
     known = {*mechanism.q, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
     known |= {p.symbol for p in mechanism.parameters}
+    specified = {*mechanism.inputs, *mechanism.auxiliary, *mechanism.unspecified}
+    known |= specified
     for place, expression in _expressions(mechanism):
-        unknown = _free_symbols(expression) - known
+        unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}
         if unknown:
             name = printed_name(min(unknown, key=str))
             raise MechanismError(
@@ -199,11 +234,15 @@ def _check_symbols(mechanism: Mechanism) -> None:
             )
 
 
+def _is_rate(symbol: Expr, of: set[AppliedUndef]) -> bool:
+    return isinstance(symbol, Derivative) and symbol.expr in of
+
+
 def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     """The scalar expressions a user writes down, each with what to call it."""
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
         yield f"the rate of {printed_name(q)}", rate
-    for parameter in mechanism.parameters:
+    for parameter in (p for p in mechanism.parameters if p.default is not None):
         yield f"the default of {parameter.symbol}", sympify(parameter.default)
     for body in mechanism.bodies:
         yield f"the mass of {body.name}", sympify(body.mass)

@@ -7,18 +7,28 @@ Invariant: no SymPy object is left in it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from sympy import Abs
 
 from mechc_codegen.equations import Output
-from mechc_codegen.mechanism import Mechanism, Quantity, printed_name
+from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.program import Program, operations, slice_statements, symbols_of
+from mechc_codegen.wishes import EVERYTHING, Wishes
 
 
-def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> dict[str, Any]:
-    """Everything that a model says about itself, as JSON-ready data."""
+def scene_metadata(
+    mechanism: Mechanism,
+    parameters: Sequence[Parameter],
+    programs: tuple[Program, Program],
+    wishes: Wishes = EVERYTHING,
+) -> dict[str, Any]:
+    """Everything that a model says about itself, as JSON-ready data.
+
+    ``programs``: before and after optimisation; ``parameters`` that are left.
+    """
+    lowered, program = programs
     return {
         "name": mechanism.name,
         "title": mechanism.title,
@@ -26,9 +36,9 @@ def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> 
             _described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates
         ],
         "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
-        "parameters": [_described(str(p.symbol), p.quantity) for p in mechanism.parameters],
-        "points": [point.name for point in mechanism.points],
-        "bodies": [body.name for body in mechanism.bodies],
+        "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
+        "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
+        "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "constraints": [
             {"name": c.name, "unit": c.unit}
             for c in (*mechanism.configuration_constraints, *mechanism.motion_constraints)
@@ -38,10 +48,55 @@ def scene_metadata(mechanism: Mechanism, lowered: Program, program: Program) -> 
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
         "shapes": {o.name: list(o.shape) for o in program.outputs},
-        "skipped": list(mechanism.skipped),
+        "skipped": [*mechanism.skipped, *_unwanted(wishes)],
+        "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
+        "unavailable": _unavailable(mechanism, wishes),
         "smooth": not any(statement.value.has(Abs) for statement in program.body),
         "operations": _operation_counts(lowered, program),
     }
+
+
+OUTPUTS = {
+    "energy": ("kinetic_energy", "potential_energy"),
+    "momenta": ("linear_momenta", "angular_momenta"),
+    "points": ("points", "point_velocities"),
+    "multipliers": ("multipliers",),
+}
+
+
+def _unwanted(wishes: Wishes) -> list[str]:
+    return [name for name in OUTPUTS if not wishes.wants(name)]
+
+
+def _unavailable(mechanism: Mechanism, wishes: Wishes) -> dict[str, str]:
+    """Output -> why it is not there."""
+    reasons = {
+        output: f"it was not asked for; compile with outputs=(..., {name!r})"
+        for name in _unwanted(wishes)
+        for output in OUTPUTS[name]
+    }
+    if wishes.wants("energy") and mechanism.unknown_potentials:
+        reasons["potential_energy"] = (
+            f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
+            "from the load; give the bodies a potential_energy that holds that of all loads. What "
+            "holds in any case is the balance of power"
+        )
+    if wishes.wants("points") and not mechanism.points:
+        why = "no position of a body from a point at rest in the inertial frame is known"
+        reasons |= dict.fromkeys(OUTPUTS["points"], why)
+    return reasons
+
+
+def distinct(names: Iterable[str]) -> Iterator[str]:
+    """The names, a repeated one with a number behind it."""
+    seen: dict[str, int] = {}
+    taken = list(names)
+    for name in taken:
+        seen[name] = seen.get(name, 0) + 1
+        told = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        while seen[name] > 1 and told in taken:
+            told += "'"
+        yield told
 
 
 def _described(name: str, quantity: Quantity) -> dict[str, Any]:
@@ -60,17 +115,15 @@ def _finite(bound: float) -> float | None:
 
 
 def _operation_counts(lowered: Program, program: Program) -> dict[str, Any]:
+    outputs = {
+        output.name: [_cost(lowered, [output]), _cost(program, [program.output(output.name)])]
+        for output in lowered.outputs
+    }
     return {
-        "before": _cost(lowered, lowered.outputs),
+        "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
         "after": _cost(program, program.outputs),
         "once_per_run": operations(program.hoisted),
-        "outputs": {
-            output.name: [
-                _cost(lowered, [output]),
-                _cost(program, [program.output(output.name)]),
-            ]
-            for output in lowered.outputs
-        },
+        "outputs": outputs,
     }
 
 

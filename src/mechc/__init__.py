@@ -16,20 +16,25 @@ from mechc.errors import (
     CacheError,
     ChangePointError,
     CompilerError,
+    EventError,
     MechcError,
     MissingPackageError,
+    MissingParameterError,
+    UnavailableOutputError,
     UnknownNameError,
     ValueOutOfBoundsError,
 )
 from mechc.events import Event, EventRecord
-from mechc.load import compile, load, mechanisms
+from mechc.load import compile as compile
+from mechc.load import load, mechanisms
 from mechc.model import Model, Momenta
 from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
-from mechc.storage import open_saved as open
+from mechc.storage import open_saved as open  # noqa: F401
 
 __version__ = version("mechc")
 
+# Not ``compile`` and ``open``: a star import must not replace Python's own.
 __all__ = [
     "Assembly",
     "AssemblyError",
@@ -38,20 +43,21 @@ __all__ = [
     "ChangePointError",
     "CompilerError",
     "Event",
+    "EventError",
     "EventRecord",
     "Mechanism",
     "MechcError",
     "MissingPackageError",
+    "MissingParameterError",
     "Model",
     "Momenta",
     "Solution",
     "Status",
+    "UnavailableOutputError",
     "UnknownNameError",
     "ValueOutOfBoundsError",
-    "compile",
     "load",
     "mechanisms",
-    "open",
 ]
 
 

@@ -5,9 +5,10 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
-from cpython.pycapsule cimport PyCapsule_GetPointer
+from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
 from libc.math cimport INFINITY
 from libc.string cimport memcpy, memset
+from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlerror, dlopen, dlsym
 
 
 cdef extern from "model.h":
@@ -85,6 +86,21 @@ cdef extern from "model.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
 
 
+def capsule_of(path):
+    """The model in a shared object of its own, as a capsule; it stays loaded with the process.
+
+    Raises ImportError if it cannot be loaded or holds no model.
+    """
+    cdef bytes name = path.encode()
+    cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
+    cdef void *model = NULL
+    if library != NULL:
+        model = dlsym(library, b"mechc_scene")
+    if model == NULL:
+        raise ImportError(f"{path} cannot be loaded: {dlerror().decode(errors='replace')}")
+    return PyCapsule_New(model, MECHC_CAPSULE, NULL)
+
+
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
@@ -132,6 +148,11 @@ cdef class Scene:
     @property
     def instruction_set(self):
         return self.unit.instruction_set.decode()
+
+    @property
+    def integrates(self):
+        """Whether integrators are compiled in; a first unit has rates and outputs alone."""
+        return self.unit.start != NULL
 
     @property
     def lanes(self):
@@ -209,6 +230,7 @@ cdef class Scene:
         cdef const double[::1] tolerances
         cdef mechc_options options
         run.scene = self
+        run.unit = self.unit
         run.method = method
         run.p = np.array(p)
         run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
@@ -236,13 +258,14 @@ cdef class Run:
     """An integration under way or finished; owns the trajectory."""
 
     cdef Scene scene
+    cdef const mechc_unit *unit  # beside `scene`, which the cycle collector may have cleared first
     cdef mechc_run *run
     cdef int method
     cdef object p
 
     def __dealloc__(self):
         if self.run != NULL:
-            self.scene.unit.release(self.run)
+            self.unit.release(self.run)
             PyMem_Free(self.run)
 
     def advance(self, long steps):
@@ -292,6 +315,21 @@ cdef class Run:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
+
+    @property
+    def count(self):
+        """Number of accepted states, the start among them."""
+        return self.run.trajectory.count
+
+    def times(self, ptrdiff_t first):
+        """Accepted times from the index `first` on, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = max(record.count - first, 0)
+        t = np.empty(left)
+        cdef double[::1] times = t
+        if left:
+            memcpy(&times[0], record.t + first, left * sizeof(double))
+        return t
 
     def change_points(self):
         """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).

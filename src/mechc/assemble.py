@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mechc import branches
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.parameters import Array, Parameters
 
@@ -41,7 +42,8 @@ def assemble(
     guess
         Some coordinates near which the configuration is wanted; of several assemblies the
         nearest is taken, in the turn of the guess.  Without it the mechanism's preferred one is
-        taken: the elbow-up configuration of a planar loop.
+        taken: the elbow-up configuration of a planar loop.  At a change point also some speeds,
+        near which those of one branch are wanted.
     params
         As in every output of the model.
     t
@@ -55,15 +57,22 @@ def assemble(
     ------
     AssemblyError
         If the loops cannot close (by how many metres they miss), if the coordinates given leave
-        a choice and there is no guess, or if the speeds contradict each other.
+        a choice and there is no guess, if the speeds contradict each other, or if the
+        configuration is a change point and the speeds lead along more than one branch.
     """
-    near = _checked(model, guess or {}, model.coordinates, "coordinate")
+    guess = guess or {}
+    pace = {name: value for name, value in guess.items() if name in model.speeds}
+    pace = _checked(model, pace, model.speeds, "speed")
+    beside = {name: value for name, value in guess.items() if name not in pace}
+    near = _checked(model, beside, model.coordinates, "coordinate")
     if near and set(near) & set(coordinates):
         both = sorted(set(near) & set(coordinates))[0]
         raise AssemblyError(f"{both} is both given and guessed; leave it out of one of them")
     found = _configurations(model, coordinates, params, near, t)
     chosen = _nearest(model, found, near) if near else found[0]
-    return np.asarray(_with_speeds(model, chosen[None], speeds, params, t)[0])
+    return _only(
+        model, _with_speeds(model, chosen[None], coordinates, speeds, params, t), speeds, pace
+    )
 
 
 def assemblies(
@@ -75,11 +84,11 @@ def assemblies(
 ) -> Array:
     """Every state that closes the loops with the coordinates given: (n, nq + nu).
 
-    The mechanism's preferred assembly comes first.  Parameters and errors as in
-    :func:`assemble`.
+    The mechanism's preferred assembly comes first; at a change point there is one state for
+    every branch on which the speeds lead.  Parameters and errors as in :func:`assemble`.
     """
     found = _configurations(model, coordinates, params, {}, t)
-    return _with_speeds(model, found, speeds, params, t)
+    return _with_speeds(model, found, coordinates, speeds, params, t)
 
 
 def _checked(
@@ -316,15 +325,91 @@ def _nearest(model: Model, found: Array, near: Mapping[str, float]) -> Array:
 def _with_speeds(
     model: Model,
     q: Array,
+    coordinates: Mapping[str, float],
     speeds: Mapping[str, float] | None,
     params: Parameters,
     t: float,
 ) -> Array:
+    """States (n, nq + nu) on the configurations given, at a change point one for every branch."""
     given = _checked(model, speeds or {}, model.speeds, "speed")
+    values = model._parameters.resolve(params)
     states = np.hstack([q, np.zeros((len(q), len(model.speeds)))])
-    for y in states:
-        _consistent_speeds(model, y, given, params, t)
-    return states
+    kept = [model.state_index(name) for name in coordinates]
+    return np.vstack([_speeds_at(model, y, kept, given, values, t) for y in states])
+
+
+def _speeds_at(
+    model: Model, y: Array, fixed: list[int], given: dict[str, float], values: Array, t: float
+) -> Array:
+    at = branches.find(model, y, values, t)
+    if at is None or (at.q[fixed] != y[fixed]).any():
+        _consistent_speeds(model, y, given, values, t)
+        return y[None]
+    kept = {model.speeds.index(name): value for name, value in given.items()}
+    speeds = branches.speeds_on_branches(model, at, kept, values, t)
+    if speeds is None or not len(speeds):
+        _refuse_speeds(model, y, given, at, values, t, leave_a_choice=speeds is None)
+    assert speeds is not None
+    return np.hstack([np.tile(at.q, (len(speeds), 1)), speeds])
+
+
+def _refuse_speeds(
+    model: Model, y: Array, given: dict[str, float], at: branches.ChangePoint, values: Array,
+    t: float, *, leave_a_choice: bool,
+) -> None:  # fmt: skip
+    """At a change point: speeds that lead along no branch, or do not say along which."""
+    words = ", ".join(f"{name} = {value:g}" for name, value in given.items())
+    if leave_a_choice:
+        raise AssemblyError(
+            f"{_place(model, y)} is a change point, and {words} leaves more than one freedom "
+            "open there: give more of the speeds"
+        )
+    lines = [
+        _motion(model, row)
+        for name, value in given.items()
+        if value
+        for row in _or_none(branches.speeds_on_branches(
+            model, at, {model.speeds.index(name): value}, values, t
+        ))
+    ][:8]  # fmt: skip
+    told = f": {'; or '.join(dict.fromkeys(lines))}" if lines else ""
+    raise AssemblyError(
+        f"{_place(model, y)} is a change point, and no branch of the motion leads on with {words}. "
+        f"Give one speed, and a second one near those of a branch as a guess{told}"
+    )
+
+
+def _or_none(rows: Array | None) -> Array:
+    return np.zeros((0, 0)) if rows is None else rows
+
+
+def _only(
+    model: Model, states: Array, speeds: Mapping[str, float] | None, pace: Mapping[str, float]
+) -> Array:
+    """The one state, or of several branches the one whose speeds are nearest to a guess."""
+    if len(states) == 1:
+        return np.asarray(states[0])
+    if not pace:
+        words = ", ".join(f"{name} = {value:g}" for name, value in (speeds or {}).items())
+        ways = "; or ".join(_motion(model, y[len(model.coordinates) :]) for y in states)
+        raise AssemblyError(
+            f"{_place(model, states[0])} is a change point, where {words} leads along "
+            f"{len(states)} branches: {ways}. Give another of these speeds as a guess "
+            "(guess={...}), or take one of model.assemblies(...)"
+        )
+    columns = [model.state_index(name) for name in pace]
+    away = np.linalg.norm(states[:, columns] - list(pace.values()), axis=1)
+    return np.asarray(states[np.argmin(away)])
+
+
+def _motion(model: Model, u: Array) -> str:
+    return ", ".join(f"{n} = {x:.6g}" for n, x in zip(model.speeds, u, strict=True))
+
+
+def _place(model: Model, y: Array) -> str:
+    return ", ".join(
+        _in_words(n, x, model.units[n]) for n, x in zip(model.coordinates, y, strict=False)
+    )
 
 
 def _consistent_speeds(

@@ -184,11 +184,16 @@ def _checked_states(model: Model, y0: Array) -> Array:
 
 def _checked_params(model: Model, params: Parameters) -> dict[str, Array]:
     if params is None:
-        return {}
+        params = {}
     if not isinstance(params, Mapping):
         table = np.asarray(model._parameters.resolve(params))
         params = {name: table[..., i] for i, name in enumerate(model.parameters)}
-    return {name: _column(model._parameters._checked(name, v), name) for name, v in params.items()}
+    columns = {
+        name: _column(model._parameters._checked(name, v), name) for name, v in params.items()
+    }
+    # what has no default must be given: said here, for one member
+    model._parameters.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
+    return columns
 
 
 def _checked_columns(

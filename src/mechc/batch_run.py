@@ -43,7 +43,8 @@ def run_members(
     Each is the very run that ``model.simulate`` makes, so the states are the same to the last
     bit whatever the number of threads.  Ctrl-C keeps what is done.
     """
-    unit = _unit(model.capsule, model.instruction_set)
+    # what is still being compiled is waited for here; outputs are counted in it from then on
+    unit = _unit(model._scene.capsule, model.instruction_set)
     values = parameter_rows(model, unit, recipe)
     length = lengths(model, values)
     y0, assembled, miss, complete = _starts(model, unit, recipe, values, length, threads)

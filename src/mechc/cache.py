@@ -8,8 +8,10 @@ and made again when damaged.
 from __future__ import annotations
 
 import fcntl
+import grp
 import hashlib
 import os
+import pwd
 import re
 import shutil
 import stat
@@ -21,15 +23,24 @@ from pathlib import Path
 from mechc.errors import CacheError
 
 SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
+_FIRST = ".first"
 _KEY = re.compile(r"[0-9a-f]{64}")
 
 
 def cache_folder() -> Path:
     """``$MECHC_CACHE_DIR``, else ``mechc`` in the user's cache folder."""
     if chosen := os.environ.get("MECHC_CACHE_DIR"):
-        return Path(chosen)
+        return _resolved(Path(chosen))
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(base).expanduser() / "mechc"
+    return _resolved(Path(base) / "mechc")
+
+
+def _resolved(folder: Path) -> Path:
+    """With ``~`` expanded and symbolic links followed: what is there in the end is judged."""
+    try:
+        return folder.expanduser().resolve()
+    except (RuntimeError, OSError) as error:
+        raise CacheError(f"the cache folder {folder} cannot be found: {error}") from None
 
 
 def entry(key: str, make: Callable[[Path], None]) -> Path:
@@ -53,6 +64,18 @@ def is_key(text: object) -> bool:
     return isinstance(text, str) and _KEY.fullmatch(text) is not None
 
 
+def find(key: str) -> Path | None:
+    """The shared object of an entry that is there and sound.
+
+    Raises
+    ------
+    CacheError
+        If the cache folder cannot be used safely; the message says why.
+    """
+    target = _safe_folder(cache_folder()) / key
+    return target / SHARED_OBJECT if _sound(target) else None
+
+
 def entries() -> list[Path]:
     """Folders of all entries, and of nothing else that may lie beside them."""
     root = cache_folder()
@@ -60,12 +83,19 @@ def entries() -> list[Path]:
     return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
 
 
+def first_key(key: str) -> str:
+    """The key beside an entry under which its first unit lies."""
+    return f"{key}{_FIRST}"
+
+
 def clear() -> int:
-    """Remove every entry; how many there were."""
+    """Remove every entry, and first units of entries; how many entries there were."""
     found = entries()
-    if found:
-        _refuse_foreign(cache_folder())
-    for folder in found:
+    root = cache_folder()
+    firsts = [p for p in root.glob(f"*{_FIRST}") if _KEY.fullmatch(p.stem) and p.is_dir()]
+    if found or firsts:
+        _refuse_foreign(root)
+    for folder in (*found, *firsts):
         lock = folder.with_name(f"{folder.name}.lock")
         with _locked(lock):
             shutil.rmtree(folder, ignore_errors=True)
@@ -79,6 +109,7 @@ def check() -> Path:
     existing = next(path for path in (root, *root.absolute().parents) if path.exists())
     if existing == root:
         _refuse_foreign(root)
+    _refuse_open_parents(root)
     if not os.access(existing, os.W_OK):
         raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
     return root
@@ -120,6 +151,7 @@ def _safe_folder(root: Path) -> Path:
             "a folder of yours"
         ) from None
     _refuse_foreign(root)
+    _refuse_open_parents(root)
     if not os.access(root, os.W_OK):
         raise CacheError(
             f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder of yours"
@@ -136,6 +168,35 @@ def _refuse_foreign(folder: Path) -> None:
         raise CacheError(f"{folder} belongs to another user; set MECHC_CACHE_DIR to one of yours")
     if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise CacheError(f"{folder} can be written by others: chmod 700 it, or set MECHC_CACHE_DIR")
+
+
+def _refuse_open_parents(folder: Path) -> None:
+    """Who can write a folder above can put another one in place, unless it is sticky."""
+    for parent in folder.parents:
+        if not parent.exists():
+            continue
+        status = parent.stat()
+        by_group = status.st_mode & stat.S_IWGRP and not _private_group(status.st_gid)
+        writable = by_group or status.st_mode & stat.S_IWOTH
+        if writable and not status.st_mode & stat.S_ISVTX:
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, can be written by others, who could "
+                "put code of theirs there: chmod go-w it, or set MECHC_CACHE_DIR"
+            )
+        if status.st_uid not in (0, os.getuid()):
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, belongs to another user; set "
+                "MECHC_CACHE_DIR to a folder of yours"
+            )
+
+
+def _private_group(group: int) -> bool:
+    """Whether it is the user's own group, as many systems make one for every user."""
+    try:
+        told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
+    except KeyError:
+        return False
+    return told.gr_name == user.pw_name and set(told.gr_mem) <= {user.pw_name}
 
 
 @contextmanager

@@ -30,7 +30,7 @@ examples:
   mechc run four_bar --set l_3=3.5 --start theta_0=60deg --start omega_0=30deg/s
   mechc run four_bar --with friction --set c_0=0.5 --json
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
-  mechc show four_bar --set l_3=3.5           Grashof class, and the derivation as a page
+  mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
 """
 
 
@@ -87,8 +87,8 @@ def _parser() -> argparse.ArgumentParser:
     _sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
     _scene_options(show)
-    show.add_argument("--latex", action="store_true", help="write LaTeX instead of HTML")
-    show.add_argument("--out", metavar="FILE", help="where the page goes [NAME.html or NAME.tex]")
+    show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
+    show.add_argument("--out", metavar="FILE", help="write the derivation as a page there")
     emit = _add(commands, "emit", "the generated C", _emit)
     _variant_options(emit)
     emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
@@ -173,7 +173,7 @@ def _start_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="a coordinate near which to assemble, where there is a choice",
     )
-    parser.add_argument("--t-end", default="20", metavar="SECONDS", help="[20]")
+    parser.add_argument("--t-end", default="20", metavar="TIME", help="20, 20s, 500ms, 2min [20 s]")
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
     parser.add_argument(
         "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
@@ -333,7 +333,11 @@ def _show(chosen: argparse.Namespace) -> int:
     print("\nmore on request (--with NAME):")
     for name, about in shipped_options(chosen.name).items():
         print(f"  {name:15} {about}")
-    page = Path(chosen.out or f"{chosen.name}.{'tex' if chosen.latex else 'html'}")
+    if not chosen.out:
+        ending = "tex" if chosen.latex else "html"
+        print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
+        return 0
+    page = Path(chosen.out)
     page.write_text(derivation_page(chosen.name, options, values, chosen.latex), "utf-8")
     print(f"\nthe derivation is in {page.resolve()}")
     return 0

@@ -27,8 +27,16 @@ class UnknownNameError(MechcError, KeyError):
         return _unpickled, (type(self), self.message)
 
 
+class UnavailableOutputError(MechcError):
+    """An output that was not asked for, or that the mechanism's description cannot give."""
+
+
 class ValueOutOfBoundsError(MechcError, ValueError):
     """A parameter or option outside its bounds, or not a finite number."""
+
+
+class MissingParameterError(MechcError, ValueError):
+    """A parameter without a default was not given."""
 
 
 class AssemblyError(MechcError, ValueError):
@@ -37,6 +45,17 @@ class AssemblyError(MechcError, ValueError):
 
 class ChangePointError(MechcError):
     """A change point under ``on_change_point="raise"``; ``solution`` is the run until then."""
+
+    def __init__(self, message: str, solution: object) -> None:
+        super().__init__(message)
+        self.solution = solution
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), None)  # a compiled run stays in its process
+
+
+class EventError(MechcError):
+    """An event function failed; ``solution`` is the run until then, ``__cause__`` its error."""
 
     def __init__(self, message: str, solution: object) -> None:
         super().__init__(message)

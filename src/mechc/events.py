@@ -60,20 +60,21 @@ class EventRecord:
 class EventFinder:
     """Looks through a run's new steps for zeros."""
 
-    def __init__(self, events: Sequence[Any], run: Any, width: int) -> None:
+    def __init__(self, events: Sequence[Any], run: Any, width: int, first: int = 0) -> None:
         self.events = [Event.of(event) for event in events]
         self.found: list[list[float]] = [[] for _ in self.events]
         self.run, self.width = run, width
-        self.looked_at = 0
+        self.looked_at = first
+        self.start = float(run.times(first)[0])
+        self.failure: FunctionFailedError | None = None
 
     def look(self) -> float | None:
         """Search the steps added since the last look; the time of a terminal event, if any."""
-        times = self.run.states()[0]
-        for step in range(self.looked_at, len(times) - 1):
-            stop = self._search(times[step], times[step + 1])
+        for start, end in pairwise(self.run.times(self.looked_at).tolist()):
+            stop = self._search(start, end)
             if stop is not None:
                 return stop
-        self.looked_at = max(self.looked_at, len(times) - 1)
+            self.looked_at += 1
         return None
 
     def records(self) -> tuple[EventRecord, ...]:
@@ -102,16 +103,15 @@ class EventFinder:
         return stop
 
     def _zeros(self, event: Event, grid: Array, states: Array) -> list[float]:
-        points = [
-            (t, float(event.function(t, y))) for t, y in zip(grid.tolist(), states, strict=True)
-        ]
+        points = [(t, _evaluated(event, t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
         points = sorted(points + self._dips(event, points), reverse=bool(grid[-1] < grid[0]))
         roots = []
         for (t0, before), (t1, after) in pairwise(points):
             crossed = before != 0 and (after == 0 or (before < 0) != (after < 0))
             if crossed and event.direction * (after - before) >= 0:
                 roots.append(self._refine(event, t0, t1, before))
-        return roots
+        # what ended the run that this one continues is not found again
+        return [t for t in roots if abs(t - self.start) > located(t)]
 
     def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
         """Where three samples of one sign dip towards zero: the vertex of their parabola."""
@@ -124,7 +124,7 @@ class EventFinder:
 
     def _refine(self, event: Event, low: float, high: float, before: float) -> float:
         """Secant steps kept inside a bracket that is halved at least every third step."""
-        target = max(1e-13, 2 * math.ulp(max(abs(low), abs(high))))
+        target = 0.5 * located(max(abs(low), abs(high)))
         f_low, f_high = before, self._value(event, high)
         for attempt in range(300):
             if abs(high - low) <= target or f_high == 0:
@@ -143,4 +143,27 @@ class EventFinder:
         return float(high)
 
     def _value(self, event: Event, t: float) -> float:
-        return float(event.function(t, self.run.interpolate(np.array([t]))[0]))
+        return _evaluated(event, t, self.run.interpolate(np.array([t]))[0])
+
+
+def located(t: float) -> float:
+    """How exactly a zero near t is located, s."""
+    return max(2e-13, 4 * math.ulp(t))
+
+
+class FunctionFailedError(Exception):
+    """An event function raised ``__cause__``, or gave no number; internal."""
+
+
+def _evaluated(event: Event, t: float, y: Array) -> float:
+    name = getattr(event.function, "__name__", repr(event.function))
+    try:
+        value = float(event.function(t, y))
+    except Exception as error:
+        raise FunctionFailedError(
+            f"the event function {name} failed at t = {t:.9g} s with "
+            f"{type(error).__name__}: {error}"
+        ) from error
+    if math.isnan(value):
+        raise FunctionFailedError(f"the event function {name} gave NaN at t = {t:.9g} s")
+    return value

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-import importlib.machinery
-import importlib.util
+import hashlib
 import platform
-import sys
-import sysconfig
+import shutil
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 from mechc import cache, toolchain
+from mechc._driver import Scene, capsule_of
 from mechc.errors import MechcError, UnknownNameError
+from mechc.first import FirstScene, Pending
 from mechc.load import load
 from mechc.model import Model
 
@@ -44,20 +46,84 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
 
 
 def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
-    """A variant of a shipped mechanism; its options are known to exist."""
-    mechanism = _compiler_errors(lambda: _shipped(name, options))
+    """A variant of a shipped mechanism; its options are known to exist.
+
+    What mechanism, options and compiler package decide is looked up before anything is derived.
+    """
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    return _compile(mechanism, {"options": told})
+
+    def described() -> tuple[Any, Any]:
+        return _compiler_errors(lambda: _shipped(name, options)), _everything()
+
+    if all(map(_is_plain, options.values())):
+        return _compile_known(_variant_digest(name, told), described, {"options": told})
+    same = _reads_again(options, told)
+    return _compile(*described(), {"options": told} if same else {"custom": True})
 
 
-def compile_mechanism(mechanism: Any) -> Model:
-    """A mechanism of the user's own."""
-    if not isinstance(mechanism, mechanism_class()):
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, (bool, int, float, str))
+
+
+def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
+    """Whether the texts of the options, read again, are the options."""
+    from mechc_codegen.errors import CodegenError
+    from mechc_codegen.expression import parse_expression
+    from sympy.physics.mechanics import dynamicsymbols
+
+    try:
+        again = [
+            parse_expression(told[key], {"t": dynamicsymbols._t}) == value
+            for key, value in options.items()
+            if not _is_plain(value)
+        ]
+    except CodegenError:
+        return False
+    return all(again)
+
+
+def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
+    parts = ["shipped", name, repr(sorted(told.items()))]
+    return hashlib.sha256("".join(f"{len(p)}:{p}" for p in parts).encode()).hexdigest()
+
+
+def compile_any(thing: Any, **asked: Any) -> Model:
+    """A mechanism of the user's own, or an object of SymPy's; see :func:`mechc.compile`."""
+    scene = _compiler_errors(lambda: _scene(thing, **asked))
+    known = scene.digest
+    if known is None:
+        mechanism, wishes = _compiler_errors(scene.described)
+        return _compile(mechanism, wishes, {"custom": True})
+    return _compile_known(known, lambda: _compiler_errors(scene.described), {"custom": True})
+
+
+def _scene(
+    thing: Any,
+    fix: Mapping[Any, Any] | None,
+    outputs: Iterable[Any] | None,
+    **settings: Any,
+) -> Any:
+    from mechc_codegen.scene import Asked, Scene, compilable
+    from mechc_codegen.source import Settings
+
+    if not compilable(thing):
         raise TypeError(
-            f"mechc.compile takes a mechc.Mechanism, not {type(mechanism).__name__}; describe "
-            "the bodies, loads and constraints of your system in one"
+            f"mechc.compile takes a mechc.Mechanism, or a KanesMethod, LagrangesMethod or System "
+            f"of sympy.physics.mechanics, not {type(thing).__name__}"
         )
-    return _compile(mechanism, {"custom": True})
+    given = {key: value for key, value in settings.items() if value is not None}
+    chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
+    return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+
+
+def _single(outputs: Any) -> bool:
+    return isinstance(outputs, (str, Mapping))
+
+
+def _everything() -> Any:
+    from mechc_codegen.wishes import EVERYTHING
+
+    return EVERYTHING
 
 
 def compiled_before(key: str, name: str) -> Model:
@@ -71,16 +137,15 @@ def compiled_before(key: str, name: str) -> Model:
     if key not in _compiled:
         if not cache.is_key(key):
             raise MechcError(f"{key!r} is not the key of a compiled scene")
-        path = cache.entry(key, lambda _: _refuse_absent(key, name))
-        _compiled[key] = Model(_import(path).model, build={"custom": True, "key": key})
+        path = cache.find(key)
+        if path is None:
+            raise MechcError(
+                f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of "
+                "this process: compile it here first, or let MECHC_CACHE_DIR name a folder that "
+                "all share"
+            )
+        _compiled[key] = Model(capsule_of(str(path)), build={"custom": True, "key": key})
     return _compiled[key]
-
-
-def _refuse_absent(key: str, name: str) -> None:
-    raise MechcError(
-        f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of this "
-        "process: compile it here first, or let MECHC_CACHE_DIR name a folder that all share"
-    )
 
 
 def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
@@ -113,22 +178,89 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
     return shipped_mechanism(name, options)
 
 
-def _compile(mechanism: Any, build: dict[str, Any]) -> Model:
-    from mechc_codegen.extension import build_scene, signature
+def _compile(mechanism: Any, wishes: Any, build: dict[str, Any]) -> Model:
+    """Derive and emit; the texts name the cache entry."""
+    from mechc_codegen.extension import signature
 
     started = time.perf_counter()
-    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),)))
+    scene = _built(mechanism, wishes)
+    key = signature(scene, *_environment())
+    return _model(key, lambda: scene, build, started)
+
+
+def _compile_known(
+    digest: str, described: Callable[[], tuple[Any, Any]], build: dict[str, Any]
+) -> Model:
+    """What is named without deriving is looked up before anything is derived."""
+    from mechc_codegen.signature import compiler_signature
+
+    started = time.perf_counter()
+    key = compiler_signature(f"{digest} sympy {version('sympy')}", *_environment())
+    return _model(key, lambda: _built(*described()), build, started)
+
+
+def _built(mechanism: Any, wishes: Any) -> Any:
+    from mechc_codegen.extension import build_scene
+
+    return _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+
+
+def _environment() -> tuple[str, str]:
+    """The compiler and the processor that a binary is made by and for."""
+    from mechc import __version__
+
     command = toolchain.compiler()
-    environment = f"{sys.version} {version('mechc')} {version('cython')} {_processor()}"
     told = " ".join([*command, toolchain.version(tuple(command))])
-    key = signature(scene, told, environment)
-    if key not in _compiled:
+    return told, f"{__version__} {_processor()}"
+
+
+def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: float) -> Model:
+    """From the cache, or compiled: what it takes to begin with at once, the rest behind it."""
+    if key in _compiled:
+        return _compiled[key]
+    seconds: dict[str, float] = {}
+    told = {**build, "seconds": seconds, "key": key}
+    path = cache.find(key)
+    if path is not None:
+        model = Model(capsule_of(str(path)), build=told)
+        seconds["load"] = time.perf_counter() - started
+    else:
+        model = _begun(key, lru_cache(built), told, started)
+    _compiled[key] = model
+    return model
+
+
+def _begun(key: str, built: Callable[[], Any], told: dict[str, Any], started: float) -> Model:
+    """A model with its first unit, and the whole of it on the way.
+
+    The first unit is kept too: a program that never integrates never waits for the whole.
+    """
+    seconds, beside = told["seconds"], cache.first_key(key)
+    kept = cache.find(beside)
+    if kept is None:
+        scene = built()
         emitted = time.perf_counter()
+        seconds["emit"] = emitted - started
+        path = cache.entry(beside, lambda folder: _make_first(scene, folder))
+        seconds["first unit"] = time.perf_counter() - emitted
+    else:
+        path = kept
+        seconds["load"] = time.perf_counter() - started
+
+    def whole() -> Scene:
+        scene, begun = built(), time.perf_counter()
         path = cache.entry(key, lambda folder: _make(scene, folder))
-        seconds = {"emit": emitted - started, "compile": time.perf_counter() - emitted}
-        model = Model(_import(path).model, build={**build, "seconds": seconds, "key": key})
-        _compiled[key] = model
-    return _compiled[key]
+        seconds["compile"] = time.perf_counter() - begun
+        finished = Scene(capsule_of(str(path)), None)
+        ready.wait()
+        model._scene = finished
+        return finished
+
+    ready = Event()
+    behind = Pending(whole, at_once=kept is None)
+    model = Model(None, build=told, scene=FirstScene(Scene(capsule_of(str(path)), None), behind))
+    ready.set()
+    return model
 
 
 def _compiler_errors(run: Any) -> Any:
@@ -154,45 +286,38 @@ def _native() -> Any:
 
 def _processor() -> str:
     """What distinguishes processors: a binary made for one may crash on another."""
+    told: dict[str, str] = {}
     info = Path("/proc/cpuinfo")
-    lines = info.read_text().splitlines() if info.exists() else []
-    told = {line.split(":")[0].strip(): line for line in lines}
+    if info.exists():
+        with info.open() as lines:  # the first of many that are alike
+            for line in iter(lines.readline, ""):
+                if not line.strip():
+                    break
+                told[line.split(":")[0].strip()] = line
     wanted = [told[key] for key in ("model name", "flags", "Features") if key in told]
-    return " ".join([platform.machine(), platform.processor(), *wanted])
+    return " ".join([platform.machine(), *wanted])
+
+
+def _make_first(scene: Any, folder: Path) -> None:
+    """Compile the scene's first unit into ``folder``; only the shared object stays."""
+    from mechc_codegen.extension import FIRST_FLAGS, RUNTIME
+
+    work = folder / "work"
+    scene.write(work)
+    flags, includes = [*FIRST_FLAGS, *scene.first_flags], (str(RUNTIME), str(work))
+    target = folder / cache.SHARED_OBJECT
+    toolchain.compile_shared(work, "scene_first.c", flags, includes, target)
+    shutil.rmtree(work)
 
 
 def _make(scene: Any, folder: Path) -> None:
     """Write, compile and link one scene into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension import FLAGS, RUNTIME
+    from mechc_codegen.extension import FLAGS, RUNTIME, SHARED
 
     work = folder / "work"
     scene.write(work)
-    wrapper = _cythonized(work / "scene.pyx")
-    python = sysconfig.get_path("include")
-    sources = [(name, (*FLAGS, *flags)) for name, flags in scene.flags.items()]
-    objects = toolchain.compile_all(
-        work, [*sources, (wrapper, ("-O1", "-w"))], (str(RUNTIME), str(work), python)
-    )
+    sources = [(name, (*FLAGS, *SHARED, *flags)) for name, flags in scene.flags.items()]
+    includes = (str(RUNTIME), str(work))
+    objects = toolchain.compile_all(work, sources, includes, side_by_side=False)
     toolchain.link(objects, folder / cache.SHARED_OBJECT)
-    for path in work.iterdir():
-        path.unlink()
-    work.rmdir()
-
-
-def _cythonized(path: Path) -> str:
-    from Cython.Compiler import Main
-
-    main: Any = Main  # without type hints of its own
-    result = main.compile(str(path), main.CompilationOptions(main.default_options))
-    if result.num_errors:
-        raise MechcError(f"Cython could not translate {path}: this is a bug in mechc")
-    return Path(result.c_file).name
-
-
-def _import(path: Path) -> Any:
-    loader = importlib.machinery.ExtensionFileLoader("scene", str(path))
-    spec = importlib.util.spec_from_loader("scene", loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
-    return module
+    shutil.rmtree(work)

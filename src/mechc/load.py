@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import importlib
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -67,19 +68,70 @@ def reload(name: str, options: dict[str, Any], instruction_set: str | None) -> M
     return load(name, instruction_set=instruction_set, **options)
 
 
-def compile(mechanism: Any) -> Model:
-    """Compile a :class:`mechc.Mechanism` of one's own; cached, needs a C compiler.
+def compile(
+    mechanism: Any,
+    *,
+    name: str | None = None,
+    fix: Mapping[Any, float] | None = None,
+    outputs: Iterable[Any] | None = None,
+    defaults: Mapping[Any, Any] | None = None,
+    units: Mapping[Any, str] | None = None,
+    inputs: Mapping[Any, Any] | None = None,
+    configuration_constraints: Iterable[Any] | None = None,
+) -> Model:
+    """Compile a mechanism of one's own; cached, needs a C compiler.
+
+    Parameters
+    ----------
+    mechanism
+        A :class:`mechc.Mechanism`, or a ``KanesMethod``, ``LagrangesMethod`` or ``System`` of
+        ``sympy.physics.mechanics`` whose equations are formed.  Of these only bodies, loads,
+        kinematics and constraints are read, never the mass matrix.
+    name
+        What the model is called; by default the kind of the object.
+    fix
+        Parameters -> numbers that are folded in; what vanishes by that is not compiled, and they
+        are no parameters any more.
+    outputs
+        What can be asked of the model besides the equations of motion: of ``"energy"``,
+        ``"momenta"``, ``"points"``, ``"multipliers"``, and ``{name: expression}`` for
+        expressions of time, coordinates, speeds and parameters.  By default everything of a
+        Mechanism, the energy of an object of SymPy's.
+    defaults, units
+        Parameters -> values used where none are given (SI units); parameters, coordinates and
+        speeds -> units in words.  A parameter without a default is asked for by name.
+    inputs
+        Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
+        time, coordinates, speeds and parameters.
+    configuration_constraints
+        Added to those that the object holds, where it was given their rates alone.
+
+    In all of these a key is a symbol or its printed name; all but ``fix`` and ``outputs`` are
+    for objects of SymPy's.
 
     Raises
     ------
     TypeError
         If it is something else.
+    MechcError
+        If the object cannot say what is needed; the message says what to add.
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    from mechc.jit import compile_mechanism
+    from mechc.jit import compile_any
 
-    return compile_mechanism(mechanism)
+    return compile_any(
+        mechanism,
+        name=name,
+        fix=fix,
+        outputs=outputs,
+        defaults=defaults,
+        units=units,
+        inputs=inputs,
+        configuration_constraints=None
+        if configuration_constraints is None
+        else tuple(configuration_constraints),
+    )
 
 
 def fingerprint(model: Model) -> str:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from mechc import assemble as _assemble
+from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
 from mechc._driver import Scene
-from mechc.errors import UnknownNameError
+from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
@@ -56,10 +57,10 @@ class Model:
         *,
         instruction_set: str | None = None,
         build: Mapping[str, Any] | None = None,
+        scene: Any = None,
     ) -> None:
-        self.capsule = capsule
         self._asked_for = instruction_set
-        self._scene = Scene(capsule, instruction_set)
+        self._scene: Any = Scene(capsule, instruction_set) if scene is None else scene
         self._data: dict[str, Any] = json.loads(self._scene.metadata)
         self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
         self._no_time = np.zeros(1)
@@ -89,8 +90,9 @@ class Model:
 
     @property
     def defaults(self) -> Mapping[str, float]:
-        """Default value of every parameter, SI units."""
-        return dict(zip(self.parameters, self._parameters.defaults.tolist(), strict=True))
+        """Default value of every parameter that has one, SI units."""
+        values = zip(self.parameters, self._parameters.defaults.tolist(), strict=True)
+        return {name: value for name, value in values if value == value}
 
     @property
     def units(self) -> Mapping[str, str]:
@@ -148,12 +150,23 @@ class Model:
         return dict(self.build.get("options", {}))
 
     @property
+    def capsule(self) -> object:
+        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``."""
+        return self._scene.capsule
+
+    @property
     def instruction_set(self) -> str:
         """The compilation in use, chosen for this processor."""
         return str(self._scene.instruction_set)
 
+    def redundant_constraints(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[_redundancy.Redundancy, ...]:
+        """Rows implied by others; see :func:`mechc.redundancy.redundant_constraints`."""
+        return _redundancy.redundant_constraints(self, params, t)
+
     def report(self) -> str:
-        """Operation counts before and after optimisation, what was skipped, build times."""
+        """Operation counts, redundant constraints, what was skipped, build times."""
         return _report.model_report(self)
 
     # -- outputs ----------------------------------------------------------------------------
@@ -284,9 +297,27 @@ class Model:
             if name in absent:
                 tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
                 return np.zeros((len(states), *tail))
-            raise UnknownNameError("output", name, self._scene.outputs)
+            self._refuse_output(name)
         out: Array = self._scene.evaluate(name, t, states, values)
         return out if shape is None else out.reshape(len(states), *shape)
+
+    def _refuse_output(self, name: str) -> NoReturn:
+        why = self._data["unavailable"].get(name)
+        if why is None:
+            raise UnknownNameError("output", name, self._scene.outputs)
+        raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
+
+    @property
+    def knows_energy(self) -> bool:
+        """Whether kinetic and potential energy are among the outputs."""
+        names: set[str] = set(self._scene.outputs)
+        return {"kinetic_energy", "potential_energy"} <= names
+
+    def output(
+        self, name: str, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Any output by name, the user's own ones among them."""
+        return self._evaluate(name, y, params, t)
 
     # -- assembly and simulation ------------------------------------------------------------
 
@@ -332,10 +363,25 @@ class Model:
         t_span: float | tuple[float, float],
         y0: Array,
         params: Parameters = None,
-        **policy: Any,
+        *,
+        rtol: float = 1e-9,
+        atol: float | Array | None = None,
+        t_eval: Array | None = None,
+        method: str = "auto",
+        first_step: float | None = None,
+        max_step: float = math.inf,
+        max_steps: int = 10_000_000,
+        dense: bool = True,
+        events: Sequence[Any] = (),
+        on_change_point: str = "continue",
+        progress: Callable[[float], None] | None = None,
     ) -> Solution:
         """Integrate the motion; see :func:`mechc.simulate.simulate`."""
-        return _simulate.simulate(self, t_span, y0, params, **policy)
+        return _simulate.simulate(
+            self, t_span, y0, params, rtol=rtol, atol=atol, t_eval=t_eval, method=method,
+            first_step=first_step, max_step=max_step, max_steps=max_steps, dense=dense,
+            events=events, on_change_point=on_change_point, progress=progress,
+        )  # fmt: skip
 
     def simulate_batch(
         self,

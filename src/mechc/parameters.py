@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any] | Array | None
@@ -69,8 +69,10 @@ class ParameterSet:
         self._lower = np.array([q.lower for q in quantities])
         self._upper = np.array([q.upper for q in quantities])
         self._lengths = [i for i, q in enumerate(quantities) if q.unit == "m"]
+        self.missing: tuple[str, ...] = ()
         self.defaults = self._completed(np.zeros(len(self.names)), {})
         self.defaults.flags.writeable = False
+        self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
         """All values, shape (..., np): those given, the others by default.
@@ -79,6 +81,8 @@ class ParameterSet:
         given.
         """
         if params is None:
+            if self.missing:
+                self._refuse_missing(self.defaults)
             return self.defaults
         if isinstance(params, Mapping):
             return self._from_names(params)
@@ -131,7 +135,17 @@ class ParameterSet:
         if self.names:
             for row in values.reshape(-1, len(self.names)):
                 self._scene.complete(flags, row)
+        if self.missing and np.isnan(values).any():
+            self._refuse_missing(values)
         return values
+
+    def _refuse_missing(self, values: Array) -> None:
+        rows = values.reshape(-1, len(self.names))
+        names = ", ".join(n for i, n in enumerate(self.names) if np.isnan(rows[:, i]).any())
+        raise MissingParameterError(
+            f"these parameters have no default and need a value: {names}. Give them with params, "
+            "or once and for all with mechc.compile(..., defaults={...})"
+        )
 
 
 def _as_array(name: str, value: Any) -> Array:

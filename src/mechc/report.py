@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.errors import AssemblyError
+
 if TYPE_CHECKING:
     from mechc.model import Model
     from mechc.solution import Solution
 
 
 def model_report(model: Model) -> str:
-    """Operation counts before and after optimisation, what was skipped, build times."""
+    """Operation counts, redundant constraints, what was skipped, build times."""
     counts = model._data["operations"]
     rows = [
         (name.replace("_", " "), str(before), str(after))
@@ -29,11 +31,31 @@ def model_report(model: Model) -> str:
         "",
         f"once a run, of parameters alone: {counts['once_per_run']}",
     ]
+    lines += _redundant(model)
+    if model._data["fixed"]:
+        fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
+        lines.append(f"fixed: {', '.join(fixed)}")
     if model._data["skipped"]:
         lines.append(f"not in this scene: {', '.join(model._data['skipped'])}")
     seconds = model.build.get("seconds", {})
     lines += [f"{stage}: {value:.2f} s" for stage, value in seconds.items()]
     return "\n".join(lines)
+
+
+def _redundant(model: Model) -> list[str]:
+    """Which constraints follow from others, and from which."""
+    if not model.constraint_names:
+        return []
+    try:
+        found = model.redundant_constraints()
+    except AssemblyError:
+        return ["redundant constraints: not known, the loops do not close with these parameters"]
+    if not found:
+        return ["redundant constraints: none"]
+    return [
+        "redundant constraints (multipliers are those of least norm)",
+        *(f"  {r}" for r in found),
+    ]
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
@@ -98,7 +120,8 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(model, name, low)} and {_shown(model, name, high)}")
         for name, low, high in zip(model.coordinates, *extremes(sol), strict=True)
     ]
-    checks = [("energy change", f"{sol.energy_drift:.1e} of the largest kinetic energy")]
+    drift = f"{sol.energy_drift:.1e} of the largest kinetic energy"
+    checks = [("energy change", drift if model.knows_energy else "the energy is not known")]
     if model.constraint_names:
         checks.append(
             ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
@@ -157,10 +180,8 @@ def _configuration(model: Model, q: tuple[float, ...]) -> str:
 def _parameters_in_words(sol: Solution) -> str:
     changed = [
         f"{name} = {value:g} {sol.model.units[name]}"
-        for name, value, default in zip(
-            sol.model.parameters, sol.params, sol.model.defaults.values(), strict=True
-        )
-        if value != default
+        for name, value in zip(sol.model.parameters, sol.params, strict=True)
+        if value != sol.model.defaults.get(name)
     ]
     return ", ".join(changed) or "all by default"
 
@@ -184,7 +205,7 @@ def json_summary(sol: Solution) -> dict[str, Any]:
         "method": sol.policy.method,
         "q_end": sol.y[-1, :width].tolist(),
         "u_end": sol.y[-1, width:].tolist(),
-        "energy_drift": sol.energy_drift,
+        "energy_drift": sol.energy_drift if sol.model.knows_energy else None,
         "closure_max": float(sol.closure.max()),
         "velocity_closure_max": float(sol.velocity_closure.max()),
         "steps": stats["steps"],

@@ -5,18 +5,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.chain import Chain, Piece, Until
 from mechc.errors import (
     AssemblyError,
     ChangePointError,
+    EventError,
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.events import Event, EventFinder
+from mechc.events import Event, EventFinder, EventRecord, FunctionFailedError
+from mechc.lead_in import lead_in
 from mechc.parameters import Array, Parameters
 from mechc.solution import Solution
 from mechc.status import status_of
@@ -29,7 +33,8 @@ OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits i
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 LOOSEST = 0.1  # rtol beyond this asks for nothing
-STOPPED_AT_CHANGE_POINT, INTERRUPTED, STOPPED_BY_EVENT = 10, 108, 109
+AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
+INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED = 108, 109, 110
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,8 @@ def simulate(
     Notes
     -----
     What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
-    computed until then is kept; so does Ctrl-C.
+    computed until then is kept; so does Ctrl-C.  A failing event function raises
+    :class:`mechc.EventError`, which holds the motion until then.
     """
     values = model._parameters.resolve(params)
     events = [events] if callable(events) or isinstance(events, Event) else list(events)
@@ -132,7 +138,7 @@ def simulate(
         stiff_switch=method == "auto",
     )
     state = checked_state(model, y0, values, span[0])
-    sol = run(model, span, state, values, policy, times, events, progress)
+    sol = run(model, span, state, values, policy, times, events, progress, y0)
     if on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
     return sol
@@ -147,17 +153,33 @@ def run(
     times: Array | None = None,
     events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
+    typed: Array | None = None,
 ) -> Solution:
-    """Integrate with everything checked already."""
+    """Integrate with everything checked already; ``typed`` is the state before projection."""
     started = time.perf_counter()
-    compiled = model._scene.start(
-        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
-        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense,
-        policy.on_change_point != "continue",
-        policy.stiff_switch,
-    )  # fmt: skip
-    finder = EventFinder(events, compiled, model._scene.width) if events else None
+    compiled = _begin(model, span, state, values, policy)
+    if compiled.status == AT_CHANGE_POINT:
+        compiled = (
+            _leave_change_point(model, span, state if typed is None else typed, values, policy)
+            or compiled
+        )
+    return _driven(model, span, compiled, values, policy, times, events, progress, started)
+
+
+def _driven(
+    model: Model,
+    span: tuple[float, float],
+    compiled: Piece,
+    values: Array,
+    policy: Policy,
+    times: Array | None,
+    events: Sequence[Any],
+    progress: Callable[[float], None] | None,
+    started: float,
+    first: int = 0,
+) -> Solution:
+    """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
+    finder = EventFinder(events, compiled, model._scene.width, first) if events else None
     code, stop = _drive(compiled, span, finder, progress)
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
@@ -171,7 +193,83 @@ def run(
         _warnings(compiled, code, stop),
     )
     found = finder.records() if finder else ()
-    return Solution(model, values, policy, compiled, status, stats, times, found, stop)
+    failure = finder.failure if finder else None
+    if failure is not None:
+        status = replace(status, cause=str(failure))
+    sol = Solution(model, values, policy, compiled, status, stats, times, found, stop)
+    sol._asked = tuple(events)
+    if failure is not None:
+        told = f"{failure}; error.solution has the motion until there"
+        raise EventError(told, sol) from failure.__cause__
+    return sol
+
+
+def continued(
+    sol: Solution,
+    t_end: float,
+    *,
+    max_steps: int | None = None,
+    on_change_point: str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Solution:
+    """A run and what follows it until ``t_end``, as one; see :meth:`Solution.continue_to`."""
+    started = time.perf_counter()
+    start, end = sol.span
+    _, last = _checked_span((end, t_end))
+    if (last - end) * (end - start) < 0:
+        raise ValueOutOfBoundsError(
+            f"the run went from {start:g} to {end:g} s: it cannot be continued to {last:g} s"
+        )
+    policy = replace(
+        sol.policy,
+        first_step=0.0,
+        max_steps=sol.policy.max_steps
+        if max_steps is None
+        else _checked_count("max_steps", max_steps),
+        on_change_point=_checked_change_point(on_change_point or sol.policy.on_change_point),
+    )
+    before: Piece = sol._run if sol._stop is None else Until(sol._run, sol._stop)
+    state = before.states()[1][-1]
+    chain = Chain(before, _begin(sol.model, (end, last), state, sol.params, policy))
+    whole = _driven(
+        sol.model, (end, last), chain, sol.params, policy, None, sol._asked, progress, started,
+        before.count - 1,
+    )  # fmt: skip
+    whole.stats = MappingProxyType(
+        {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
+    )
+    whole.events = tuple(
+        EventRecord(np.append(old.t, new.t), np.vstack([old.y, new.y]))
+        for old, new in zip(sol.events, whole.events, strict=True)
+    )
+    if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
+        raise ChangePointError(_met(whole), whole)
+    return whole
+
+
+def _begin(
+    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
+) -> Piece:
+    """The compiled integrator, at the start of the span."""
+    begun: Piece = model._scene.start(
+        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
+        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
+        policy.dense,
+        policy.on_change_point != "continue",
+        policy.stiff_switch,
+    )  # fmt: skip
+    return begun
+
+
+def _leave_change_point(
+    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
+) -> Piece | None:
+    """The motion off a change point along the branch that the speeds follow, if they do."""
+    first = lead_in(model, state, values, span)
+    if first is None or first.t == span[1]:
+        return first
+    beside = checked_state(model, first.states()[1][-1], values, first.t)
+    return Chain(first, _begin(model, (first.t, span[1]), beside, values, policy))
 
 
 def _drive(
@@ -194,6 +292,10 @@ def _drive(
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
         return INTERRUPTED, None
+    except FunctionFailedError as failure:
+        assert finder is not None
+        finder.failure = failure
+        return EVENT_FAILED, None
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
@@ -213,7 +315,7 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
 
 
 def _met(sol: Solution) -> str:
-    point = sol.change_points[0]
+    point = sol.change_points[-1]
     where = ", ".join(f"{n} = {x:.9g}" for n, x in zip(sol.model.coordinates, point.q, strict=True))
     return (
         f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
@@ -57,6 +57,7 @@ class Solution:
         self.stats: Mapping[str, Any] = MappingProxyType(stats)
         self.events = events
         self._run, self._times, self._stop = run, times, stop
+        self._asked: tuple[Any, ...] = ()  # the events looked for
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:
@@ -123,11 +124,49 @@ class Solution:
         t = self._run.states()[0]
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
+    def continue_to(
+        self,
+        t_end: float,
+        *,
+        max_steps: int | None = None,
+        on_change_point: str | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Solution:
+        """This motion and what follows it until ``t_end``, as one new Solution.
+
+        Goes on from where the run ended, whatever ended it, with the same method, tolerances
+        and events (a terminal one counts anew).  The states are the accepted steps, whatever
+        ``t_eval`` was.
+
+        Parameters
+        ----------
+        t_end
+            In s, beyond the end of the run in its direction.
+        max_steps, on_change_point, progress
+            As in :func:`mechc.simulate.simulate`; those of this run when None.
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            If t_end lies on the other side of the run's end.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        from mechc.simulate import continued
+
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        return continued(
+            self, t_end, max_steps=max_steps, on_change_point=on_change_point, progress=progress
+        )
+
     # -- histories, computed when asked for ---------------------------------------------------
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J."""
+        """Kinetic plus potential energy (nt,), J; NaN where the model does not know it."""
+        if not self.model.knows_energy:
+            return np.full(len(self.t), np.nan)
         return self.model.energy(self.y, self.params, self.t)
 
     @cached_property
@@ -142,7 +181,12 @@ class Solution:
 
     @property
     def energy_drift(self) -> float:
-        """Largest departure of the energy from its first value, relative to the largest T."""
+        """Largest departure of the energy from its first value, relative to the largest T.
+
+        NaN where the model does not know the energy.
+        """
+        if not self.model.knows_energy:
+            return float("nan")
         largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
         departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure

@@ -108,7 +108,8 @@ CODES = {
         "at a change point",
         "the start is a change point, where the configuration has more than one way on, and the "
         "speeds do not choose one",
-        "Start a little beside it, or give speeds that satisfy the constraints along one branch",
+        "Take speeds along one branch, as model.assemblies(..., speeds=...) gives them, or start a "
+        "little beside it",
     ),
     10: (
         "stopped at a change point",
@@ -117,12 +118,17 @@ CODES = {
         "on_change_point='continue'",
     ),
     109: ("stopped by an event", "", ""),
+    110: (
+        "event failed",
+        "an event function raised an error or gave NaN",
+        "Mend the function: it is called at states between the steps too, not only at events",
+    ),
     0: (
         "not run",
         "the batch was stopped before its turn",
         "Call again; with out=..., what is done is not repeated",
     ),
-    110: (
+    112: (
         "not assembled",
         "the loops cannot close with this start and these lengths",
         "The variable 'miss' of the batch says by how many metres",

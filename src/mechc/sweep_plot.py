@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mechc.batch import Batch
     from mechc.sweep import Plan
 
-NOT_ASSEMBLED = 110
+NOT_ASSEMBLED = 112
 CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
 DEGREES = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import shlex
 import shutil
 import subprocess
 import sysconfig
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from pathlib import Path
 
@@ -16,13 +16,35 @@ from mechc.errors import CompilerError
 
 
 def find_compiler() -> list[str] | None:
-    """The command of the C compiler: ``$CC``, Python's own, gcc, clang or cc; None if absent."""
-    named = [os.environ.get("CC"), sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
+    """The command of the C compiler: ``$CC``, else Python's own, gcc, clang or cc; None if absent.
+
+    Raises
+    ------
+    CompilerError
+        If ``$CC`` names a command that does not exist: another in its place is not what was
+        asked for.
+    """
+    if chosen := os.environ.get("CC", "").strip():
+        return _chosen(chosen)
+    named = [sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
     for command in filter(None, named):
         words = shlex.split(command)
         if words and shutil.which(words[0]):
             return words
     return None
+
+
+def _chosen(command: str) -> list[str]:
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise CompilerError(f"CC = {command!r} cannot be read: {error}") from None
+    if shutil.which(words[0]) is None:
+        raise CompilerError(
+            f"CC = {command!r}: there is no command {words[0]!r}; set CC to a C compiler, or unset "
+            "it and the one found is taken"
+        )
+    return words
 
 
 def compiler() -> list[str]:
@@ -44,9 +66,13 @@ def version(command: tuple[str, ...]) -> str:
 
 
 def compile_all(
-    folder: Path, sources: Sequence[tuple[str, Sequence[str]]], includes: Sequence[str]
+    folder: Path,
+    sources: Sequence[tuple[str, Sequence[str]]],
+    includes: Sequence[str],
+    *,
+    side_by_side: bool = True,
 ) -> list[Path]:
-    """Compile sources (name, flags) of a folder side by side; the object files.
+    """Compile sources (name, flags) of a folder; the object files.
 
     Raises
     ------
@@ -62,8 +88,21 @@ def compile_all(
         _run([*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)])
         return target
 
+    if not side_by_side:
+        return [one(source) for source in sources]
+    from concurrent.futures import ThreadPoolExecutor  # slow to import, and not always needed
+
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         return list(pool.map(one, sources))
+
+
+def compile_shared(
+    folder: Path, source: str, flags: Sequence[str], includes: Sequence[str], target: Path
+) -> None:
+    """Compile and link one source into a shared object, in one run of the compiler."""
+    paths = [f"-I{path}" for path in includes]
+    command = [*compiler(), *flags, "-fPIC", "-shared", *paths, str(folder / source)]
+    _run([*command, "-lm", "-o", str(target)])
 
 
 def link(objects: Sequence[Path], target: Path) -> None:
@@ -71,13 +110,32 @@ def link(objects: Sequence[Path], target: Path) -> None:
     _run([*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)])
 
 
+_running: set[subprocess.Popen[str]] = set()
+
+
+@atexit.register
+def _stop_running() -> None:
+    """A compiler in the background does not outlive its process."""
+    for process in list(_running):
+        process.kill()
+
+
 def _output(command: list[str]) -> subprocess.CompletedProcess[str]:
+    pipe = subprocess.PIPE
     try:
-        return subprocess.run(
-            command, capture_output=True, text=True, errors="replace", check=False
-        )
+        process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, errors="replace")
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
+    _running.add(process)
+    try:
+        with process:
+            out, told = process.communicate()
+    except BaseException:
+        process.kill()
+        raise
+    finally:
+        _running.discard(process)
+    return subprocess.CompletedProcess(command, process.returncode, out, told)
 
 
 def _run(command: list[str]) -> None:

@@ -15,6 +15,7 @@ UNITS: dict[str, dict[str, float]] = {
     "rad/s": {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
     "kg": {"kg": 1.0, "g": 1e-3},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
 _TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*")
 
@@ -48,7 +49,7 @@ def read_value(text: str, quantity: Quantity) -> float:
 
 
 def read_seconds(text: str) -> float:
-    """A typed duration."""
+    """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
     return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False))
 
 

@@ -20,10 +20,12 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
-DATA = BASE | {"mechanism", "equations", "program"}
+DATA = BASE | {"mechanism", "equations", "program", "wishes", "source"}
 STAGES = {"derive", "differentiate", "lower", "optimize", "emit_c", "metadata"}
 ALLOWED = {
     "errors": set[str](),
+    "wishes": set[str](),
+    "source": {"mechanism"},
     "expression": BASE,
     "mechanism": BASE,
     "equations": BASE,
@@ -34,6 +36,20 @@ ALLOWED = {
     "emit_c": DATA | {"printer"},
     "mechanisms": BASE | {"mechanism", "mechanisms", "expression"},
 }
+READERS = {"from_kane", "from_lagrange", "from_system"}
+CONVERSION = DATA | {
+    "accelerations",
+    "algebra",
+    "kinematics",
+    "loads",
+    "potential",
+    "split",
+    "walk",
+}
+ALLOWED |= dict.fromkeys((*READERS, "split", "convert", "accelerations"), CONVERSION)
+ALLOWED |= {"from_system": CONVERSION | READERS, "from_sympy": CONVERSION | READERS}
+ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy", "wishing"}}
+ALLOWED |= {"wishing": CONVERSION | {"convert"}, "signature": set()}
 TYPESET = DATA | {"derive", "differentiate"}
 
 

@@ -141,11 +141,33 @@ def test_a_folder_of_another_user_is_refused(root, monkeypatch):
         cache.clear()
 
 
-def test_a_link_in_place_of_the_folder_is_refused(root, tmp_path):
+def test_a_link_to_a_private_folder_is_followed(root, tmp_path):
     (tmp_path / "elsewhere").mkdir(mode=0o700)
     root.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(CacheError, match="is not a folder"):
+    path = cache.entry(KEY, Maker())
+    assert path == tmp_path / "elsewhere" / KEY / "scene.so"
+    (tmp_path / "elsewhere").chmod(0o777)
+    with pytest.raises(CacheError, match="can be written by others"):
         cache.entry(KEY, Maker())
+
+
+def test_a_folder_below_one_that_others_write_is_refused(tmp_path, monkeypatch):
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(shared / "mine"))
+    shared.chmod(0o777)
+    with pytest.raises(CacheError, match="above the cache folder"):
+        cache.entry(KEY, Maker())
+    with pytest.raises(CacheError, match="above the cache folder"):
+        cache.check()
+    shared.chmod(0o1777)  # sticky, as /tmp is: nobody can replace what is not theirs
+    cache.entry(KEY, Maker())
+
+
+def test_a_tilde_is_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("MECHC_CACHE_DIR", "~/here")
+    assert cache.entry(KEY, Maker()) == tmp_path / "here" / KEY / "scene.so"
 
 
 def test_a_folder_that_cannot_be_made_is_told_with_what_to_do(tmp_path, monkeypatch):
@@ -174,6 +196,14 @@ def test_clearing_removes_entries_and_nothing_else(root):
     assert {path.name for path in root.iterdir()} == {"notes", "poetry.lock"}
     assert cache.clear() == 0
     assert cache.entry(KEY, Maker(b"again")).read_bytes() == b"again"
+
+
+def test_clearing_takes_first_units_along(root):
+    cache.entry(KEY, Maker())
+    cache.entry(cache.first_key(KEY), Maker())
+    assert cache.entries() == [root / KEY]
+    assert cache.clear() == 1
+    assert list(root.iterdir()) == []
 
 
 def test_clearing_a_cache_that_never_was_makes_none(root):

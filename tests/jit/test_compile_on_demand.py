@@ -4,6 +4,8 @@ import os
 import stat
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,8 @@ from pendulums import pendulum
 
 import mechc
 from mechc import cache, jit, toolchain
-from mechc.errors import CompilerError, MechcError
+from mechc.errors import CompilerError, MechcError, UnknownNameError
+from mechc.first import Pending
 
 HERE = Path(__file__).parent
 
@@ -48,12 +51,73 @@ def test_one_that_was_compiled_moves_as_it_should():
     assert sol.closure.max() == 0.0
     np.testing.assert_allclose(sol.y[-1], [0.0, 0.0], atol=1e-8)  # one exact period
     assert sol.energy_drift < 1e-10
-    assert set(model.build["seconds"]) == {"emit", "compile"}
+    assert set(model.build["seconds"]) == {"emit", "first unit", "compile"}
     assert "compile: " in model.report()
+
+
+def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
+    """Rates and outputs do not wait for the integrators; what integrates does."""
+    begin = threading.Event()
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    model = mechc.compile(pendulum(4.0))
+    first = model.rhs(0.0, [0.3, 0.1]), model.energy([0.3, 0.1])
+    assert first[0][1] == pytest.approx(-4.0 * np.cos(0.3), rel=1e-14)
+    assert cache.entries() == []
+    with pytest.raises(UnknownNameError):
+        model._evaluate("nothing", [0.3, 0.1], None, 0.0)
+    begin.set()
+    assert model.simulate(1.0, [0.3, 0.1]).status.ok
+    assert len(cache.entries()) == 1
+    np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
+
+
+def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
+    """The first unit is kept; the whole is made when something needs it."""
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *_: time.sleep(60))
+    first = mechc.compile(pendulum(4.25))
+    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(jit, "_make_first", lambda *_: pytest.fail("compiled again"))
+    again = mechc.compile(pendulum(4.25))
+    np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
+    assert set(again.build["seconds"]) == {"load"}
+    monkeypatch.setattr(jit, "_make", make)
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "elsewhere"))
+    assert again.simulate(1.0, [0.3, 0.1]).status.ok
+
+
+def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, monkeypatch):
+    def fail(*_):
+        raise CompilerError("out of cheese")
+
+    monkeypatch.setattr(jit, "_make", fail)
+    model = mechc.compile(pendulum(4.5))
+    assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-4.5)
+    for _ in range(2):
+        with pytest.raises(CompilerError, match="out of cheese"):
+            model.simulate(1.0, [0.3, 0.1])
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_process_makes_its_own(fresh, monkeypatch):
+    """The thread that compiles is not there in the child, which must not wait for it."""
+    begin = threading.Event()
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    pending = Pending(lambda: begin.wait(60))
+    child = os.fork()
+    if child == 0:
+        begin.set()
+        os._exit(0 if pending.result() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    begin.set()
+    assert pending.result()
 
 
 def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
     model = mechc.compile(pendulum())
+    assert model.capsule
     monkeypatch.setattr(jit, "_make", lambda *_: pytest.fail("compiled again"))
     assert mechc.compile(pendulum()) is model
 
@@ -67,6 +131,7 @@ made = []
 inner = jit._make
 jit._make = lambda *arguments: (made.append(1), inner(*arguments))
 model = mechc.compile(pendulum({gravity}))
+model.capsule  # waits for the whole of it
 print(len(made), float(model.rhs(0.0, [0.3, 0.1])[1]))
 """
 
@@ -97,7 +162,9 @@ def test_processes_at_once_compile_once_and_later_ones_load(fresh):
 
 
 def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch):
-    key = mechc.compile(pendulum(5.0)).build["key"]
+    model = mechc.compile(pendulum(5.0))
+    assert model.capsule, "waits for the whole of it"
+    key = model.build["key"]
     shared = cache.cache_folder() / key / cache.SHARED_OBJECT
     assert {path.name for path in shared.parent.iterdir()} == {"scene.so", "scene.sha256"}
     whole = shared.read_bytes()
@@ -106,6 +173,7 @@ def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch
     replaced.rename(shared)
     monkeypatch.setattr(jit, "_compiled", {})
     model = mechc.compile(pendulum(5.0))
+    assert model.capsule
     assert model.build["key"] == key
     assert len(shared.read_bytes()) > len(whole) // 2
     assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-5.0)
@@ -114,7 +182,7 @@ def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch
 def keys_under(monkeypatch, *commands):
     """The cache key of one pendulum under each compiler command; nothing is compiled."""
     keys = []
-    monkeypatch.setattr(cache, "entry", lambda key, make: keys.append(key) or (_ for _ in ()).throw(
+    monkeypatch.setattr(cache, "find", lambda key: keys.append(key) or (_ for _ in ()).throw(
         MechcError("stop")
     ))  # fmt: skip
     for command in commands:
@@ -174,7 +242,7 @@ def test_a_compiler_that_fails_is_quoted(fresh, monkeypatch):
         mechc.compile(pendulum(7.0))
     told = str(error.value)
     assert "exit 3" in told
-    assert f"{script} -std=gnu11 -O3" in told
+    assert f"{script} -std=gnu11 -O" in told
     assert "cc1: out of cheese" in told
     assert cache.entries() == []
 
@@ -190,7 +258,7 @@ def test_a_compiler_that_cannot_be_run_is_told(fresh, monkeypatch):
 
 
 def test_other_things_are_not_compiled():
-    with pytest.raises(TypeError, match=r"takes a mechc.Mechanism, not str"):
+    with pytest.raises(TypeError, match=r"takes a mechc.Mechanism, or .*, not str"):
         mechc.compile("four_bar")
 
 
@@ -241,3 +309,9 @@ def test_emission_is_the_same_text_whatever_the_hash_seed():
         for seed in ("1", "2")
     }  # fmt: skip
     assert len(texts) == 1
+
+
+def test_a_compiler_that_does_not_exist_is_told_by_name(fresh, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-cc -O3")
+    with pytest.raises(CompilerError, match=r"CC = 'no-such-cc -O3'.*no command 'no-such-cc'"):
+        mechc.compile(pendulum())

@@ -5,8 +5,11 @@ import json
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from sympy import Float, Heaviside, sin
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from mechc import jit
 from mechc.cli import main
 from mechc.errors import MechcError
 
@@ -176,3 +179,22 @@ def test_variants_run_from_the_command_line(capsys, loaded):
 def test_an_instruction_set_cannot_be_asked_of_a_variant():
     with pytest.raises(ValueError, match="leave instruction_set out"):
         mechc.load("four_bar", instruction_set="baseline", friction=True)
+
+
+def test_a_variant_that_is_cached_is_not_derived_again(loaded, monkeypatch):
+    options = {"friction": True, "crank_torque": TORQUE, "coupler_point": True}
+    monkeypatch.setattr(jit, "_variants", {})
+    monkeypatch.setattr(jit, "_shipped", None)
+    again = mechc.load("four_bar", **options)
+    assert again.build["key"] == loaded.build["key"]
+    assert again.options == loaded.options
+    with pytest.raises(TypeError):
+        mechc.load("four_bar", friction=True)
+
+
+def test_options_that_cannot_be_read_again_are_not_promised(loaded):
+    """What a file or a pickle keeps of an expression is its text."""
+    t = dynamicsymbols._t
+    assert jit._reads_again({"crank_torque": 2 * sin(3 * t)}, {"crank_torque": "2*sin(3*t)"})
+    for torque in (Heaviside(t), Float("0.1234567890123456789", 17) * t):
+        assert not jit._reads_again({"crank_torque": torque}, {"crank_torque": str(torque)})

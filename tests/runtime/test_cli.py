@@ -123,6 +123,8 @@ def test_list_names_what_is_shipped(capsys):
 
 def test_show_tells_names_units_geometry_and_options(capsys, here):
     assert main(["show", "four_bar", "--set", "l_3=3.5"]) == 0
+    assert list(here.iterdir()) == []  # nothing is written unasked
+    assert main(["show", "four_bar", "--set", "l_3=3.5", "--out", "four_bar.html"]) == 0
     said = capsys.readouterr().out
     for text in (
         "length of the crank", "rad/s", "kg m^2", "Grashof class: ", "Limits of theta_0: ",
@@ -227,3 +229,9 @@ def test_importing_mechc_loads_neither_sympy_nor_matplotlib():
     script = f"import sys, mechc; mechc.load('four_bar'); print(sorted({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
     assert done.stdout.strip() == b"[]"
+
+
+@pytest.mark.parametrize("typed", ["0.5", "0.5s", "500ms", "500 ms"])
+def test_the_time_is_typed_with_a_unit_or_in_seconds(capsys, here, typed):
+    assert main(["run", "four_bar", "--t-end", typed, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["t_end"] == 0.5

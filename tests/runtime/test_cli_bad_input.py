@@ -64,7 +64,7 @@ def test_lengths_masses_and_inertias_are_positive_and_finite(capsys, name, value
     assert "must be finite and > 0" in said
 
 
-@pytest.mark.parametrize("value", ["0", "-1", "-1e-300", "nan", "inf", "soon", "20min", "1e999"])
+@pytest.mark.parametrize("value", ["0", "-1", "-1e-300", "nan", "inf", "soon", "20m", "1e999"])
 def test_the_end_lies_ahead(capsys, value):
     complaint(capsys, *RUN, f"--t-end={value}")
 
@@ -156,7 +156,7 @@ def test_a_run_that_ends_early_is_reported_and_fails(capsys, monkeypatch):
     from mechc import simulate
 
     inner = simulate.simulate
-    monkeypatch.setattr(simulate, "simulate", lambda *a, **k: inner(*a, **k, max_steps=10))
+    monkeypatch.setattr(simulate, "simulate", lambda *a, **k: inner(*a, **k | {"max_steps": 10}))
     assert main([*RUN, "--set", "l_3=3.5"]) == 1
     assert '"status": "too many steps"' in capsys.readouterr().out
 

@@ -1,5 +1,6 @@
 """Runs that end early say when, why and what to do, and keep what was computed."""
 
+import gc
 import os
 import signal
 import threading
@@ -85,3 +86,16 @@ def test_warnings_are_part_of_the_prose():
     status = mechc.Status("finished", 2.0, warnings=("Beware of the dog",))
     assert str(status) == "finished: reached t = 2 s. Beware of the dog."
     assert status.ok
+
+
+def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
+    """The cycle collector clears what an object holds before the object itself goes."""
+    params, start = regular
+    for _ in range(3):
+        sol = model.simulate((0, 1), start, params)
+        sol.itself = sol
+        cycle = [sol._run]
+        cycle.append(cycle)
+        sol._run = cycle
+        del sol, cycle
+        gc.collect()

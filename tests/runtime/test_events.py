@@ -2,11 +2,13 @@
 
 import math
 
+import fake_linkage
 import numpy as np
 import pytest
 
 import mechc
 from mechc.errors import ValueOutOfBoundsError
+from mechc.events import EventFinder
 
 PARAMS = {"l_3": 3.5}
 HALF_PERIOD = 1.6607240639610833  # from the quadrature of the regular four-bar
@@ -91,3 +93,105 @@ def test_reported_times_stop_at_a_terminal_event(model, start):
 def test_what_is_no_function_is_refused(model, start):
     with pytest.raises(ValueOutOfBoundsError, match="a function of t and y, not 3"):
         model.simulate(1, start, PARAMS, events=[3])
+
+
+@pytest.mark.parametrize("end", [30.0, -30.0])
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+def test_directions_are_those_of_time_as_the_run_goes(model, start, end, direction):
+    wave = mechc.Event(lambda t, y: math.sin(7 * t), direction=direction)
+    sol = model.simulate((0, end), start, PARAMS, rtol=1e-7, events=[wave])
+    exact = np.sign(end) * np.pi / 7 * np.arange(1, int(30 * 7 / np.pi) + 1)
+    along = np.cos(7 * exact) * np.sign(end)  # growing as the run goes
+    wanted = exact if direction == 0 else exact[along * direction > 0]
+    assert sol.events[0].t == pytest.approx(wanted, abs=1e-12)
+
+
+def test_zeros_late_in_time_are_located_to_a_few_units_of_the_last_place(model, start):
+    late = 1e5
+    wave = lambda t, y: math.sin(7 * (t - late))  # noqa: E731
+    sol = model.simulate((late, late + 5), start, PARAMS, events=[wave])
+    exact = late + np.pi / 7 * np.arange(1, int(35 / np.pi) + 1)
+    assert np.abs(sol.events[0].t - exact).max() <= 4 * math.ulp(late)
+
+
+def test_the_nth_zero_can_be_terminal(model, start):
+    third = mechc.Event(lambda t, y: math.sin(7 * t), terminal=3, direction=-1)
+    sol = model.simulate(20, start, PARAMS, events=[third])
+    assert sol.status.code == "stopped by an event"
+    assert sol.t[-1] == pytest.approx(5 * np.pi / 7, abs=1e-12)
+    assert len(sol.events[0].t) == 3
+
+
+def test_states_at_events_are_those_of_the_exact_motion(model, start):
+    """Where the crank passes 150 degrees: on the manifold, and as the closed form has it."""
+    target = np.radians(150)
+    passing = mechc.Event(lambda t, y: y[0] - target)
+    sol = model.simulate(10, start, PARAMS, rtol=1e-11, events=[passing])
+    record = sol.events[0]
+    assert len(record.t) == 6
+    exact = fake_linkage.exact_state(record.t)
+    np.testing.assert_allclose(record.y, exact, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(record.y[:, 0], target, rtol=0, atol=1e-11)
+    assert np.abs(model.constraints(record.y, PARAMS)).max() < 1e-13
+    assert np.abs(model.velocity_constraints(record.y, PARAMS)).max() < 1e-13
+
+
+class CountingRun:
+    """A run of many steps that counts the times it copies."""
+
+    def __init__(self, run):
+        self.run, self.copied = run, 0
+
+    def __getattr__(self, name):
+        return getattr(self.run, name)
+
+    def times(self, first):
+        times = self.run.times(first)
+        self.copied += len(times)
+        return times
+
+    def states(self):
+        self.copied += self.run.count
+        return self.run.states()
+
+
+def test_the_work_for_events_grows_with_the_steps_alone(model, start):
+    values = model._parameters.resolve(PARAMS)
+    run = model._scene.start(
+        0.0, 400.0, start, values, 1e-6, None, np.ones(6), 0.0, np.inf, 10**6, 0, True
+    )
+    counting = CountingRun(run)
+    finder = EventFinder([lambda t, y: y[3]], counting, 6)
+    looks = 0
+    while run.advance(50) == 0:
+        finder.look()
+        looks += 1
+    finder.look()
+    assert looks > 100
+    assert counting.copied <= run.count + 2 * looks + 4
+
+
+@pytest.mark.parametrize(
+    ("fail", "told"),
+    [
+        (lambda: 1 / 0, "ZeroDivisionError: division by zero"),
+        (lambda: math.nan, "gave NaN"),
+        (lambda: None, "TypeError"),
+    ],
+)
+def test_a_failing_event_function_keeps_the_run(model, start, fail, told):
+    def thermostat(t, y):
+        return fail() if t > 3.0 else math.sin(7 * t)
+
+    with pytest.raises(
+        mechc.EventError, match=f"event function thermostat .*t = 3.*{told}|NaN"
+    ) as e:
+        model.simulate(10, start, PARAMS, events=[thermostat])
+    sol = e.value.solution
+    assert sol.status.code == "event failed"
+    assert not sol.status.ok
+    assert "thermostat" in str(sol.status)
+    assert sol.t[-1] > 3.0
+    assert len(sol.events[0].t) >= 5
+    assert (e.value.__cause__ is None) == (told == "gave NaN")
+    np.testing.assert_allclose(sol(2.0), fake_linkage.exact_state(2.0), atol=1e-6)

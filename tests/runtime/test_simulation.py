@@ -1,17 +1,21 @@
 """Simulation: any span, step and output wanted; bad requests refused before any work."""
 
+import builtins
+import inspect
 from itertools import pairwise
 
 import fake_linkage
 import numpy as np
 import pytest
 
+import mechc
 from mechc.errors import (
     AssemblyError,
     MechcError,
     UnknownNameError,
     ValueOutOfBoundsError,
 )
+from mechc.simulate import simulate
 
 METHODS = ("dopri5", "dop853")
 
@@ -93,7 +97,7 @@ def test_a_higher_order_takes_fewer_steps(model, regular):
 def test_the_method_used_is_told(model, regular, method):
     params, start = regular
     sol = model.simulate((0, 0.1), start, params, method=method)
-    assert sol.stats["method"] == ("dop853" if method == "auto" else method)
+    assert sol.stats["method"] == ("gauss8" if method == "auto" else method)
     assert sol.stats["rhs_evaluations"] > sol.stats["steps"] > 0
     assert sol.stats["wall_s"] > 0
 
@@ -268,12 +272,96 @@ def test_without_dense_output_there_is_none(model, regular, sol):
     np.testing.assert_array_equal(bare.y, sol.y)
     with pytest.raises(MechcError, match="simulate with dense=True"):
         bare(0.5)
+    for picture in (bare.plot, bare.animate):
+        with pytest.raises(MechcError, match="simulate with dense=True"):
+            picture()
+
+
+def test_the_signature_of_simulate_names_every_keyword(model):
+    own = inspect.signature(model.simulate).parameters
+    documented = inspect.signature(simulate).parameters
+    assert list(own) == list(documented)[1:]
+    for name, parameter in own.items():
+        assert parameter.kind == documented[name].kind
+        assert parameter.default == documented[name].default
+
+
+def test_a_star_import_leaves_pythons_own_names_alone():
+    names = {}
+    exec("from mechc import *", names)  # the test's own text
+    assert "Model" in names
+    assert "load" in names
+    assert not set(mechc.__all__) & set(dir(builtins))
+    assert callable(mechc.open)
+    assert callable(mechc.compile)
 
 
 def test_progress_is_told_in_rising_fractions(model, regular):
     params, start = regular
     told = []
-    model.simulate((0, 200), start, params, progress=told.append)
+    model.simulate((0, 1000), start, params, progress=told.append)
     assert len(told) > 2
     assert told == sorted(told)
     assert 0 < told[0] < told[-1] <= 1
+
+
+@pytest.mark.parametrize("span", [(3.0, 3.0), (-2.0, -2.0)])
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "gauss8", "radau5"])
+def test_a_span_of_no_length_has_every_output(model, regular, span, method):
+    params, start = regular
+    ticking = lambda t, y: y[0]  # noqa: E731
+    sol = model.simulate(span, start, params, method=method, events=[ticking], t_eval=[span[0]])
+    assert sol.status.ok
+    np.testing.assert_array_equal(sol.t, [span[0]])
+    assert sol.stats["steps"] == 0
+    assert sol.energy_drift == 0
+    assert sol.events[0].t.shape == (0,)
+    np.testing.assert_array_equal(sol(span[0]), sol.y[0])
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "gauss8", "radau5"])
+def test_every_method_takes_times_steps_and_tolerances_in_both_directions(model, regular, method):
+    params, start = regular
+    each = np.array([1e-8, 1e-8, 1e-8, 1e-7, 1e-7, 1e-7])
+    for end in (1.0, -1.0):
+        times = np.linspace(0, end, 33)
+        sol = model.simulate(
+            end, start, params, rtol=1e-8, atol=each, t_eval=times, method=method, max_step=0.02,
+            first_step=0.003,
+        )  # fmt: skip
+        np.testing.assert_array_equal(sol.t, times)
+        np.testing.assert_allclose(sol.y, exact(times), rtol=0, atol=2e-6)
+        steps = np.abs(np.diff(sol._run.states()[0]))
+        assert steps[0] == pytest.approx(0.003, rel=1e-12)
+        assert steps.max() <= 0.02 * (1 + 1e-12)
+
+
+def test_a_loose_component_is_not_controlled(model, regular):
+    """atol of one component alone: the others decide the steps."""
+    params, start = regular
+    tight = np.full(6, 1e-11)
+    loose = np.array([1e-11, 1e3, 1e3, 1e3, 1e3, 1e3])
+    one, all_of_them = (
+        model.simulate(2, start, params, rtol=1e-11, atol=atol, method="dop853").stats["steps"]
+        for atol in (loose, tight)
+    )
+    assert one < all_of_them
+
+
+@pytest.mark.parametrize(
+    ("method", "tightest"), [("dopri5", 11), ("dop853", 13), ("gauss8", 13), ("radau5", 11)]
+)
+def test_the_global_error_follows_rtol_over_its_decades(model, regular, method, tightest):
+    """No plateau above the rounding floor: every decade of rtol gains, down to 1e-12 rad."""
+    params, start = regular
+    decades = range(tightest - 8, tightest + 1)
+    errors = []
+    for decade in decades:
+        sol = model.simulate(3.0, start, params, rtol=10.0**-decade, method=method, dense=False)
+        errors.append(float(np.abs(sol.y[-1] - exact(3.0)).max()))
+    floor = 3e-12
+    for decade, error in zip(decades, errors, strict=True):
+        assert error < max(300 * 10.0**-decade, floor), (decade, errors)
+    apart = 5 if method == "radau5" else 2  # its error goes up and down more
+    for before, after in zip(errors, errors[apart:], strict=False):
+        assert after < max(before / 5, floor), errors

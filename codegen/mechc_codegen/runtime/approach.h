@@ -75,7 +75,9 @@ MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open)
  * does: leave the crossing to that method.  1 where it is left. */
 MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h)
 {
-    if (!(MECHC_NH > 0 && run->dip.ahead < fabs(h)) || ++run->missed < 2) return 0;
+    const int here = MECHC_NH > 0
+                  && (run->dip.ahead < fabs(h) || (MECHC_NC > 2 && run->dip.first < MECHC_CLEAR));
+    if (!here || ++run->missed < 2) return 0;
     run->resume = run->own;
     run->step = 0.25 * fabs(h);
     mechc_rk_refuse(run, 1.0);

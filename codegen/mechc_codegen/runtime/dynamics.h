@@ -46,7 +46,10 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
         for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
         multiples[i] = -part;
     }
-    if (lambda) FN(multipliers)(&rows, multiples, lambda);
+    if (lambda) {
+        FN(multipliers)(&rows, multiples, lambda);
+        if (R_ANY(FN(redundant)(&rows))) FN(least_multipliers)(terms->jacobian, &rows, lambda);
+    }
     FN(backward)(&mass, MECHC_NU, x);
 }
 

@@ -29,6 +29,8 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
  * it is asked with care what speeds it allows. */
 #define MECHC_WEAK 1e-14
 #define MECHC_DELICATE 1e-3
+/* Below this a row is a redundant one, whose rounding says nothing about a crossing. */
+#define MECHC_SURELY 1e-20
 
 /* The rows at q without those that are that weak; returns how many these are. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,
@@ -128,7 +130,8 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const
     const int last = MECHC_NC - 1;
     const int status = mechc_close_between(t, y, p, k, &place, &rows);
     if (status != MECHC_RUNNING) return status;
-    if (MECHC_NC > 1 && rows.norm[last] < MECHC_DELICATE * rows.norm[0] && rows.norm[last] > 0.0)
+    if (MECHC_NC > 1 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
+        && rows.norm[last] > MECHC_SURELY * rows.norm[0])
         mechc_fit_to_speeds(t, y, p, k, &place, &rows);
 #else
     mechc_strong_rows(t, y, p, k, &place, &rows);

@@ -14,6 +14,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "least_multipliers.h"
 #include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
@@ -22,6 +23,7 @@
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
 #include "linear.h"
+#include "least_multipliers.h"
 #include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"

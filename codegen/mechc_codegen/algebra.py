@@ -1,0 +1,143 @@
+"""Small dense numerical algebra in plain Python: ranks, null spaces, points on constraints.
+
+For decisions about a mechanism, made at random states; the compiler has no numpy.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Sequence
+
+from sympy import Expr, Symbol, lambdify
+
+Rows = list[list[float]]
+Evaluate = Callable[..., list[float]]
+_RANK = 1e-9  # of the largest pivot
+
+
+def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
+    """A function of numbers for expressions over plain symbols."""
+    stand_ins = [Symbol(f"_x{k}") for k in range(len(arguments))]
+    replaced = dict(zip(arguments, stand_ins, strict=True))
+    plain = [e.xreplace(replaced) for e in elements]
+    evaluate: Evaluate = lambdify(stand_ins, plain, modules="math", cse=True)
+    return evaluate
+
+
+def rank(rows: Rows) -> int:
+    """Rank by elimination with full pivoting, rows scaled to one."""
+    return len(eliminated([scaled(row) for row in rows])[0])
+
+
+def eliminated(
+    rows: Rows, columns: int | None = None, tiny: float = _RANK
+) -> tuple[list[int], Rows, list[int]]:
+    """(pivot columns, reduced rows, columns without pivot); what stands right of ``columns``
+    goes along.  Pivots below ``tiny`` of the largest entry count as nothing."""
+    work = [row[:] for row in rows]
+    width = columns if columns is not None else len(work[0]) if work else 0
+    largest = max((abs(x) for row in work for x in row[:width]), default=0.0)
+    free, pivots = list(range(width)), list[int]()
+    while len(pivots) < len(work) and free:
+        done = len(pivots)
+        places = ((i, j) for i in range(done, len(work)) for j in free)
+        i, j = max(places, key=lambda place: abs(work[place[0]][place[1]]))
+        if not abs(work[i][j]) > tiny * largest:
+            break
+        work[done], work[i] = work[i], work[done]
+        _clear_column(work, done, j)
+        free.remove(j)
+        pivots.append(j)
+    return pivots, work[: len(pivots)], free
+
+
+def _clear_column(work: Rows, pivot_row: int, column: int) -> None:
+    pivot = work[pivot_row][column]
+    work[pivot_row] = [x / pivot for x in work[pivot_row]]
+    for k, row in enumerate(work):
+        if k != pivot_row and row[column]:
+            factor = row[column]
+            work[k] = [x - factor * y for x, y in zip(row, work[pivot_row], strict=True)]
+
+
+def scaled(row: Sequence[float]) -> list[float]:
+    """The row over its largest entry."""
+    largest = max((abs(x) for x in row), default=0.0)
+    return [x / largest for x in row] if largest > 0 else list(row)
+
+
+def null_space(rows: Rows, columns: int) -> Rows:
+    """A basis of what all rows annihilate."""
+    if not rows:
+        return [[float(i == j) for j in range(columns)] for i in range(columns)]
+    pivots, reduced, free = eliminated([scaled(row) for row in rows])
+    basis = []
+    for j in free:
+        vector = [0.0] * columns
+        vector[j] = 1.0
+        for pivot, row in zip(pivots, reduced, strict=True):
+            vector[pivot] = -row[j]
+        basis.append(vector)
+    return basis
+
+
+def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
+    """A solution of few consistent equations in many unknowns: least change, roughly.
+
+    By normal equations of the rows, which the caller iterates.
+    """
+    size = len(rows)
+    square = [
+        [sum(a * b for a, b in zip(one, other, strict=True)) for other in rows] for one in rows
+    ]
+    for i in range(size):
+        square[i].append(right[i])
+    pivots, reduced, _ = eliminated(square, size, 1e-13)
+    multiples = [0.0] * size
+    for pivot, row in zip(pivots, reduced, strict=True):
+        multiples[pivot] = row[size]
+    columns = len(rows[0])
+    return [sum(multiples[i] * rows[i][j] for i in range(size)) for j in range(columns)]
+
+
+def random_point(gap: Evaluate | None, size: int, seed: int) -> list[float] | None:
+    """Values of ``size`` arguments at which the gap vanishes: parameters too are chosen for it.
+
+    None if none was found: the constraints may contradict each other.
+    """
+    generator = random.Random(seed)
+    for _ in range(12):
+        x = [generator.uniform(0.4, 1.7) for _ in range(size)]
+        if gap is None or _newton(x, gap):
+            return x
+    return None
+
+
+def _newton(x: list[float], gap: Evaluate) -> bool:
+    """Change x until the gap vanishes; whether that was reached."""
+    try:
+        for _ in range(60):
+            values = gap(*x)
+            if max(map(abs, values)) < 1e-13:
+                return True
+            units = ([float(k == i) for k in range(len(x))] for i in range(len(x)))
+            columns = [slope(gap, x, unit, 1e-6) for unit in units]
+            rows = [list(row) for row in zip(*columns, strict=True)]
+            step = solve_least(rows, values)
+            x[:] = [a - b for a, b in zip(x, step, strict=True)]
+        return max(map(abs, gap(*x))) < 1e-10
+    except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+        return False
+
+
+def slope(
+    function: Evaluate, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
+) -> list[float]:
+    """Derivative along a direction by differences of fourth order; 1e-12 at the usual step."""
+
+    def at(times: float) -> list[float]:
+        return function(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
+
+    inner = [a - b for a, b in zip(at(1.0), at(-1.0), strict=True)]
+    outer = [a - b for a, b in zip(at(2.0), at(-2.0), strict=True)]
+    return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]

@@ -1,0 +1,307 @@
+"""Source -> Mechanism and Wishes: what a SymPy object holds, as a mechanism with names and values.
+
+Input: what was read, and what the user says besides.  Output: a validated mechanism whose M, F
+and J are then derived from bodies, loads and constraints.  Invariant: nothing is guessed; what
+the object cannot say is asked for by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from sympy import Expr, Float, Integer, S, Symbol, cos, sin, sympify, tan
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+
+from mechc_codegen.accelerations import refuse_other_accelerations
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.kinematics import coordinate_rates
+from mechc_codegen.mechanism import (
+    Constraint,
+    Coordinate,
+    Mechanism,
+    Parameter,
+    Quantity,
+    Speed,
+    is_rigid,
+    printed_name,
+)
+from mechc_codegen.potential import potential_of
+from mechc_codegen.source import Key, Settings, Source
+from mechc_codegen.split import Rates, alone, idle, integrable
+from mechc_codegen.walk import Walk, walk
+
+
+def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mechanism:
+    """The mechanism that a Source describes."""
+    read = read or walk(source)
+    _refuse_accelerations(source)
+    inputs = _inputs(source, settings, read)
+    parameters = _parameter_symbols(source, settings, read, inputs)
+    kinematics = _kinematics(source)
+    rates = Rates((source.q, source.u), kinematics, parameters, inputs)
+    configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
+    bodies = tuple(b for b in source.bodies if not _fixed(b, source.frame))
+    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
+    origin = source.origin or _origin(source)
+    potential = potential_of(source, bodies, origin)
+    units = _Units(source, kinematics, _resolved(settings.units, "units", source, parameters))
+    return Mechanism(
+        name=settings.name or source.kind,
+        title=settings.name or f"A {source.kind}",
+        frame=source.frame,
+        origin=origin or Point("O"),
+        coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
+        speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
+        kinematics=kinematics,
+        parameters=_parameters(source, settings, parameters, units),
+        bodies=bodies,
+        loads=source.loads,
+        configuration_constraints=_named("constraint", configuration),
+        motion_constraints=_named("velocity constraint", motion),
+        points=_points(bodies, origin),
+        skipped=skipped,
+        inputs=inputs,
+        auxiliary=source.auxiliary,
+        lagrangian=source.lagrangian,
+        potential=potential.value,
+        unspecified=tuple(f for f in _unknown_functions(source, read) if f not in inputs),
+        unknown_potentials=potential.unknown,
+    )
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+
+def _refuse_accelerations(source: Source) -> None:
+    """Loads that hold u' would have to be part of M."""
+    time = dynamicsymbols._t
+    rates = {x.diff(time) for x in (*source.u, *source.auxiliary)}
+    rates |= {q.diff(time, 2) for q in source.q}
+    for place, vector in source.loads:
+        held = {r for matrix, _ in vector.args for r in rates if matrix.has(r)}
+        if held:
+            what = min(map(str, held))
+            raise MechanismError(
+                f"the load on {place.name} holds the acceleration {what}: write it as a body of "
+                "its own (an added mass or inertia), so that it is part of the mass matrix"
+            )
+
+
+# -- kinematics and constraints -------------------------------------------------------------------
+
+
+def _kinematics(source: Source) -> tuple[Expr, ...]:
+    zero = dict.fromkeys(source.auxiliary, S.Zero)
+    return coordinate_rates([e.xreplace(zero) for e in source.kinematics], source.q)
+
+
+def _constraints(
+    source: Source, settings: Settings, rates: Rates, kinematics: Sequence[Expr]
+) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
+    """(configuration constraints, constraints on the speeds alone, what was left out)."""
+    time = dynamicsymbols._t
+    replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
+    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
+    added = tuple(sympify(e) for e in settings.configuration_constraints or ())
+    configuration = (*source.configuration, *added)
+    motion = tuple(e.xreplace(replaced) for e in source.motion)
+    if source.mixed:
+        motion = alone(configuration, motion, rates)
+    if motion and source.mixed and settings.configuration_constraints is None:
+        _refuse_integrable(motion, rates, source)
+    kept_by_itself = [] if tuple(kinematics) == source.u else idle(configuration, rates)
+    skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in kept_by_itself)
+    configuration = tuple(e for i, e in enumerate(configuration) if i not in kept_by_itself)
+    return configuration, motion, skipped
+
+
+def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Every constraint on the speeds, the rates of configuration constraints among them."""
+    time = dynamicsymbols._t
+    replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
+    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
+    if source.mixed:
+        return tuple(e.xreplace(replaced) for e in source.motion)
+    return (*(e.diff(time).xreplace(replaced) for e in source.configuration), *motion)
+
+
+def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
+    if integrable(motion, rates):
+        raise MechanismError(
+            f"velocity constraints of this {source.kind} are rates of configuration constraints "
+            "that were not given, so positions cannot be recovered from it: add "
+            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
+            "mechc.compile. configuration_constraints=[] says that the velocity constraints are "
+            "all there is; positions then keep what they start with"
+        )
+
+
+def _named(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
+    return tuple(Constraint(f"{kind} {i}", e, "") for i, e in enumerate(expressions, start=1))
+
+
+# -- symbols --------------------------------------------------------------------------------------
+
+
+def _unknown_functions(source: Source, read: Walk) -> list[AppliedUndef]:
+    state = {*source.q, *source.u, *source.auxiliary}
+    found = {x for x in read.leaves if isinstance(x, AppliedUndef)} - state
+    return sorted(found, key=str)
+
+
+def _inputs(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr]:
+    known = {f: f for f in _unknown_functions(source, read)}
+    chosen = {}
+    for key, value in settings.inputs.items():
+        function = find_symbol(key, list(known), "inputs", "specified function of time")
+        chosen[function] = sympify(value)
+    return chosen
+
+
+def _parameter_symbols(
+    source: Source, settings: Settings, read: Walk, inputs: Mapping[AppliedUndef, Expr]
+) -> list[Symbol]:
+    found = {x for x in read.leaves if isinstance(x, Symbol)}
+    for expression in inputs.values():
+        found |= expression.free_symbols
+    for expression in settings.configuration_constraints or ():
+        found |= sympify(expression).free_symbols
+    for value in settings.defaults.values():
+        found |= value.free_symbols if isinstance(value, Expr) else set()
+    return sorted(found - {dynamicsymbols._t}, key=lambda s: (s.name, str(s.assumptions0)))
+
+
+def _parameters(
+    source: Source, settings: Settings, symbols: Sequence[Symbol], units: _Units
+) -> tuple[Parameter, ...]:
+    defaults = _resolved(settings.defaults, "defaults", source, symbols)
+    return tuple(
+        Parameter(symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""))
+        for symbol in symbols
+    )
+
+
+def number(value: Any) -> Expr | None:
+    """A value as SymPy takes it exactly: whole numbers exact, others as the double they are."""
+    if value is None or isinstance(value, Expr):
+        return value
+    try:
+        exact = float(value)
+    except (TypeError, ValueError):
+        raise MechanismError(f"{value!r} is not a number") from None
+    if exact != exact or exact in (float("inf"), float("-inf")):
+        raise MechanismError(f"{value!r} is not a finite number")
+    return Integer(int(exact)) if exact == int(exact) and abs(exact) < 2**53 else Float(exact)
+
+
+def _resolved(
+    given: Mapping[Key, Any], what: str, source: Source, parameters: Sequence[Symbol]
+) -> dict[Expr, Any]:
+    known: list[Expr] = [*source.q, *source.u, *parameters]
+    return {find_symbol(key, known, what, "symbol"): value for key, value in given.items()}
+
+
+def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any:
+    """The symbol that a key means."""
+    matches = [s for s in known if s == key or (isinstance(key, str) and printed_name(s) == key)]
+    if len(matches) == 1:
+        return matches[0]
+    name = key if isinstance(key, str) else printed_name(key)
+    if matches:
+        raise MechanismError(
+            f"{argument}: more than one {kind} is printed as {name!r}; give the symbol itself"
+        )
+    names = ", ".join(sorted({printed_name(s) for s in known})) or "none"
+    raise MechanismError(f"{argument}: there is no {kind} {name!r} here; known: {names}")
+
+
+class _Units:
+    """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise."""
+
+    def __init__(
+        self, source: Source, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+    ) -> None:
+        self.given = given
+        turning = _turning(source)
+        self.known: dict[Expr, str] = {}
+        for q, rate in zip(source.q, kinematics, strict=True):
+            unit = given.get(q, "rad" if q in turning else "")
+            self.known[q] = unit
+            if unit and rate in source.u:
+                self.known[rate] = f"{unit}/s"
+
+    def of(self, symbol: Expr) -> str:
+        return str(self.given.get(symbol, self.known.get(symbol, "")))
+
+
+def _turning(source: Source) -> set[Expr]:
+    """Coordinates that stand in sines and cosines of the constraints and velocities."""
+    expressions = [*source.configuration, *source.kinematics]
+    expressions += [source.lagrangian] if source.lagrangian is not None else []
+    for body in source.bodies:
+        for matrix, frame in body.masscenter.vel(source.frame).args:
+            expressions += list(matrix)
+            expressions += _orientation(source.frame, frame)
+        if is_rigid(body):
+            expressions += _orientation(source.frame, body.frame)
+    angles: set[Expr] = set()
+    for expression in expressions:
+        for function in sympify(expression).atoms(sin, cos, tan):
+            argument = function.args[0]
+            angles |= {q for q in source.q if argument.diff(q).is_Number and argument.has(q)}
+    return angles
+
+
+def _orientation(frame: ReferenceFrame, other: ReferenceFrame) -> list[Expr]:
+    try:
+        return list(frame.dcm(other))
+    except ValueError:  # a wheel that is given by its angular velocity alone
+        return []
+
+
+# -- bodies and points ----------------------------------------------------------------------------
+
+
+def _fixed(body: RigidBody | Particle, frame: ReferenceFrame) -> bool:
+    """The ground among the bodies: nothing of it enters the equations."""
+    if body.masscenter.vel(frame) != 0:
+        return False
+    return not is_rigid(body) or body.frame.ang_vel_in(frame) == 0
+
+
+def _origin(source: Source) -> Point | None:
+    """A point at rest in the inertial frame from which the bodies' positions are known."""
+    starts = [b.masscenter for b in source.bodies]
+    starts += [place for place, _ in source.loads if isinstance(place, Point)]
+    for point in reachable(starts):
+        velocity = point._vel_dict.get(source.frame)
+        if velocity is not None and velocity == 0:
+            return point
+    return None
+
+
+def reachable(starts: Iterable[Point]) -> list[Point]:
+    """The points and those whose position to one of them is known, each once."""
+    found, waiting = [], list(starts)
+    seen: set[int] = set()
+    while waiting:
+        point = waiting.pop(0)
+        if id(point) not in seen:
+            seen.add(id(point))
+            found.append(point)
+            waiting.extend(point._pos_dict)
+    return found
+
+
+def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
+    """Mass centres whose position is known, the first of each name."""
+    if origin is None:
+        return ()
+    linked = {id(p) for p in reachable([origin])}
+    named: dict[str, Point] = {}
+    for body in bodies:
+        if id(body.masscenter) in linked:
+            named.setdefault(body.masscenter.name, body.masscenter)
+    return tuple(named.values())

@@ -1,0 +1,94 @@
+/* A scene's first unit: state rates and outputs of one state after the other, no integrators.
+ *
+ * It is compiled in a fraction of the time of unit.h and serves until that is there.  The including
+ * file has set MECHC_UNIT and MECHC_FIRST and included the scene's sizes. */
+
+#define MECHC_LANES 1
+#include <stdlib.h>
+#include "model.h"
+#include "lanes.h"
+
+#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
+#define MECHC_NX (MECHC_NQ + MECHC_NU)
+
+#include "use_scalar.h"
+#include "sine_cosine.h"
+#include MECHC_PROGRAM
+#include "linear.h"
+#include "one_freedom.h"
+#include "dynamics.h"
+#include "stage.h"
+
+typedef void mechc_scalar_output(double t, const double *q, const double *u, const double *p,
+                                 const double *k, double *out);
+
+/* One copy of the solution of the motion for all that need it. */
+MECHC_ONCE void mechc_first_motion(double t, const double *y, const double *p, const double *k,
+                                   double *accelerations, double *lambda)
+{
+    mechc_scalar_place place;
+    mechc_scalar_locate(t, y, p, k, &place);
+    mechc_scalar_accelerate(t, y, y + MECHC_NQ, p, k, &place, accelerations, lambda);
+}
+
+static void mechc_first_rates(double t, const double *y, const double *p, const double *k,
+                              double *out)
+{
+    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, p, k, out);
+    mechc_first_motion(t, y, p, k, out + MECHC_NQ, 0);
+}
+
+static void mechc_scalar_output_rates(double t, const double *q, const double *u, const double *p,
+                                      const double *k, double *out)
+{
+    (void)u; /* follows q in the state */
+    mechc_first_rates(t, q, p, k, out);
+}
+
+MECHC_STATIC void mechc_scalar_output_multipliers(double t, const double *q, const double *u,
+                                                  const double *p, const double *k, double *out)
+{
+    double accelerations[MECHC_NU];
+    (void)u;
+    mechc_first_motion(t, q, p, k, accelerations, out);
+}
+
+MECHC_ONCE void mechc_first_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,
+                                     mechc_rows t, mechc_rows y, mechc_rows p, double *out)
+{
+    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    for (ptrdiff_t i = 0; i < count; i++) {
+        const double *state = y.data + i * y.stride, *parameters = p.data + i * p.stride;
+        if (i == 0 || p.stride) mechc_scalar_hoist(parameters, k);
+        f(t.data[i * t.stride], state, state + MECHC_NQ, parameters, k, out + i * width);
+    }
+}
+
+#define MECHC_DEFINE_OUTPUT(label, width)                                                        \
+    static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
+                                       mechc_rows p, double *out)                                \
+    {                                                                                            \
+        mechc_first_evaluate(mechc_scalar_output_##label, width, count, t, y, p, out);           \
+    }
+MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
+
+#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
+static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};
+
+static void mechc_first_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
+
+#define MECHC_QUOTE_(x) #x
+#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
+#define MECHC_JOIN_(a, b) a##b
+#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
+
+extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
+__attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
+    .instruction_set = MECHC_QUOTE(MECHC_UNIT),
+    .lanes = MECHC_LANES,
+    .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
+    .outputs = mechc_output_list,
+    .rates = mechc_first_rates,
+    .prepare = mechc_first_prepare,
+};
+#include "unuse.h"

@@ -1,0 +1,102 @@
+"""What a user hands over and asks for -> a scene that can be named, and built when it is new.
+
+The name (a digest) of a SymPy object is made from what was read of it, without deriving anything;
+that is what makes a warm start quick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sympy import Expr, sympify
+
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.from_sympy import read, readable
+from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.source import Settings
+from mechc_codegen.walk import Walk, walk
+from mechc_codegen.wishes import Wishes
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Besides the settings: parameters to fix, and outputs (None: all there are)."""
+
+    settings: Settings
+    fix: Mapping[Any, Any] = field(default_factory=dict)
+    outputs: tuple[Any, ...] | None = None
+
+
+class Scene:
+    """A SymPy object or a Mechanism, with what is asked of it."""
+
+    def __init__(self, thing: Any, asked: Asked) -> None:
+        self.asked = asked
+        self._mechanism = thing if isinstance(thing, Mechanism) else None
+        self._source = None if self._mechanism else read(thing)
+        self._walk = walk(self._source) if self._source else None
+        if self._mechanism:
+            _refuse_settings(asked.settings)
+
+    @property
+    def digest(self) -> str | None:
+        """Names everything that decides the derivation; None where only deriving tells."""
+        if self._walk is None or self._source is None:
+            return None
+        text = Walk(self._source.frame)
+        text.lines.append(self._walk.digest())
+        _say_asked(text, self.asked)
+        return text.digest()
+
+    def described(self) -> tuple[Mechanism, Wishes]:
+        """The mechanism and what is wished of it."""
+        from mechc_codegen.convert import convert
+        from mechc_codegen.wishing import wishes_of
+
+        mechanism = self._mechanism
+        if mechanism is None:
+            assert self._source is not None
+            mechanism = convert(self._source, self.asked.settings, self._walk)
+        return mechanism, wishes_of(
+            mechanism, self.asked.fix, self.asked.outputs, of_object=self._source is not None
+        )
+
+
+def compilable(thing: object) -> bool:
+    """Whether it is a mechanism or an object of SymPy's that can be read as one."""
+    return isinstance(thing, Mechanism) or readable(thing)
+
+
+def _refuse_settings(settings: Settings) -> None:
+    if settings != Settings():
+        given = next(k for k, v in vars(settings).items() if v != getattr(Settings(), k))
+        raise MechanismError(
+            f"{given} is for objects of SymPy's; a Mechanism says it itself, in its description"
+        )
+
+
+def _say_asked(text: Walk, asked: Asked) -> None:
+    """Write down what is asked, in an order of its own."""
+    settings = asked.settings
+    text.say("name", [repr(settings.name)])
+    for label, pairs in (
+        ("fix", asked.fix),
+        ("defaults", settings.defaults),
+        ("units", settings.units),
+        ("inputs", settings.inputs),
+    ):
+        said = [f"{_text(text, key)}={_text(text, value)}" for key, value in pairs.items()]
+        text.say(label, sorted(said))
+    extra = settings.configuration_constraints
+    text.say("added", ["None"] if extra is None else [_text(text, sympify(e)) for e in extra])
+    outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in asked.outputs or ()]
+    text.say("outputs", [str(asked.outputs is None), *outputs])
+    for item in asked.outputs or ():
+        if isinstance(item, Mapping):
+            text.say("own", [f"{n!r}={_text(text, sympify(e))}" for n, e in item.items()])
+
+
+def _text(text: Walk, value: Any) -> str:
+    return text.expression(value) if isinstance(value, Expr) else repr(value)

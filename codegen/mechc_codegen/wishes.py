@@ -1,0 +1,36 @@
+"""What is asked of a mechanism: which outputs, and which parameters are fixed.
+
+With the mechanism it makes the scene; nothing that is not asked for is derived or emitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sympy import Expr, Symbol
+
+OPTIONAL = ("energy", "momenta", "points", "multipliers")
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """Attributes
+    ----------
+    outputs
+        Of :data:`OPTIONAL` those wanted.
+    fixed
+        Parameters that become numbers and are no parameters any more.
+    expressions
+        Outputs of the user's own: name -> expression of time, coordinates, speeds, parameters.
+    """
+
+    outputs: frozenset[str] = frozenset(OPTIONAL)
+    fixed: Mapping[Symbol, Expr] = field(default_factory=dict)
+    expressions: Mapping[str, Expr] = field(default_factory=dict)
+
+    def wants(self, output: str) -> bool:
+        return output in self.outputs
+
+
+EVERYTHING = Wishes()

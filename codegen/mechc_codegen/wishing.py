@@ -1,0 +1,95 @@
+"""What a user asks for by name -> Wishes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from sympy import Derivative, Expr, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
+
+from mechc_codegen.convert import find_symbol, number, reachable
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.source import Key
+from mechc_codegen.wishes import OPTIONAL, Wishes
+
+
+def wishes_of(
+    mechanism: Mechanism,
+    fix: Mapping[Key, Any],
+    outputs: tuple[Any, ...] | None,
+    *,
+    of_object: bool,
+) -> Wishes:
+    """The wishes for a mechanism, each name checked against it.
+
+    Without ``outputs`` everything there is, or the energy alone where the mechanism comes from
+    an object of SymPy's.
+
+    Raises
+    ------
+    MechanismError
+        For parameters and outputs that do not exist, and for positions that are not known.
+    """
+    symbols = [p.symbol for p in mechanism.parameters]
+    fixed: dict[Symbol, Expr] = {}
+    for key, value in fix.items():
+        symbol = find_symbol(key, symbols, "fix", "parameter")
+        exact = number(value)
+        if exact is None or not exact.is_number:
+            raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
+        fixed[symbol] = exact
+    if outputs is None:
+        chosen = ("energy",) if of_object else OPTIONAL
+        return Wishes(frozenset(chosen), fixed)
+    names, expressions = _outputs(outputs)
+    if of_object and {"momenta", "points"} & set(names):
+        _refuse_unplaced(mechanism)
+    for name, expression in expressions.items():
+        _refuse_unknown(name, expression, mechanism)
+    return Wishes(frozenset(names), fixed, expressions)
+
+
+def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
+    """An output of the user's own holds what the mechanism knows; rates of speeds it does not."""
+    time = dynamicsymbols._t
+    known = {time, *mechanism.q, *mechanism.u, *mechanism.inputs}
+    known |= {p.symbol for p in mechanism.parameters}
+    plain = expression.xreplace(mechanism.rates)
+    held = plain.atoms(Derivative) or (plain.free_symbols | plain.atoms(AppliedUndef)) - known
+    if held:
+        raise MechanismError(
+            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates, "
+            "their rates, speeds, inputs and parameters of the mechanism"
+        )
+
+
+def _refuse_unplaced(mechanism: Mechanism) -> None:
+    linked = {id(point) for point in reachable([mechanism.origin])}
+    for body in mechanism.bodies:
+        if id(body.masscenter) not in linked:
+            raise MechanismError(
+                f"outputs: points and momenta need positions, and that of {body.name} from a "
+                "point at rest in the inertial frame is not known; say where its mass centre is "
+                "with set_pos or locatenew, from a point with set_vel(frame, 0)"
+            )
+    if not mechanism.bodies:
+        raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
+
+
+def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
+    names: list[str] = []
+    expressions: dict[str, Expr] = {}
+    for item in asked:
+        if isinstance(item, Mapping):
+            expressions.update({str(name): sympify(value) for name, value in item.items()})
+        elif item in OPTIONAL:
+            names.append(item)
+        else:
+            raise MechanismError(
+                f"outputs: {item!r} is not one of {', '.join(OPTIONAL)}; an expression of your "
+                "own is asked for as {name: expression}"
+            )
+    return names, expressions

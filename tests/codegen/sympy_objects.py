@@ -1,0 +1,72 @@
+"""Small mechanisms as SymPy's own objects, for the tests of their conversion."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sympy import Expr, Symbol, symbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    PinJoint,
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    System,
+    dynamicsymbols,
+    inertia,
+)
+
+t = dynamicsymbols._t
+
+
+def four_bar_system(*, redundant: bool = False) -> System:
+    """A four-bar of SymPy's joints in relative angles, hanging; its equations are not formed."""
+    lengths, density, g = symbols("l_0:4"), Symbol("rho"), Symbol("g")
+    q, u = dynamicsymbols("q_0:3"), dynamicsymbols("u_0:3")
+    ground = RigidBody("ground")
+    system = System.from_newtonian(ground)
+    before, start = ground, ground.masscenter
+    for k, length in enumerate(lengths[:3]):
+        rod = RigidBody(f"rod_{k}", mass=density * length)
+        rod.central_inertia = inertia(rod.frame, 0, 0, density * length**3 / 12)
+        near = -length / 2 * rod.x
+        joint = PinJoint(
+            f"joint_{k}", before, rod, q[k], u[k], parent_point=start, child_point=near,
+            joint_axis=ground.z,
+        )  # fmt: skip
+        system.add_joints(joint)
+        before, start = rod, length / 2 * rod.x
+    end = before.masscenter.locatenew("end", start)
+    gap = end.pos_from(ground.masscenter) - lengths[3] * ground.x
+    rows = [gap.dot(ground.x), gap.dot(ground.y)]
+    system.add_holonomic_constraints(*rows, *([rows[0] + 2 * rows[1]] if redundant else ()))
+    system.q_ind, system.q_dep = [q[0]], q[1:]
+    system.u_ind, system.u_dep = [u[0]], u[1:]
+    system.apply_uniform_gravity(-g * ground.y)
+    return system
+
+
+def four_bar_kane() -> KanesMethod:
+    """The same by Kane's method."""
+    system = four_bar_system()
+    system.form_eoms()
+    return system.eom_method
+
+
+def slider(
+    force: Any = None, *, mass: Expr | None = None, formed: bool = True, **kane: Any
+) -> KanesMethod:
+    """A particle on two axes; ``force(q, u, frame)`` acts on it."""
+    q, u = dynamicsymbols("x y"), dynamicsymbols("v w")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q[0] * frame.x + q[1] * frame.y)
+    point.set_vel(frame, u[0] * frame.x + u[1] * frame.y)
+    body = Particle("B", point, Symbol("m") if mass is None else mass)
+    rates = [a.diff(t) - b for a, b in zip(q, u, strict=True)]
+    kane = {"q_ind": q, "u_ind": u, **kane}
+    method = KanesMethod(frame, kd_eqs=rates, **kane)
+    if formed:
+        method.kanes_equations([body], [(point, force(q, u, frame))] if force else None)
+    return method

@@ -59,6 +59,34 @@ def test_members_start_as_assemble_would_have_them(model, drawn, batch):
         np.testing.assert_allclose(batch["y0"][member], y0, atol=1e-13)
 
 
+def test_near_dead_points_too_what_assemble_prefers_is_taken(model):
+    """Both assemblies are close to each other there; the wrong one would be another motion."""
+    theta = np.radians(np.linspace(20, 178, 24))
+    # the coupler and rocker, 2 and 3 m, nearly stretched: crank tip and far pivot 5 m apart
+    stretched = np.cos(np.pi - theta)
+    length = np.sqrt(25 - 1 + stretched**2) - stretched
+    length *= 1 - np.logspace(-1, -9, 24)
+    batch = model.simulate_batch(0.0, mechc.Assembly({"theta_0": theta}), {"l_3": length})
+    assert batch.ok.all()
+    for y0, angle, far in zip(batch["y0"], theta, length, strict=True):
+        alone = model.assemble({"theta_0": angle}, params={"l_3": far})
+        np.testing.assert_allclose(y0, alone, atol=1e-10 / np.sin(alone[1] - alone[2]))
+
+
+@pytest.mark.parametrize("instruction_set", ["baseline", "avx2"])
+def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, drawn, batch):
+    try:
+        model = mechc.load("four_bar", instruction_set=instruction_set)
+    except ValueError:
+        pytest.skip(f"no {instruction_set} here")
+    start, params = drawn
+    narrow = model.simulate_batch(2.0, start, params, method=METHOD)
+    for member in np.flatnonzero(narrow.ok)[:4]:
+        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=METHOD)
+        assert np.array_equal(sol.y[-1], narrow.y[member])
+    np.testing.assert_allclose(narrow.y[narrow.ok], batch.y[batch.ok], atol=1e-7)
+
+
 def test_a_member_that_cannot_be_assembled_has_a_status_and_harms_nobody(batch):
     assert batch.counts == {"finished": 12, "not assembled": 1}
     assert batch.status(6).code == "not assembled"

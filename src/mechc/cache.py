@@ -59,11 +59,6 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
     return target / SHARED_OBJECT
 
 
-def is_key(text: object) -> bool:
-    """Whether a text can be the name of an entry."""
-    return isinstance(text, str) and _KEY.fullmatch(text) is not None
-
-
 def find(key: str) -> Path | None:
     """The shared object of an entry that is there and sound.
 
@@ -74,6 +69,11 @@ def find(key: str) -> Path | None:
     """
     target = _safe_folder(cache_folder()) / key
     return target / SHARED_OBJECT if _sound(target) else None
+
+
+def is_key(text: object) -> bool:
+    """Whether a text can be the name of an entry."""
+    return isinstance(text, str) and _KEY.fullmatch(text) is not None
 
 
 def entries() -> list[Path]:

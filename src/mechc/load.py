@@ -137,6 +137,7 @@ def compile(
 def fingerprint(model: Model) -> str:
     """What tells this compiled scene from any other: its cache key, or its file's hash."""
     if "key" in model.build:
+        _ = model._scene.lanes  # waits until all of it is compiled, and so in the cache
         return str(model.build["key"])
     path = _scene_module(model.name).__file__
     assert path is not None

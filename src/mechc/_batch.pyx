@@ -35,7 +35,7 @@ cdef extern from "batch.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
 
     ctypedef struct mechc_quantity:
-        int reduction, form, output, second, component, direction
+        int reduction, form, output, second, component, direction, terminal
         double level
 
     ctypedef struct mechc_batch:
@@ -51,7 +51,7 @@ cdef extern from "batch.h":
         const unsigned char *assembled
         ptrdiff_t times
         const double *t_eval
-        int quantities
+        int quantities, stopping
         const mechc_quantity *quantity
         double *y
         double *t
@@ -241,7 +241,8 @@ cdef class Runs(Job):
             self.quantity[i].reduction, self.quantity[i].form = asked[0], asked[1]
             self.quantity[i].output, self.quantity[i].second = asked[2], asked[3]
             self.quantity[i].component, self.quantity[i].direction = asked[4], asked[5]
-            self.quantity[i].level = asked[6]
+            self.quantity[i].level, self.quantity[i].terminal = asked[6], asked[7]
+            self.batch.stopping |= self.quantity[i].terminal
         self.batch.quantity = self.quantity
 
     def __dealloc__(self):

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from mechc.model import Model
 
 CHUNK = 4096  # members computed, and stored, at a time
-FINISHED, NOT_RUN = 1, 0
+ENDED = ("finished", "stopped by an event")
+REACHED = (1, 109)  # the end, or the crossing asked for
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
 __all__ = ["Assembly", "Batch", "simulate_batch"]
 
@@ -47,6 +48,7 @@ def simulate_batch(
     states: bool = True,
     outputs: Sequence[str] = (),
     reduce: Sequence[str] | str = (),
+    until: str | None = None,
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
@@ -79,6 +81,9 @@ def simulate_batch(
         Numbers that stand for a whole trajectory, computed as it goes: ``"max(theta_2)"``,
         ``"mean(energy)"``, ``"first(theta_0 > 180deg)"``; the grammar is in
         :mod:`mechc.reduction`.  Extremes are those of the dense output, not of the steps.
+    until
+        A crossing at which a member's run ends, with the status ``"stopped by an event"``:
+        ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -106,7 +111,7 @@ def simulate_batch(
         For arguments that cannot be; before anything is computed.
     """
     recipe = _recipe(
-        model, t_span, y0, params, t_eval, states, outputs, reduce, rtol, atol, method,
+        model, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point,
     )  # fmt: skip
     workers = cores() if threads is None else _whole("threads", threads)
@@ -123,8 +128,9 @@ def simulate_batch(
 
 def _recipe(
     model: Model, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
-    outputs: Sequence[str], reduce: Sequence[str] | str, rtol: float, atol: Any, method: str,
-    first_step: float | None, max_step: float, max_steps: int, on_change_point: str,
+    outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
+    atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
+    on_change_point: str,
 ) -> Recipe:  # fmt: skip
     """Everything checked that can be before anything is computed."""
     span = _checked_span(t_span)
@@ -146,7 +152,9 @@ def _recipe(
     )
     reductions = (reduce,) if isinstance(reduce, str) else tuple(reduce)
     named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
-    return checked_recipe(model, span, y0, params, times, states, named, reductions, policy)
+    return checked_recipe(
+        model, span, y0, params, times, states, named, reductions, until or "", policy
+    )
 
 
 def _whole(name: str, value: int) -> int:
@@ -275,8 +283,8 @@ class Batch:
 
     @cached_property
     def ok(self) -> Array:
-        """Whether each member reached the end."""
-        return np.asarray(self["status"] == FINISHED)
+        """Whether each member reached the end, or the crossing that ends it."""
+        return np.asarray(np.isin(self["status"], REACHED))
 
     def status(self, member: int) -> Status:
         """How one member ended, in words by ``str``."""
@@ -299,7 +307,7 @@ class Batch:
                 f"{met} members passed change points, where the links are in line and two motions "
                 "are possible: the ideal mechanism goes straight on, as computed"
             )
-        failed = {what: n for what, n in self.counts.items() if what != "finished"}
+        failed = {what: n for what, n in self.counts.items() if what not in ENDED}
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")

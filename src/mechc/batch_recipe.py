@@ -12,7 +12,7 @@ import numpy as np
 
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.parameters import Array, Parameters
-from mechc.reduction import read_reduction
+from mechc.reduction import read_reduction, read_stop
 from mechc.simulate import Policy
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ class Recipe:
     keep_states: bool
     outputs: tuple[str, ...]
     reductions: tuple[str, ...]
+    until: str
     policy: Policy
 
     def cut(self, first: int, last: int) -> Recipe:
@@ -99,6 +100,7 @@ class Recipe:
             "keep_states": self.keep_states,
             "outputs": list(self.outputs),
             "reductions": list(self.reductions),
+            "until": self.until,
             **{k: _hash(v) if isinstance(v, np.ndarray) else v for k, v in policy.items()},
         }
 
@@ -128,6 +130,7 @@ def checked_recipe(
     keep_states: bool,
     outputs: Sequence[str],
     reductions: Sequence[str],
+    until: str,
     policy: Policy,
 ) -> Recipe:
     """A recipe that names only what the model has, with columns of one length.
@@ -150,11 +153,13 @@ def checked_recipe(
     count = _common_count(every)
     for text in reductions:
         read_reduction(model, text)
+    if until:
+        read_stop(model, until)
     _check_outputs(model, outputs, t_eval)
     return Recipe(
         count, span, columns, states, coordinates, speeds,
         {name: float(value) for name, value in guess.items()}, t_eval,
-        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), policy,
+        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy,
     )  # fmt: skip
 
 
@@ -179,11 +184,16 @@ def _checked_states(model: Model, y0: Array) -> Array:
 
 def _checked_params(model: Model, params: Parameters) -> dict[str, Array]:
     if params is None:
-        return {}
+        params = {}
     if not isinstance(params, Mapping):
         table = np.asarray(model._parameters.resolve(params))
         params = {name: table[..., i] for i, name in enumerate(model.parameters)}
-    return {name: _column(model._parameters._checked(name, v), name) for name, v in params.items()}
+    columns = {
+        name: _column(model._parameters._checked(name, v), name) for name, v in params.items()
+    }
+    # what has no default must be given: said here, for one member
+    model._parameters.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
+    return columns
 
 
 def _checked_columns(

@@ -15,7 +15,7 @@ from mechc.assemble import DEAD
 from mechc.batch_assemble import configurations
 from mechc.batch_recipe import Recipe
 from mechc.parameters import Array
-from mechc.reduction import LAST, read_reduction
+from mechc.reduction import LAST, read_reduction, read_stop
 from mechc.simulate import METHODS, OFF_BY_ROUNDING
 
 if TYPE_CHECKING:
@@ -43,12 +43,14 @@ def run_members(
     Each is the very run that ``model.simulate`` makes, so the states are the same to the last
     bit whatever the number of threads.  Ctrl-C keeps what is done.
     """
-    unit = _unit(model.capsule, model.instruction_set)
+    # what is still being compiled is waited for here; outputs are counted in it from then on
+    unit = _unit(model._scene.capsule, model.instruction_set)
     values = parameter_rows(model, unit, recipe)
     length = lengths(model, values)
     y0, assembled, miss, complete = _starts(model, unit, recipe, values, length, threads)
     reductions = [read_reduction(model, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
+    primitives += [read_stop(model, recipe.until)] if recipe.until else []
     runs = Runs(
         unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
         model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING, BLOCK,

@@ -36,7 +36,7 @@ ABOUT = {
     "y0": "state at the start",
     "y_eval": "states at t_eval",
     "t": "time reached",
-    "status": "how it ended: 1 finished, 0 not run, else a failure",
+    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
     "miss": "by how much the loops cannot close",
     "change_points": "change points passed",
     "least_singular": "least conditioning of the constraints met",
@@ -139,7 +139,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
     told = {
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
         "keep_states": recipe.keep_states, "outputs": recipe.outputs,
-        "reductions": recipe.reductions, "policy": policy,
+        "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
     }  # fmt: skip
     arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
     if recipe.states is not None:
@@ -278,7 +278,7 @@ def _read_recipe(notes: Path) -> Recipe:
         count=int(told["count"]), span=(told["span"][0], told["span"][1]),
         states=arrays.get("states"), guess=told["guess"], t_eval=arrays["t_eval"],
         keep_states=bool(told["keep_states"]), outputs=tuple(told["outputs"]),
-        reductions=tuple(told["reductions"]),
+        reductions=tuple(told["reductions"]), until=str(told["until"]),
         policy=Policy(atol=arrays.get("atol"), **told["policy"]), **columns,
     )  # fmt: skip
 

@@ -39,6 +39,7 @@ def compute_on(
             "dask.distributed is not installed: pip install 'dask[distributed]'"
         ) from None
     place = described(model)
+    assert model._scene.capsule  # compiled to the end before others look for it
     left = iter(ranges)
     done = recipe.count - sum(last - first for first, last in ranges)
 

@@ -137,16 +137,15 @@ def compiled_before(key: str, name: str) -> Model:
     if key not in _compiled:
         if not cache.is_key(key):
             raise MechcError(f"{key!r} is not the key of a compiled scene")
-        path = cache.entry(key, lambda _: _refuse_absent(key, name))
+        path = cache.find(key)
+        if path is None:
+            raise MechcError(
+                f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of "
+                "this process: compile it here first, or let MECHC_CACHE_DIR name a folder that "
+                "all share"
+            )
         _compiled[key] = Model(capsule_of(str(path)), build={"custom": True, "key": key})
     return _compiled[key]
-
-
-def _refuse_absent(key: str, name: str) -> None:
-    raise MechcError(
-        f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of this "
-        "process: compile it here first, or let MECHC_CACHE_DIR name a folder that all share"
-    )
 
 
 def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,

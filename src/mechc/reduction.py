@@ -35,7 +35,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[int, int, int, int, int, int, float]  # as the compiled loop takes it
+Primitive = tuple[int, int, int, int, int, int, float, int]  # as the compiled loop takes it
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,9 @@ class _Quantity:
     told: Quantity
 
     def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
-        return kind, self.form, self.output, self.second, self.component, direction, level
+        return (
+            kind, self.form, self.output, self.second, self.component, direction, level, 0,
+        )  # fmt: skip
 
 
 def read_reduction(model: Model, text: str) -> Reduction:
@@ -95,6 +97,19 @@ def read_reduction(model: Model, text: str) -> Reduction:
     quantity = _quantity(model, inside)
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
     return Reduction(short, quantity.told.unit, tuple(quantity.primitive(k) for k in kinds))
+
+
+def read_stop(model: Model, text: str) -> Primitive:
+    """Parse ``first(theta_0 > 360deg)``, or what stands in its brackets, as an end of runs.
+
+    Raises
+    ------
+    MechcError
+        If it is not a crossing.
+    """
+    typed = text.strip() if isinstance(text, str) else ""
+    crossing = read_reduction(model, typed if typed.startswith("first") else f"first({typed})")
+    return *crossing.primitives[0][:7], 1
 
 
 def _first(model: Model, short: str, inside: str) -> Reduction:

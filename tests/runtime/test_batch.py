@@ -59,6 +59,34 @@ def test_members_start_as_assemble_would_have_them(model, drawn, batch):
         np.testing.assert_allclose(batch["y0"][member], y0, atol=1e-13)
 
 
+def test_near_dead_points_too_what_assemble_prefers_is_taken(model):
+    """Both assemblies are close to each other there; the wrong one would be another motion."""
+    theta = np.radians(np.linspace(20, 178, 24))
+    # the coupler and rocker, 2 and 3 m, nearly stretched: crank tip and far pivot 5 m apart
+    stretched = np.cos(np.pi - theta)
+    length = np.sqrt(25 - 1 + stretched**2) - stretched
+    length *= 1 - np.logspace(-1, -9, 24)
+    batch = model.simulate_batch(0.0, mechc.Assembly({"theta_0": theta}), {"l_3": length})
+    assert batch.ok.all()
+    for y0, angle, far in zip(batch["y0"], theta, length, strict=True):
+        alone = model.assemble({"theta_0": angle}, params={"l_3": far})
+        np.testing.assert_allclose(y0, alone, atol=1e-10 / np.sin(alone[1] - alone[2]))
+
+
+@pytest.mark.parametrize("instruction_set", ["baseline", "avx2"])
+def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, drawn, batch):
+    try:
+        model = mechc.load("four_bar", instruction_set=instruction_set)
+    except ValueError:
+        pytest.skip(f"no {instruction_set} here")
+    start, params = drawn
+    narrow = model.simulate_batch(2.0, start, params, method=METHOD)
+    for member in np.flatnonzero(narrow.ok)[:4]:
+        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=METHOD)
+        assert np.array_equal(sol.y[-1], narrow.y[member])
+    np.testing.assert_allclose(narrow.y[narrow.ok], batch.y[batch.ok], atol=1e-7)
+
+
 def test_a_member_that_cannot_be_assembled_has_a_status_and_harms_nobody(batch):
     assert batch.counts == {"finished": 12, "not assembled": 1}
     assert batch.status(6).code == "not assembled"
@@ -150,6 +178,36 @@ def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
     assert float(data.y.sel(state="omega_1")[0]) == batch.y[0, 4]
 
 
+def test_a_crossing_ends_a_member_and_what_is_reduced_ends_with_it(model, drawn):
+    start, params = drawn
+    level = np.radians(100)
+
+    def event(t, y):
+        return y[0] - level
+
+    asked = {"reduce": ["max(theta_0)", "mean(theta_1)", "final(theta_0)"], "t_eval": TIMES}
+    batch = model.simulate_batch(2.0, start, params, until="theta_0 > 100deg", **asked)
+    assert batch.counts["stopped by an event"] > 0
+    for member in np.flatnonzero(batch.ok):
+        sol = model.simulate(
+            2.0, batch["y0"][member], one(params, member),
+            events=[mechc.Event(event, direction=1, terminal=True)],
+        )  # fmt: skip
+        assert batch.status(member).code == sol.status.code
+        end = sol.t[-1]
+        assert batch.t[member] == pytest.approx(end, abs=1e-9)
+        np.testing.assert_allclose(batch.y[member], sol.y[-1], atol=1e-7)
+        known = end >= TIMES
+        assert np.isfinite(batch["y_eval"][member][known]).all()
+        assert np.isnan(batch["y_eval"][member][~known]).all()
+        t = np.linspace(0, end, 20_001)
+        y = sol(t)
+        assert batch["max(theta_0)"][member] == pytest.approx(y[:, 0].max(), abs=1e-6)
+        mean = np.trapezoid(y[:, 1], t) / end
+        assert batch["mean(theta_1)"][member] == pytest.approx(mean, abs=1e-7)
+        assert batch["final(theta_0)"][member] == batch.y[member, 0]
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -160,6 +218,7 @@ def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
         ({"reduce": "max(points[9,0])"}, "shape"),
         ({"reduce": "first(theta_0 > 3 parsec)"}, "rad or deg"),
         ({"reduce": "first(theta_0)"}, "level"),
+        ({"until": "max(theta_0)"}, "level"),
         ({"params": {"l_3": [3.5, 3.6], "m_1": [1.0, 2.0, 3.0]}}, "counted differently"),
         ({"params": {"l_3": [3.5, -1.0]}}, "l_3"),
         ({"outputs": ["points"]}, "t_eval"),

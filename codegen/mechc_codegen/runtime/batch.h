@@ -14,10 +14,16 @@
 #include "batch_reduce.h"
 
 #define MECHC_BATCH_PIECE 48 /* steps between drains and looks at the stop flag */
+#define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
 #define MECHC_BATCH_COUNTS 5
 
 /* Statuses of members beside those of runs. */
-enum { MECHC_NOT_RUN = 0, MECHC_NOT_ASSEMBLED = 112, MECHC_OPEN_AT_START = 111 };
+enum {
+    MECHC_NOT_RUN = 0,
+    MECHC_STOPPED_BY_EVENT = 109,
+    MECHC_OPEN_AT_START = 111,
+    MECHC_NOT_ASSEMBLED = 112
+};
 
 typedef struct {
     const mechc_unit *unit;
@@ -29,7 +35,7 @@ typedef struct {
     const unsigned char *pure, *assembled;
     ptrdiff_t times;
     const double *t_eval;
-    int quantities;
+    int quantities, stopping; /* whether one of them is terminal */
     const mechc_quantity *quantity;
     /* Out, a row a member. */
     double *y, *t, *at_times, *reduced, *least;
@@ -80,13 +86,13 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, d
     return moved[0] <= allowed && moved[1] <= allowed * fastest;
 }
 
-/* States at the asked times that lie in the steps at hand; a time on the last of these belongs to
- * the steps that follow, if any do. */
+/* States at the asked times that lie in the steps at hand, up to `end`; a time just there counts
+ * where nothing follows. */
 static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
-                                 const mechc_trajectory *steps, int last, ptrdiff_t *reached)
+                                 const mechc_trajectory *steps, double end, int last,
+                                 ptrdiff_t *reached)
 {
     const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
-    const double end = steps->t[steps->count - 1];
     const ptrdiff_t first = *reached;
     while (*reached < batch->times) {
         const double ahead = direction * (batch->t_eval[*reached] - end);
@@ -110,18 +116,56 @@ static void mechc_batch_drain(mechc_trajectory *steps, int width)
     steps->count = 1;
 }
 
-static void mechc_batch_report(mechc_batch *batch, ptrdiff_t member, const mechc_run *run)
+/* Change points passed up to the time t. */
+static long mechc_batch_passages(const mechc_batch *batch, const mechc_trajectory *steps, double t)
 {
+    const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
+    long passed = 0;
+    for (ptrdiff_t i = 0; i < steps->passage_count; i++)
+        passed += direction * (steps->passages[i * (batch->coordinates + 2)] - t) <= 0.0;
+    return passed;
+}
+
+/* The results of a run that came to its end, or to a terminal crossing. */
+static void mechc_batch_report(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker)
+{
+    const mechc_run *run = worker->run;
+    const mechc_trajectory *steps = &run->trajectory;
     const mechc_stats *stats = &run->stats;
+    const int stopped = !isnan(worker->reducer.stop);
+    const double t = stopped ? worker->reducer.stop : run->t;
+    double *y = batch->y + member * batch->width;
     long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
-    batch->t[member] = run->t;
+    if (stopped)
+        batch->unit->interpolate(batch->options.method, steps,
+                                 batch->p + member * batch->parameters, 1, &t, y);
+    else
+        memcpy(y, steps->y + (steps->count - 1) * batch->width,
+               (size_t)batch->width * sizeof(double));
+    mechc_reducer_end(&worker->reducer, t, y, batch->reduced + member * batch->quantities);
+    batch->t[member] = t;
     batch->least[2 * member] = stats->least_singular;
     batch->least[2 * member + 1] = stats->critical_gap;
     counts[0] = stats->steps;
     counts[1] = stats->rejected;
     counts[2] = stats->rhs_evaluations;
     counts[3] = stats->closure_iterations;
-    counts[4] = run->trajectory.passage_count;
+    counts[4] = stopped ? mechc_batch_passages(batch, steps, t) : (long)steps->passage_count;
+}
+
+/* Take in the steps at hand; the status after them. */
+static int mechc_batch_take(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker,
+                            int status, ptrdiff_t *reached)
+{
+    const mechc_trajectory *steps = &worker->run->trajectory;
+    double end = steps->t[steps->count - 1];
+    mechc_reducer_take(&worker->reducer, steps);
+    if (!isnan(worker->reducer.stop)) {
+        end = worker->reducer.stop;
+        status = MECHC_STOPPED_BY_EVENT;
+    }
+    mechc_batch_at_times(batch, member, steps, end, status != MECHC_RUNNING, reached);
+    return status;
 }
 
 /* Run one member to its end; 0 where the stop flag came first. */
@@ -129,6 +173,7 @@ static int mechc_batch_run(mechc_batch *batch, ptrdiff_t member, mechc_batch_wor
 {
     mechc_options options = batch->options;
     mechc_run *run = worker->run;
+    const long piece = batch->stopping ? MECHC_BATCH_STOPPING : MECHC_BATCH_PIECE;
     ptrdiff_t reached = 0;
     int status = MECHC_RUNNING;
     for (int i = 0; i < batch->width; i++)
@@ -139,20 +184,17 @@ static int mechc_batch_run(mechc_batch *batch, ptrdiff_t member, mechc_batch_wor
     memset(run, 0, batch->unit->run_size);
     batch->unit->start(run, &options);
     mechc_reducer_begin(&worker->reducer, options.t0, options.p);
-    do {
-        status = batch->unit->advance(run, MECHC_BATCH_PIECE);
-        if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
-        mechc_batch_at_times(batch, member, &run->trajectory, status != MECHC_RUNNING, &reached);
-        mechc_reducer_take(&worker->reducer, &run->trajectory);
-        mechc_batch_drain(&run->trajectory, batch->width);
-    } while (status == MECHC_RUNNING);
-    if (status != MECHC_RUNNING) {
-        mechc_batch_report(batch, member, run);
-        memcpy(batch->y + member * batch->width, run->trajectory.y,
-               (size_t)batch->width * sizeof(double));
-        mechc_reducer_end(&worker->reducer, &run->trajectory,
-                          batch->reduced + member * batch->quantities);
+    if (run->trajectory.count < 1) { /* not even the start could be kept */
+        batch->unit->release(run);
+        batch->status[member] = MECHC_NO_MEMORY;
+        return 1;
     }
+    while (status == MECHC_RUNNING && !__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) {
+        mechc_batch_drain(&run->trajectory, batch->width);
+        status = batch->unit->advance(run, piece);
+        status = mechc_batch_take(batch, member, worker, status, &reached);
+    }
+    if (status != MECHC_RUNNING) mechc_batch_report(batch, member, worker);
     batch->unit->release(run);
     batch->status[member] = status;
     return status != MECHC_RUNNING;

@@ -25,6 +25,7 @@ typedef struct {
     int output, second; /* -1: the state; second: added to it, or -1 */
     int component;
     int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
+    int terminal;       /* the run ends at this crossing */
     double level;
 } mechc_quantity;
 
@@ -34,6 +35,7 @@ typedef struct {
     const mechc_quantity *quantity;
     const double *p;
     double t0;
+    double stop;    /* when a terminal crossing came, or NaN */
     double *value;  /* a quantity each: the result so far */
     int *known;
     double *states, *outputs; /* for the looks of one step */
@@ -45,6 +47,7 @@ typedef struct {
     const mechc_quantity *quantity;
     const mechc_trajectory *steps;
     ptrdiff_t step;
+    double end;  /* the fraction of the step that counts */
     double sign; /* extremes are sought as minima of sign * quantity */
 } mechc_look;
 
@@ -78,6 +81,7 @@ static void mechc_reducer_begin(mechc_reducer *reducer, double t0, const double 
 {
     reducer->p = p;
     reducer->t0 = t0;
+    reducer->stop = NAN;
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
         reducer->value[i] = 0.0;
@@ -287,9 +291,9 @@ static void mechc_reduce_extreme(const mechc_look *look, int i, const double *s,
         const double value = mechc_look_once(look, first);
         if (value < f[0]) mechc_refine_extreme(look, i, 0.0, first, s[1], value, value);
     }
-    if (f[n] < f[n - 1] && last > s[n - 1] && last < 1.0) {
+    if (f[n] < f[n - 1] && last > s[n - 1] && last < look->end) {
         const double value = mechc_look_once(look, last);
-        if (value < f[n]) mechc_refine_extreme(look, i, s[n - 1], last, 1.0, value, value);
+        if (value < f[n]) mechc_refine_extreme(look, i, s[n - 1], last, look->end, value, value);
     }
 }
 
@@ -334,48 +338,68 @@ static void mechc_reduce_mean(const mechc_look *look, int i)
         0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.18134189168918100,
         0.18134189168918100, 0.15685332293894363, 0.11119051722668724, 0.05061426814518813};
     const double *t = look->steps->t + look->step;
-    double values[8], sum = 0.0;
-    mechc_look_many(look, 8, node, values);
+    double values[8], s[8], sum = 0.0;
+    for (int j = 0; j < 8; j++) s[j] = look->end * node[j];
+    mechc_look_many(look, 8, s, values);
     for (int j = 0; j < 8; j++) sum += weight[j] * values[j];
-    look->reducer->value[i] += (t[1] - t[0]) * sum;
+    look->reducer->value[i] += look->end * (t[1] - t[0]) * sum;
     look->reducer->known[i] = 1;
 }
 
+/* Quantity i over the fraction `end` of a step. */
 static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t step,
-                              int i)
+                              int i, double end)
 {
-    static const double s[MECHC_LOOKS + 1] = {0.0, 0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0};
     const mechc_quantity *quantity = reducer->quantity + i;
-    const mechc_look look = {reducer, quantity, steps, step,
+    const mechc_look look = {reducer, quantity, steps, step, end,
                              quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
-    double seen[MECHC_LOOKS + 1];
+    double s[MECHC_LOOKS + 1], seen[MECHC_LOOKS + 1];
     if (quantity->reduction == MECHC_LAST) return;
     if (quantity->reduction == MECHC_FIRST && reducer->known[i]) return;
     if (quantity->reduction == MECHC_MEAN) {
         mechc_reduce_mean(&look, i);
         return;
     }
+    for (int j = 0; j <= MECHC_LOOKS; j++) s[j] = end * j / MECHC_LOOKS;
     mechc_look_many(&look, MECHC_LOOKS + 1, s, seen);
     if (quantity->reduction == MECHC_FIRST) mechc_reduce_first(&look, i, s, seen);
     else mechc_reduce_extreme(&look, i, s, seen);
 }
 
-/* Take in the steps at hand. */
-static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps)
+/* The fraction of a step up to the first terminal crossing in it; 1 without one. */
+static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajectory *steps,
+                                    ptrdiff_t step)
 {
-    for (int i = 0; i < reducer->quantities; i++)
-        for (ptrdiff_t step = 0; step + 1 < steps->count; step++)
-            mechc_reduce_step(reducer, steps, step, i);
+    const double start = steps->t[step], length = steps->t[step + 1] - start;
+    double end = 1.0;
+    for (int i = 0; i < reducer->quantities; i++) {
+        if (!reducer->quantity[i].terminal) continue;
+        mechc_reduce_step(reducer, steps, step, i, end);
+        if (!reducer->known[i]) continue;
+        reducer->stop = reducer->value[i];
+        end = fmin(end, fmax((reducer->stop - start) / length, 0.0));
+    }
+    return end;
 }
 
-/* The results; NaN for a crossing that did not come.  `steps` holds the last state alone. */
-static void mechc_reducer_end(mechc_reducer *reducer, const mechc_trajectory *steps, double *out)
+/* Take in the steps at hand, up to a terminal crossing. */
+static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps)
 {
-    const double passed = steps->t[0] - reducer->t0;
+    for (ptrdiff_t step = 0; step + 1 < steps->count && isnan(reducer->stop); step++) {
+        const double end = mechc_reduce_terminal(reducer, steps, step);
+        for (int i = 0; i < reducer->quantities; i++)
+            if (!reducer->quantity[i].terminal) mechc_reduce_step(reducer, steps, step, i, end);
+    }
+}
+
+/* The results, with the last time and state; NaN for a crossing that did not come. */
+static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y, double *out)
+{
+    const double passed = t - reducer->t0;
     for (int i = 0; i < reducer->quantities; i++) {
         const mechc_quantity *quantity = reducer->quantity + i;
         double now;
-        mechc_reduce_states(reducer, quantity, 1, steps->t, steps->y, &now);
+        mechc_reduce_states(reducer, quantity, 1, &t, y, &now);
         if (quantity->reduction == MECHC_FIRST) now = NAN;
         if (quantity->reduction == MECHC_MEAN && reducer->known[i]) reducer->value[i] /= passed;
         if (reducer->known[i]) now = reducer->value[i];

@@ -12,6 +12,7 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
+BATCH = ("batch.h", "batch_reduce.h", "batch_close.h")
 
 
 class BuildScenes(build_ext):
@@ -84,6 +85,13 @@ setup(
             ["src/mechc/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
             depends=[str(RUNTIME / "model.h")],
+        ),
+        Extension(
+            "mechc._batch",
+            ["src/mechc/_batch.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[str(RUNTIME / name) for name in ("model.h", *BATCH)],
         ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],

@@ -10,6 +10,7 @@ from __future__ import annotations
 from importlib.metadata import version
 from typing import Any
 
+from mechc.batch_recipe import Assembly
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -35,6 +36,7 @@ __version__ = version("mechc")
 
 # Not ``compile`` and ``open``: a star import must not replace Python's own.
 __all__ = [
+    "Assembly",
     "AssemblyError",
     "CacheError",
     "ChangePoint",

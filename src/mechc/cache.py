@@ -71,6 +71,11 @@ def find(key: str) -> Path | None:
     return target / SHARED_OBJECT if _sound(target) else None
 
 
+def is_key(text: object) -> bool:
+    """Whether a text can be the name of an entry."""
+    return isinstance(text, str) and _KEY.fullmatch(text) is not None
+
+
 def entries() -> list[Path]:
     """Folders of all entries, and of nothing else that may lie beside them."""
     root = cache_folder()

@@ -1,11 +1,13 @@
-"""The command ``mechc``: list, show, run, emit, cache, doctor."""
+"""The command ``mechc``: list, show, run, sweep, emit, cache, doctor."""
 
 from __future__ import annotations
 
 import argparse
+import importlib.util
 import json
 import os
 import sys
+import time
 import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -21,11 +23,13 @@ from mechc.solution import Solution
 from mechc.typed import read_seconds, read_value, split_assignment
 
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+STATE = "coordinate or speed"
 EPILOGUE = """\
 examples:
   mechc run four_bar                          the reference scene: 85 deg, at rest, 20 s
   mechc run four_bar --set l_3=3.5 --start theta_0=60deg --start omega_0=30deg/s
   mechc run four_bar --with friction --set c_0=0.5 --json
+  mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
 """
 
@@ -80,6 +84,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     _add(commands, "list", "the shipped mechanisms", _list)
     _run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
+    _sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
     _scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
@@ -126,6 +131,33 @@ def _scene_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_options(parser: argparse.ArgumentParser) -> None:
+    _start_options(parser)
+    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
+
+
+def _sweep_options(parser: argparse.ArgumentParser) -> None:
+    _start_options(parser)
+    parser.add_argument(
+        "--vary",
+        metavar="NAME=LOW:HIGH[:COUNT]",
+        action="append",
+        default=[],
+        help="what varies, from where to where; in a grid with how many values",
+    )
+    parser.add_argument("--sample", default="grid", help="grid, random, sobol or lhs [grid]")
+    parser.add_argument("--count", metavar="N", help="members, where they are drawn [1024]")
+    parser.add_argument("--seed", default="0", metavar="N", help="of what is drawn [0]")
+    parser.add_argument(
+        "--reduce",
+        metavar="REDUCTION",
+        action="append",
+        default=[],
+        help="what is mapped, e.g. 'max(theta_2)' or 'first(theta_0 > 180deg)'; may be repeated",
+    )
+    parser.add_argument("--threads", metavar="N", help="[all cores]")
+
+
+def _start_options(parser: argparse.ArgumentParser) -> None:
     _scene_options(parser)
     parser.add_argument(
         "--start",
@@ -147,7 +179,6 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
         "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
     )
     parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
-    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object; write only with --out"
     )
@@ -164,9 +195,7 @@ def _list(_: argparse.Namespace) -> int:
 
 def _run(chosen: argparse.Namespace) -> int:
     model = _model(chosen)
-    t_end = read_seconds(chosen.t_end)
-    if not t_end > 0:
-        raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
+    t_end = _seconds(chosen)
     rtol = _number("--rtol", chosen.rtol)
     params = _values(model, chosen.parameters, model.parameters, "parameter")
     state = _start_state(model, chosen, params)
@@ -188,9 +217,56 @@ def _run(chosen: argparse.Namespace) -> int:
     return 0 if sol.status.ok else FAILED
 
 
+def _sweep(chosen: argparse.Namespace) -> int:
+    from mechc.sweep import plan, read_variation, run_sweep, sweep_json, sweep_summary
+    from mechc.sweep_plot import save_maps
+
+    model = _model(chosen)
+    count = None if chosen.count is None else _whole("--count", chosen.count)
+    threads = None if chosen.threads is None else _whole("--threads", chosen.threads)
+    variations = [read_variation(model, text) for text in chosen.vary]
+    members = plan(variations, chosen.sample, count, _whole("--seed", chosen.seed))
+    folder = _folder(chosen, "mechc_sweep")
+    stored = folder is not None and importlib.util.find_spec("zarr") is not None
+    started = time.perf_counter()
+    batch = run_sweep(
+        model,
+        members,
+        _seconds(chosen),
+        chosen.reduce or [f"max({model.coordinates[-1]})"],
+        params=_values(model, chosen.parameters, model.parameters, "parameter"),
+        start=_values(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
+        guess=_values(model, chosen.guess, model.coordinates, "coordinate"),
+        rtol=_number("--rtol", chosen.rtol),
+        method=chosen.method,
+        threads=threads,
+        out=folder / "batch" if folder is not None and stored else None,
+    )
+    seconds = time.perf_counter() - started
+    if chosen.json:
+        print(json.dumps(sweep_json(batch, members, seconds)))
+    else:
+        print(f"{model.title}\n{sweep_summary(batch, members, seconds)}")
+    if folder is not None:
+        with ProgressBar("drawing"):
+            written = save_maps(batch, members, folder)
+        if not chosen.json:
+            data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
+            print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
+            print(", ".join(path.name for path in written))
+    return 0 if batch.complete else INTERRUPTED
+
+
+def _seconds(chosen: argparse.Namespace) -> float:
+    t_end = read_seconds(chosen.t_end)
+    if not t_end > 0:
+        raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
+    return t_end
+
+
 def _start_state(model: Model, chosen: argparse.Namespace, params: dict[str, float]) -> Any:
     state_names = (*model.coordinates, *model.speeds)
-    start = _values(model, chosen.start, state_names, "coordinate or speed")
+    start = _values(model, chosen.start, state_names, STATE)
     guess = _values(model, chosen.guess, model.coordinates, "coordinate")
     coordinates = {n: v for n, v in start.items() if n in model.coordinates}
     if not coordinates and not guess:
@@ -201,11 +277,11 @@ def _start_state(model: Model, chosen: argparse.Namespace, params: dict[str, flo
     return model.assemble(coordinates, speeds, guess or None, params)
 
 
-def _folder(chosen: argparse.Namespace) -> Path | None:
+def _folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
     """The output folder, made now so that a bad one is known before the work is done."""
     if chosen.json and not chosen.out:
         return None
-    folder = Path(chosen.out or f"mechc_{chosen.name}")
+    folder = Path(chosen.out or f"{prefix}_{chosen.name}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".mechc-probe"
@@ -342,3 +418,10 @@ def _number(option: str, text: str) -> float:
         return float(text)
     except ValueError:
         raise MechcError(f"{option} must be a number, not {text!r}") from None
+
+
+def _whole(option: str, text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise MechcError(f"{option} must be a whole number, not {text!r}") from None

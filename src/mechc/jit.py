@@ -126,6 +126,29 @@ def _everything() -> Any:
     return EVERYTHING
 
 
+def compiled_before(key: str, name: str) -> Model:
+    """A scene that is in this user's cache already, by its key.
+
+    Raises
+    ------
+    MechcError
+        If it is not there.
+    """
+    if key not in _compiled:
+        if not cache.is_key(key):
+            raise MechcError(f"{key!r} is not the key of a compiled scene")
+        path = cache.entry(key, lambda _: _refuse_absent(key, name))
+        _compiled[key] = Model(capsule_of(str(path)), build={"custom": True, "key": key})
+    return _compiled[key]
+
+
+def _refuse_absent(key: str, name: str) -> None:
+    raise MechcError(
+        f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of this "
+        "process: compile it here first, or let MECHC_CACHE_DIR name a folder that all share"
+    )
+
+
 def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
                     latex: bool) -> str:  # fmt: skip
     """The typeset derivation of a shipped mechanism, as HTML or LaTeX."""

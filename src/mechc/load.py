@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -130,6 +132,16 @@ def compile(
         if configuration_constraints is None
         else tuple(configuration_constraints),
     )
+
+
+def fingerprint(model: Model) -> str:
+    """What tells this compiled scene from any other: its cache key, or its file's hash."""
+    if "key" in model.build:
+        _ = model._scene.lanes  # waits until all of it is compiled, and so in the cache
+        return str(model.build["key"])
+    path = _scene_module(model.name).__file__
+    assert path is not None
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
 
 
 def _scene_module(name: str) -> ModuleType:

@@ -21,6 +21,7 @@ from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
+    from mechc.batch import Assembly, Batch
     from mechc.solution import Solution
 
 
@@ -381,6 +382,18 @@ class Model:
             first_step=first_step, max_step=max_step, max_steps=max_steps, dense=dense,
             events=events, on_change_point=on_change_point, progress=progress,
         )  # fmt: skip
+
+    def simulate_batch(
+        self,
+        t_span: float | tuple[float, float],
+        y0: Array | Assembly,
+        params: Parameters = None,
+        **policy: Any,
+    ) -> Batch:
+        """Simulate many starts or parameter sets; see :func:`mechc.batch.simulate_batch`."""
+        from mechc.batch import simulate_batch
+
+        return simulate_batch(self, t_span, y0, params, **policy)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A shipped model, or a variant of one, is loaded again on the other side."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 import time
 from types import TracebackType
+from typing import Self
 
-WIDTH, PATIENCE, INTERVAL = 40, 1.0, 0.1
+WIDTH, NOTE, PATIENCE, INTERVAL = 40, 30, 1.0, 0.1
 
 
 class ProgressBar:
@@ -17,7 +18,7 @@ class ProgressBar:
         self.started = self.shown_at = time.monotonic()
         self.shown = False
 
-    def update(self, fraction: float) -> None:
+    def update(self, fraction: float, note: str = "") -> None:
         """Show how much is done, once it has taken a second, at most ten times a second."""
         now = time.monotonic()
         if now - self.started < PATIENCE or now - self.shown_at < INTERVAL:
@@ -26,10 +27,11 @@ class ProgressBar:
             return
         done = round(WIDTH * min(1.0, fraction))
         bar = "#" * done + "." * (WIDTH - done)
-        print(f"\r{self.title} [{bar}] {fraction:4.0%}", end="", file=sys.stderr, flush=True)
+        text = f"\r{self.title} [{bar}] {fraction:4.0%} {note:{NOTE}}"
+        print(text, end="", file=sys.stderr, flush=True)
         self.shown, self.shown_at = True, now
 
-    def __enter__(self) -> ProgressBar:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(
@@ -39,4 +41,27 @@ class ProgressBar:
         trace: TracebackType | None,
     ) -> None:
         if self.shown:
-            print(f"\r{' ' * (len(self.title) + WIDTH + 10)}\r", end="", file=sys.stderr)
+            print(f"\r{' ' * (len(self.title) + WIDTH + NOTE + 10)}\r", end="", file=sys.stderr)
+
+
+class CountBar(ProgressBar):
+    """A bar for many like things: ``update_count`` also shows the rate and the time left."""
+
+    def __init__(self, title: str, total: int) -> None:
+        super().__init__(title)
+        self.total = total
+        self.before: int | None = None
+
+    def update_count(self, done: int) -> None:
+        """``done`` of them; what was done before the first call does not count in the rate."""
+        if self.before is None:
+            self.before = done
+        rate = (done - self.before) / max(time.monotonic() - self.started, 1e-9)
+        left = f", {_in_words((self.total - done) / rate)} left" if rate > 0 else ""
+        self.update(done / max(self.total, 1), f"{rate:,.0f}/s{left}")
+
+
+def _in_words(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import AssemblyError
+from mechc.errors import AssemblyError, MissingParameterError
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -50,6 +50,8 @@ def _redundant(model: Model) -> list[str]:
         found = model.redundant_constraints()
     except AssemblyError:
         return ["redundant constraints: not known, the loops do not close with these parameters"]
+    except MissingParameterError:
+        return ["redundant constraints: not looked for, parameters without a default have no value"]
     if not found:
         return ["redundant constraints: none"]
     return [

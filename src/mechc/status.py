@@ -123,6 +123,21 @@ CODES = {
         "an event function raised an error or gave NaN",
         "Mend the function: it is called at states between the steps too, not only at events",
     ),
+    0: (
+        "not run",
+        "the batch was stopped before its turn",
+        "Call again; with out=..., what is done is not repeated",
+    ),
+    112: (
+        "not assembled",
+        "the loops cannot close with this start and these lengths",
+        "The variable 'miss' of the batch says by how many metres",
+    ),
+    111: (
+        "open at the start",
+        "the start is not finite, leaves a loop open, or has speeds that open one",
+        "Take mechc.Assembly(...), which closes the loops member by member",
+    ),
     108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
 }
 

@@ -22,6 +22,7 @@ from mechc.parameters import Array
 from mechc.status import ChangePoint, Status
 
 if TYPE_CHECKING:
+    from mechc.batch import Batch
     from mechc.model import Model
     from mechc.solution import Solution
 
@@ -82,8 +83,8 @@ def save(sol: Solution, path: Path) -> Path:
     return path
 
 
-def open_saved(path: str | Path) -> Solution:
-    """A solution saved as ``.nc``, again.
+def open_saved(path: str | Path) -> Solution | Batch:
+    """A solution saved as ``.nc``, or a batch streamed to a folder, again.
 
     The model is loaded and the motion simulated again from the saved start with the saved
     settings, and compared with the saved states; so it has dense output.
@@ -95,6 +96,10 @@ def open_saved(path: str | Path) -> Solution:
         out different.
     """
     path = Path(path)
+    if path.is_dir():
+        from mechc.batch_store import open_batch
+
+        return open_batch(path)
     try:
         recipe, t, states = _read(path)
         model = _model(recipe)

@@ -183,7 +183,7 @@ def test_an_instruction_set_cannot_be_asked_of_a_variant():
 
 def test_a_variant_that_is_cached_is_not_derived_again(loaded, monkeypatch):
     options = {"friction": True, "crank_torque": TORQUE, "coupler_point": True}
-    monkeypatch.setattr(jit, "_variants", {})
+    monkeypatch.setattr(jit, "_compiled", {})
     monkeypatch.setattr(jit, "_shipped", None)
     again = mechc.load("four_bar", **options)
     assert again.build["key"] == loaded.build["key"]

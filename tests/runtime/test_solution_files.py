@@ -29,6 +29,7 @@ def hostile(sol):
         name=HOSTILE[0], title=HOSTILE[0], coordinates=names[0], speeds=names[1], units=units,
         parameters=sol.model.parameters, defaults=sol.model.defaults,
         options={}, build={"custom": True}, constraint_names=sol.model.constraint_names,
+        knows_energy=True,
     )  # fmt: skip
     columns = dict(zip((*names[0], *names[1]), sol.y.T, strict=True))
 

@@ -12,12 +12,7 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
 #include "use_scalar.h"
-#include "sine_cosine.h"
-#include MECHC_PROGRAM
-#include "linear.h"
-#include "one_freedom.h"
-#include "dynamics.h"
-#include "stage.h"
+#include "equations.h"
 
 typedef void mechc_scalar_output(double t, const double *q, const double *u, const double *p,
                                  const double *k, double *out);

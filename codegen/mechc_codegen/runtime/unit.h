@@ -11,22 +11,10 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
 #include "use_scalar.h"
-#include "sine_cosine.h"
-#include MECHC_PROGRAM
-#include "linear.h"
-#include "least_multipliers.h"
-#include "one_freedom.h"
-#include "dynamics.h"
-#include "stage.h"
+#include "equations.h"
 
 #include "use_lanes.h"
-#include "sine_cosine.h"
-#include MECHC_PROGRAM
-#include "linear.h"
-#include "least_multipliers.h"
-#include "one_freedom.h"
-#include "dynamics.h"
-#include "stage.h"
+#include "equations.h"
 #include "unuse.h"
 
 #include "evaluate.h"

@@ -1,0 +1,9 @@
+/* The scene's equations and what solves them, over `real`; without a guard, since it is included
+ * once for each binding of it. */
+#include "sine_cosine.h"
+#include MECHC_PROGRAM
+#include "linear.h"
+#include "least_multipliers.h"
+#include "one_freedom.h"
+#include "dynamics.h"
+#include "stage.h"

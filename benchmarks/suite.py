@@ -47,12 +47,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     results: dict[str, Any] = {"about": about(), "codes": {}, "seconds": {}}
     for script, options in (FULL if chosen.full else QUICK).items():
         print(f"\n== {script}", flush=True)
+        (OUT / f"{script}.json").unlink(missing_ok=True)  # an older run's figures
         start = time.perf_counter()
         command = [sys.executable, str(FOLDER / f"{script}.py"), *options]
         results["codes"][script] = subprocess.run(command, check=False).returncode
         results["seconds"][script] = time.perf_counter() - start
-        # A script that failed before it wrote must not pass off an older run's figures.
-        if (OUT / f"{script}.json").exists() and results["codes"][script] == 0:
+        if (OUT / f"{script}.json").exists():
             results[script] = json.loads((OUT / f"{script}.json").read_text())
     write("results", results)
     print(f"\nwritten: {OUT / 'results.json'}")

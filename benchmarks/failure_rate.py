@@ -95,7 +95,7 @@ def error_of(state, exact):  # type: ignore[no-untyped-def]
     return float(max(turned, abs(state[3:] - exact[3:]).max() / scale))
 
 
-def main() -> None:
+def main() -> int:
     arguments = sys.argv[1:]
     starts, geometries, t_end = (
         int(arguments[0]) if arguments else 500,
@@ -143,7 +143,8 @@ def main() -> None:
                       f" {len(words) - right - wrong:7d} {wrong:6d}  {1e3 * np.mean(spent):8.1f}",
                       flush=True)  # fmt: skip
     write("failure_rate", rows)
+    return 1 if any(row["word"] == "wrong" for row in rows) else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -10,6 +10,8 @@ in 40 digits (near_miss_reference.py made tests/problems/data/four_bar_near_miss
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 from _scene import METHODS, FourBar, reference, write
 
@@ -27,7 +29,7 @@ def start(bar: FourBar) -> np.ndarray:
     return bar.project(np.array([START, theta_1, theta_2, 0.0, 0.0, 0.0]))
 
 
-def main() -> None:
+def main() -> int:
     exact = reference("four_bar_near_misses")
     exact["4.0"] = reference("four_bar_change_point")["states"]
     grounds = sorted({4.0 + sign * 10.0**-k for k in range(1, 17) for sign in (-1, 1)})
@@ -53,7 +55,8 @@ def main() -> None:
             print(line, flush=True)
     print(counts)
     write("near_misses", rows)
+    return 1 if counts["WRONG"] else 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

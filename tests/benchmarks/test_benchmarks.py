@@ -1,0 +1,83 @@
+"""The benchmarks measure what they say: envelopes, verdicts, regressions; and one runs through."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[2] / "benchmarks"
+
+
+@pytest.fixture
+def module(monkeypatch, tmp_path):
+    """A module of the benchmarks by name, writing into a folder of the test's own."""
+    monkeypatch.syspath_prepend(str(FOLDER))
+    import importlib
+
+    def imported(name):
+        scene = importlib.import_module("_scene")
+        monkeypatch.setattr(scene, "OUT", tmp_path)
+        found = importlib.import_module(name)
+        if hasattr(found, "OUT"):
+            monkeypatch.setattr(found, "OUT", tmp_path)
+        return found
+
+    before = set(sys.modules)
+    yield imported
+    for name in set(sys.modules) - before:
+        file = getattr(sys.modules[name], "__file__", None)
+        if file and Path(file).parent == FOLDER:
+            del sys.modules[name]
+
+
+def test_time_at_an_error_is_read_off_the_lower_envelope(module):
+    """Log-log between points that nothing beats; nothing where the error is not reached."""
+    time_at = module("_envelope").time_at
+    points = [(1e-4, 1.0), (1e-8, 4.0), (1e-6, 9.0), (1e-9, 5.0)]
+    assert time_at(points, 1e-6) == pytest.approx(2.0)
+    assert time_at(points, 1e-3) == 1.0
+    assert time_at(points, 1e-10) is None
+
+
+def test_the_forms_given_to_peers_are_the_right_equations(module):
+    """The hand-written accelerations equal the compiled ones on the loop."""
+    import mechc
+
+    forms, model = module("_four_bar_forms"), mechc.load("four_bar")
+    params = {"l_3": 3.5}
+    y = model.assemble({"theta_0": 1.1}, speeds={"omega_0": 2.0}, params=params)
+    p = model._parameters.resolve(params)
+    given = forms.accelerations(y[:3], y[3:], p, np.sin, np.cos)
+    np.testing.assert_allclose(given, model.rhs(0.0, y, params)[3:], rtol=1e-11)
+
+
+def test_a_slower_run_is_a_regression_and_a_slower_machine_is_not(module):
+    suite = module("suite")
+
+    def results(mine, theirs):
+        times = {"mechc": {"1e-08": mine}, "heyoka": {"1e-08": theirs}}
+        return {"work_precision": {"scenes": {"regular": {"times": times}}}}
+
+    assert not suite.regressions(results(2.0, 4.0), results(1.0, 2.0))
+    assert list(suite.regressions(results(2.0, 2.0), results(1.0, 2.0)).values()) == [2.0]
+
+
+def test_a_wrong_start_is_called_wrong(module):
+    """The judge of the stress suite has teeth: another scene's exact state is not right."""
+    stress = module("stress")
+    wrong = np.zeros(6)
+    rows = list(stress._runs("x", "y", {"l_3": 3.5}, 1.0, wrong, 5.8, [1e-6]))
+    assert {row["word"] for row in rows} == {"WRONG"}
+
+
+def test_work_precision_runs_through(module):
+    """Without peers, on the regular scene: rows, ratios, plot."""
+    run = module("work_precision")
+    result = run.main(["--quick", "--scene", "regular", "--only"])
+    at = result["scenes"]["regular"]["times"]["mechc"]
+    assert at["1e-08"] is not None
+    written = json.loads((run.OUT / "work_precision.json").read_text())
+    assert written["about"]["versions"]["numpy"] == np.__version__
+    assert (run.OUT / "work_precision_regular.svg").stat().st_size > 1000

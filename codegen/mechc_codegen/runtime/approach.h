@@ -21,6 +21,9 @@ MECHC_STATIC double mechc_rk_time_to(const mechc_rk_run *run, const mechc_critic
     return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
 }
 
+/* Steps within which the conditioning, falling on as it does, would be gone. */
+#define MECHC_SOON 4.0
+
 /* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
 MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
 {
@@ -28,8 +31,10 @@ MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
     mechc_scalar_place place;
     const mechc_span span = {.h = run->direction * open, .start = run->y, .end = run->y,
                              .start_rates = MECHC_RATE(run, 0)};
-    if (run->dip.first > MECHC_CLEAR || (run->dip.leaving && run->dip.first > MECHC_NARROW))
-        return HUGE_VAL;
+    const mechc_dip *dip = &run->dip;
+    const int falls = !dip->leaving
+                   && (dip->fall == 0.0 || dip->first < MECHC_SOON * open * dip->fall);
+    if (dip->first > MECHC_CLEAR || (dip->first > MECHC_NARROW && !falls)) return HUGE_VAL;
     mechc_place_at(run->head.t, run->y, run->p, run->k, &place);
     mechc_weakest weakest;
     mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);

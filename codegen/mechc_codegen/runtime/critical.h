@@ -193,14 +193,17 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const d
 }
 
 /* The equations of a critical configuration, linearised: unknown are the move of q, the change of
- * w in the basis of the rows that count, and g. */
-MECHC_STATIC void mechc_critical_equations(double t, const double *p, const double *k,
-                                           const mechc_scalar_place *place,
-                                           const mechc_weakest *at, const mechc_critical *c,
-                                           double *a, double *b)
+ * w in the basis of the rows that count, and g in the unit of length returned. */
+MECHC_STATIC double mechc_critical_equations(double t, const double *p, const double *k,
+                                             const mechc_scalar_place *place,
+                                             const mechc_weakest *at, const mechc_critical *c,
+                                             double *a, double *b)
 {
     const int rank = at->rank, n = MECHC_NU + rank + 1;
     const double step = 1e-7;
+    double length = 0.0; /* unit of g and of the rows: whatever the scene's unit of length is */
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        length = mechc_max(length, fabs(place->jacobian[i]));
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
     mechc_pull(t, c->q, p, k, 0, 0.0, c->normal, pull);
@@ -225,6 +228,9 @@ MECHC_STATIC void mechc_critical_equations(double t, const double *p, const doub
         for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
     }
     b[n - 1] = 0.5 * (1.0 - square);
+    for (int i = 0; i < (n - 1) * n; i++) a[i] *= (i + 1) % n ? 1.0 / length : 1.0;
+    for (int i = 0; i < n - 1; i++) b[i] /= length;
+    return length;
 }
 
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
@@ -264,7 +270,7 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
             for (int j = 0; j < MECHC_NU; j++)
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
         }
-        mechc_critical_equations(t, p, k, &place, &at, c, a, b);
+        const double length = mechc_critical_equations(t, p, k, &place, &at, c, a, b);
         mechc_solve(a, b, MECHC_NU + at.rank + 1);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
@@ -276,7 +282,7 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
         for (int r = 0; r < at.rank; r++)
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at.basis[r * MECHC_NH + i];
-        c->gap += b[MECHC_NU + at.rank];
+        c->gap += length * b[MECHC_NU + at.rank];
         if (sqrt(square) <= 1e-10 * reach) {
             mechc_measure_gap(t, p, k, c);
             return 1;

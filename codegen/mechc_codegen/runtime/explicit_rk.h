@@ -269,6 +269,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
         mechc_rk_come_back(run);
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.leaving = conditioning > run->dip.first;
+    run->dip.fall = (run->dip.first - conditioning) / fabs(h);
     run->dip.first = conditioning;
     run->dip.tries = 0;
     run->dip.ahead = NAN;

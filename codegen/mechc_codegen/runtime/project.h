@@ -30,7 +30,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
 #define MECHC_WEAK 1e-14
 #define MECHC_DELICATE 1e-3
 /* Below this a row is a redundant one, whose rounding says nothing about a crossing. */
-#define MECHC_SURELY 1e-20
+#define MECHC_SURELY 1e-27
 
 /* The rows at q without those that are that weak; returns how many these are. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,
@@ -97,13 +97,15 @@ MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, cons
                                       mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     const int last = MECHC_NC - 1;
-    const double small = 1e-7;
     double direction[MECHC_NU], turned[MECHC_NU], by[MECHC_NU], moved[MECHC_NQ], rounding;
     mechc_scalar_place near;
     mechc_scalar_factors there;
     rows->inverse_norm[last] = 0.0;
     mechc_steady_rows(place, rows, y + MECHC_NQ);
     const double rate = mechc_weakest_rate(place, rows, y + MECHC_NQ, direction);
+    double fastest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) fastest = mechc_max(fastest, fabs(direction[j]));
+    const double small = 1e-7 / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
     memcpy(moved, y, sizeof moved);
     mechc_scalar_displace(t, moved, p, k, by);
@@ -113,7 +115,7 @@ MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, cons
     const double most = rounding / sqrt(rows->norm[last]);
     double step = slope != 0.0 ? -rate / slope : 0.0;
     step = mechc_max(-most, mechc_min(most, step));
-    if (!(fabs(step) < 1e-3)) return;
+    if (!(fabs(step) * fastest < 1e-3)) return;
     for (int j = 0; j < MECHC_NU; j++) by[j] = step * direction[j];
     mechc_scalar_displace(t, y, p, k, by);
     mechc_strong_rows(t, y, p, k, place, rows);

@@ -298,9 +298,9 @@ MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error)
     struct mechc_gauss *g = run->collocation;
     const double plain = pow(error, -1.0 / run->tableau->order);
     g->factor = plain;
-    if (!(g->last_factor > 0.0) || error > 1.0) return 0.9 * plain;
+    if (!(g->last_factor > 0.0) || error > 1.0) return 0.85 * plain;
     const double trend = run->step / fabs(g->last_step) * (plain / g->last_factor);
-    return 0.9 * plain * mechc_min(1.0, trend);
+    return 0.85 * plain * mechc_min(1.0, trend);
 }
 
 /* Near a critical configuration the closing of loops must not lag behind. */

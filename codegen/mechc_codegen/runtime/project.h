@@ -30,7 +30,7 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
 #define MECHC_WEAK 1e-14
 #define MECHC_DELICATE 1e-3
 /* Below this a row is a redundant one, whose rounding says nothing about a crossing. */
-#define MECHC_SURELY 1e-27
+#define MECHC_SURELY 1e-28
 
 /* The rows at q without those that are that weak; returns how many these are. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,

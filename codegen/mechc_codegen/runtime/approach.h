@@ -24,6 +24,10 @@ MECHC_STATIC double mechc_rk_time_to(const mechc_rk_run *run, const mechc_critic
 /* Steps within which the conditioning, falling on as it does, would be gone. */
 #define MECHC_SOON 4.0
 
+/* Gap over the length below which a near miss is passed in a bend so sharp that the iteration
+ * would magnify rounding there. */
+#define MECHC_SHARP 1e-6
+
 /* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
 MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
 {
@@ -40,10 +44,13 @@ MECHC_STATIC double mechc_rk_look_ahead(mechc_rk_run *run, double open)
     mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
     const double reach =
         mechc_max(2.0 * mechc_reach(&span, place.mass), mechc_beside(&weakest, place.mass));
-    if (!mechc_find_near(run->head.t, run->y, run->p, run->k, &run->dip, reach, &critical)
-        || mechc_judge(&critical) != MECHC_CROSSING)
+    if (!mechc_find_near(run->head.t, run->y, run->p, run->k, &run->dip, reach, &critical))
         return HUGE_VAL;
-    return mechc_rk_time_to(run, &critical);
+    const double ahead = mechc_rk_time_to(run, &critical);
+    if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;
+    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / MECHC_EPS;
+    run->dip.bends = bend && (ahead < 1.5 * open || dip->first < MECHC_NARROW);
+    return HUGE_VAL;
 }
 #endif
 
@@ -76,21 +83,29 @@ MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open)
 #endif
 }
 
-/* Where several rows are weak together, the iteration magnifies rounding more than an explicit step
- * does: leave the crossing to that method.  1 where it is left. */
+/* Leave what comes to the explicit pair. */
+MECHC_STATIC void mechc_rk_leave_to_pair(mechc_rk_run *run, double h)
+{
+    run->resume = run->own;
+    run->step = 0.25 * fabs(h);
+    run->dip.wanted = 0.0;
+    run->dip.bends = 0;
+    mechc_rk_use(run, &MECHC_BRIDGE);
+}
+
+/* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
+ * rounding more than an explicit step does.  1 where the pair is to go on. */
 MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h)
 {
     const int here = MECHC_NH > 0
                   && (run->dip.ahead < fabs(h) || (MECHC_NC > 2 && run->dip.first < MECHC_CLEAR));
     if (!here || ++run->missed < 2) return 0;
-    run->resume = run->own;
-    run->step = 0.25 * fabs(h);
     mechc_rk_refuse(run, 1.0);
-    mechc_rk_use(run, &MECHC_BRIDGE);
+    mechc_rk_leave_to_pair(run, h);
     return 1;
 }
 
-/* Past the crossing: back to the method asked for. */
+/* Past it: back to the method asked for. */
 MECHC_STATIC void mechc_rk_come_back(mechc_rk_run *run)
 {
     run->missed = 0;

@@ -56,6 +56,7 @@ MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows
 MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run);
 MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
 MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h);
+MECHC_STATIC void mechc_rk_leave_to_pair(mechc_rk_run *run, double h);
 MECHC_STATIC void mechc_rk_come_back(mechc_rk_run *run);
 
 /* In stiffness.h. */
@@ -361,6 +362,10 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     const double smallest = 16.0 * 2.220446049250313e-16 * mechc_max(fabs(t), fabs(run->t1 - t));
     double end[MECHC_NX], h;
     const int last = mechc_rk_next_step(run, &h);
+    if (run->dip.bends && mechc_rk_is_collocation(run)) {
+        mechc_rk_leave_to_pair(run, h);
+        return MECHC_RUNNING;
+    }
     if (!last && fabs(h) < smallest) return mechc_rk_too_small(run);
     mechc_dip_begin(&run->dip, run->y);
     const int status = mechc_rk_is_collocation(run) ? mechc_gauss_step(run, h, end)

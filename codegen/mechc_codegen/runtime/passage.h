@@ -27,6 +27,7 @@ typedef struct {
                            place a crossing; 0: was not */
     double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
     int leaving;        /* over the last step the conditioning rose */
+    int bends;          /* a near miss comes, so narrow that the motion bends sharply */
     double fall;        /* of the conditioning in time, over the last step; 0: not known */
 #if MECHC_NH > 0
     mechc_critical known; /* the last one found */

@@ -336,7 +336,10 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
         return most * mechc_max(1e-9, mechc_min(together ? 1e-6 : 1e-7, 5e-15 / magnified));
     }
-    return most * (MECHC_NH > 0 ? mechc_min(1e-9, (MECHC_NC > 2 ? 5e-14 : 4e-15) / sqrt(g->lowest)) : 1e-14);
+    double turn = 8.0; /* the last digit of a coordinate that has grown large */
+    for (int i = 0; i < MECHC_NQ; i++) turn = mechc_max(turn, fabs(run->y[i]) / run->scale[i]);
+    const double digit = 0.125 * turn * (MECHC_NC > 2 ? 5e-14 : 4e-15);
+    return most * (MECHC_NH > 0 ? mechc_min(1e-9, digit / sqrt(g->lowest)) : 2.5 * digit);
 }
 
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third

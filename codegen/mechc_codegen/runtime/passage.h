@@ -43,6 +43,7 @@ typedef struct {
     double low, best, high; /* fractions of a step between which a crossing is best placed */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
+    int last;               /* of the run: nothing goes on from its end */
     const mechc_tableau *approach; /* whose gaps are aimed at beforehand (approach.h); NULL: none */
 } mechc_span;
 
@@ -228,7 +229,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
-    if (turned != between || too_near) {
+    if (turned != between || (too_near && !span->last)) {
         dip->ahead = HUGE_VAL;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, factors[dip->tries % 8], 0);
@@ -239,9 +240,9 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
         dip->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
         const double planned = mechc_plan(span->approach, dip->ahead, fabs(span->h));
         const int at_end = fabs(out->fraction - 1.0) < 0.1;
-        if (planned < 0.9 * fabs(span->h) && dip->tries < 4) {
+        if (planned < 0.9 * fabs(span->h) && dip->tries < 4 && !(span->last && at_end)) {
             mechc_retry(out, 1.0, 1);
-        } else if (at_end && dip->tries < 16) {
+        } else if (at_end && !span->last && dip->tries < 16) {
             dip->ahead = HUGE_VAL;
             mechc_retry(out, factors[dip->tries % 8], 0);
         } else if (turned) {

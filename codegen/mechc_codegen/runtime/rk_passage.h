@@ -66,6 +66,7 @@ MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
                              MECHC_RATE(run, run->tableau->stages), run->p, run->k,
                              run->low, run->best, run->high, run->horizon,
                              run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run),
+                             fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
                              mechc_rk_is_collocation(run) ? run->tableau : 0};
     mechc_stats *stats = &run->head.stats;
     run->passing.gap = HUGE_VAL;

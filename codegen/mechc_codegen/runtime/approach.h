@@ -97,8 +97,7 @@ MECHC_STATIC void mechc_rk_leave_to_pair(mechc_rk_run *run, double h)
  * rounding more than an explicit step does.  1 where the pair is to go on. */
 MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h)
 {
-    const int here = MECHC_NH > 0
-                  && (run->dip.ahead < fabs(h) || (MECHC_NC > 2 && run->dip.first < MECHC_CLEAR));
+    const int here = MECHC_NH > 0 && (run->dip.ahead < fabs(h) || run->dip.first < MECHC_CLEAR);
     if (!here || ++run->missed < 2) return 0;
     mechc_rk_refuse(run, 1.0);
     mechc_rk_leave_to_pair(run, h);

@@ -266,7 +266,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->head.t = t;
     run->refused_step = 0.0;
     run->failure = 0;
-    if (run->dip.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : MECHC_NARROW))
+    if (run->dip.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : 0.1))
         mechc_rk_come_back(run);
     if (!mechc_dipped(&run->dip, run->horizon)) run->allowed = 1.0;
     run->dip.leaving = conditioning > run->dip.first;

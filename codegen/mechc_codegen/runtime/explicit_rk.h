@@ -27,6 +27,8 @@ typedef struct {
     double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
     double refused_t, refused_step, refused_error; /* the last step that its error refused */
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    double left_over[MECHC_NX], next_left_over[MECHC_NX]; /* of y, which is too coarse for it */
+    double time_left_over;
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
     double rates[MECHC_MOST_RATES * MECHC_NX];
     mechc_radau *implicit;     /* work space, made when first needed */
@@ -121,15 +123,35 @@ MECHC_ONCE int mechc_rk_stage(mechc_rk_run *run, double t, double *y, double *ra
     return MECHC_RUNNING;
 }
 
+/* sum_j row[j] rate_j */
+MECHC_INLINE void mechc_rk_sum(const mechc_rk_run *run, const double *row, int rates, double *sum)
+{
+    for (int i = 0; i < MECHC_NX; i++) sum[i] = 0.0;
+    for (int j = 0; j < rates; j++)
+        if (row[j] != 0.0)
+            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * MECHC_RATE(run, j)[i];
+}
+
 /* y + h sum_j row[j] rate_j */
 MECHC_STATIC void mechc_rk_combine(const mechc_rk_run *run, const double *row, int rates, double h,
                                    double *out)
 {
-    double sum[MECHC_NX] = {0};
-    for (int j = 0; j < rates; j++)
-        if (row[j] != 0.0)
-            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * MECHC_RATE(run, j)[i];
+    double sum[MECHC_NX];
+    mechc_rk_sum(run, row, rates, sum);
     for (int i = 0; i < MECHC_NX; i++) out[i] = run->y[i] + h * sum[i];
+}
+
+/* The same for the step's end, with what rounding has left of the steps before.  Kahan (1965). */
+MECHC_STATIC void mechc_rk_end(mechc_rk_run *run, const double *row, int rates, double h,
+                               double *end)
+{
+    double sum[MECHC_NX];
+    mechc_rk_sum(run, row, rates, sum);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double gain = h * sum[i] + run->left_over[i];
+        end[i] = run->y[i] + gain;
+        run->next_left_over[i] = gain - (end[i] - run->y[i]);
+    }
 }
 
 /* Rates first .. last of the tableau; `end` receives the state of the last. */
@@ -137,7 +159,9 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
 {
     const mechc_tableau *tableau = run->tableau;
     for (int i = first; i <= last; i++) {
-        mechc_rk_combine(run, tableau->matrix + i * MECHC_MOST_RATES, i, h, end);
+        const double *row = tableau->matrix + i * MECHC_MOST_RATES;
+        if (i == tableau->stages) mechc_rk_end(run, row, i, h, end);
+        else mechc_rk_combine(run, row, i, h, end);
         const double t = run->head.t + tableau->nodes[i] * h;
         const int status = mechc_rk_stage(run, t, end, MECHC_RATE(run, i));
         if (status != MECHC_RUNNING) return status;
@@ -247,6 +271,7 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
 MECHC_STATIC void mechc_rk_use(mechc_rk_run *run, const mechc_tableau *tableau)
 {
     run->tableau = run->own = tableau;
+    memset(run->next_left_over, 0, sizeof run->next_left_over);
     const int collocation = mechc_rk_is_collocation(run);
     mechc_widest_gap(collocation ? tableau : &MECHC_BRIDGE, &run->low, &run->best, &run->high);
     run->horizon = collocation ? 1.3 : tableau == &MECHC_BRIDGE ? 2.0 : 8.0;
@@ -262,7 +287,9 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     mechc_rk_watch_stiffness(run, h, end, error);
     if (mechc_rk_is_collocation(run)) mechc_gauss_accept(run, h);
     memcpy(run->y, end, sizeof run->y);
+    memcpy(run->left_over, run->next_left_over, sizeof run->left_over);
     memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->tableau->stages), sizeof run->y);
+    run->time_left_over = h + run->time_left_over - (t - run->head.t);
     run->head.t = t;
     run->refused_step = 0.0;
     run->failure = 0;
@@ -393,7 +420,8 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     }
     const int judged = mechc_rk_judge(run, h, end);
     if (judged != MECHC_RUNNING || run->passing.action == MECHC_RETRY) return judged;
-    const int accepted = mechc_rk_accept(run, h, last ? run->t1 : t + h, end, error);
+    const int accepted = mechc_rk_accept(
+        run, h, last ? run->t1 : t + (h + run->time_left_over), end, error);
     if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
     if (accepted != MECHC_RUNNING) { /* the dense output's own stages could not be closed */
         mechc_rk_refuse(run, 0.5);
@@ -431,85 +459,4 @@ static void mechc_rk_release(mechc_run *head)
     free(((mechc_rk_run *)head)->collocation);
     ((mechc_rk_run *)head)->implicit = 0;
     ((mechc_rk_run *)head)->collocation = 0;
-}
-
-/* A first step after Hairer, Norsett & Wanner (1993), section II.4. */
-MECHC_STATIC double mechc_rk_first_step(mechc_rk_run *run)
-{
-    double state = 0.0, first = 0.0, second = 0.0, end[MECHC_NX];
-    for (int i = 0; i < MECHC_NX; i++) {
-        const double tolerance = mechc_rk_tolerance(run, i, run->y);
-        state += pow(run->y[i] / tolerance, 2);
-        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
-    }
-    const double span = fabs(run->t1 - run->head.t);
-    double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
-    guess = mechc_min(mechc_min(guess, run->max_step), span);
-    for (int i = 0; i < MECHC_NX; i++)
-        end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
-    const double t = run->head.t + run->direction * guess;
-    if (mechc_rk_stage(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return 1e-3 * guess;
-    for (int i = 0; i < MECHC_NX; i++) {
-        const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
-        second += pow(change / (guess * mechc_rk_tolerance(run, i, run->y)), 2);
-    }
-    const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
-    const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->tableau->order)
-                                        : mechc_max(1e-6 * span, 1e-3 * guess);
-    return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
-}
-
-/* Scales of the speeds before any is known: what the first accelerations reach within one unit
- * of the coordinate, and never nothing. */
-MECHC_STATIC void mechc_rk_first_scale(mechc_rk_run *run, const double *scale)
-{
-    double largest = 0.0;
-    for (int i = 0; i < MECHC_NX; i++) run->scale[i] = scale[i];
-    for (int i = MECHC_NQ; i < MECHC_NX; i++) {
-        const double reached = sqrt(fabs(MECHC_RATE(run, 0)[i]) * scale[i]);
-        run->scale[i] = mechc_max(fabs(run->y[i]), reached);
-        largest = mechc_max(largest, run->scale[i] / scale[i]);
-    }
-    for (int i = MECHC_NQ; i < MECHC_NX; i++)
-        run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
-}
-
-static void mechc_rk_start(mechc_run *head, const mechc_options *options)
-{
-    mechc_rk_run *run = (mechc_rk_run *)head;
-    memset(run, 0, sizeof *run);
-    mechc_rk_use(run, mechc_tableaus[options->method]);
-    run->method = options->method;
-    run->t1 = options->t1;
-    run->direction = options->t1 >= options->t0 ? 1.0 : -1.0;
-    run->rtol = options->rtol;
-    run->has_tolerances = options->atol != 0;
-    run->max_step = options->max_step;
-    run->max_steps = options->max_steps;
-    run->on_change_point = options->on_change_point;
-    run->may_stiffen = options->may_stiffen;
-    run->allowed = 1.0;
-    const int collocation = mechc_rk_is_collocation(run);
-    if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
-    memcpy(run->y, options->y0, sizeof run->y);
-    memcpy(run->p, options->p, MECHC_NP * sizeof(double));
-    mechc_scalar_hoist(run->p, run->k);
-    head->t = options->t0;
-    head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
-    head->stats.coordinate = -1;
-    head->trajectory.width = MECHC_NX;
-    const int whole = MECHC_NH > 0 || run->may_stiffen; /* other tables may take part */
-    run->most_dense = run->own->dense_rows;
-    if (whole && run->most_dense < MECHC_BRIDGE.dense_rows)
-        run->most_dense = MECHC_BRIDGE.dense_rows;
-    head->trajectory.dense_rows = options->dense ? run->most_dense : 0;
-    head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
-    if (!mechc_append(&head->trajectory, head->t, run->y)) head->status = MECHC_NO_MEMORY;
-    if (collocation && !mechc_gauss_make(run)) head->status = MECHC_NO_MEMORY;
-    if (head->status != MECHC_RUNNING) return;
-    mechc_rk_begin(run);
-    if (head->status != MECHC_RUNNING) return;
-    mechc_rk_first_scale(run, options->scale);
-    run->step = options->first_step > 0.0 ? options->first_step : mechc_rk_first_step(run);
-    if (options->t0 == options->t1) head->status = MECHC_FINISHED;
 }

@@ -22,6 +22,7 @@
 #include "critical.h"
 #include "passage.h"
 #include "explicit_rk.h"
+#include "rk_start.h"
 #include "rk_passage.h"
 #include "radau.h"
 #include "gauss_table.h"

@@ -40,6 +40,7 @@ typedef struct {
 /* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
  * asked for is judged at its end. */
 #define MECHC_RK_SHARE 0.03
+#define MECHC_RK_SHARE_OF_MANY 0.01 /* of a method of low order, whose steps are many */
 /* A collocation polynomial is worth nothing farther ahead. */
 #define MECHC_GAUSS_GROWTH 2.0
 
@@ -84,6 +85,11 @@ MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const doub
 MECHC_STATIC int mechc_rk_is_collocation(const mechc_rk_run *run)
 {
     return run->tableau == &mechc_gauss8;
+}
+
+MECHC_STATIC double mechc_rk_share(const mechc_rk_run *run)
+{
+    return run->own == &mechc_dopri5 ? MECHC_RK_SHARE_OF_MANY : MECHC_RK_SHARE;
 }
 
 MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
@@ -176,7 +182,7 @@ MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const dou
     const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return mechc_max(MECHC_RK_SHARE * asked, 2.220446049250313e-16 * size);
+    return mechc_max(mechc_rk_share(run) * asked, 2.220446049250313e-16 * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -322,7 +328,7 @@ MECHC_STATIC void mechc_rk_learn_rounding(mechc_rk_run *run, double h, double er
 {
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
-    const double most = MECHC_RK_ROUNDING / (MECHC_RK_SHARE * run->rtol);
+    const double most = MECHC_RK_ROUNDING / (mechc_rk_share(run) * run->rtol);
     if (again && mechc_dipped(&run->dip, run->horizon) && mechc_knows_crossing(&run->dip)
         && error > run->refused_error * shrunk * shrunk * shrunk)
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
@@ -339,7 +345,7 @@ MECHC_STATIC int mechc_rk_place_instead(mechc_rk_run *run, double h, const doubl
 {
     const int good_enough_to_see = mechc_rk_is_collocation(run)
                                  ? mechc_gauss_reached_end(run, error)
-                                 : error * MECHC_RK_SHARE * run->rtol < 1e-3;
+                                 : error * mechc_rk_share(run) * run->rtol < 1e-3;
     if (!good_enough_to_see || run->dip.tries >= 4) return 0;
     return mechc_rk_judge(run, h, end) == MECHC_RUNNING && run->passing.action == MECHC_RETRY;
 }
@@ -429,7 +435,7 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     }
     if (error > 1.0) {
         const double part = mechc_rk_is_collocation(run) ? error * error : error;
-        stats->rounding = mechc_max(stats->rounding, part * MECHC_RK_SHARE * run->rtol);
+        stats->rounding = mechc_max(stats->rounding, part * mechc_rk_share(run) * run->rtol);
     }
     run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->dip.wanted);
     if (mechc_rk_is_collocation(run)) run->step = mechc_min(run->step, MECHC_GAUSS_GROWTH * fabs(h));

@@ -258,15 +258,15 @@ MECHC_INLINE void mechc_gauss_sums(const struct mechc_gauss *g, int unknown, mec
     *sums = even + odd;
 }
 
-/* Weights of this step's errors; steps looser than the bound cost more in refused ones than they
- * gain. */
+/* Weights of this step's errors; steps looser than the bound, and stages that no next step can be
+ * begun from, cost more in refused steps than they gain. */
 MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss *g)
 {
     g->tolerated = 0.0;
     for (int i = 0; i < MECHC_NX; i++) {
         const double scale = run->scale[i], tolerance = mechc_rk_tolerance(run, i, run->y);
         const double bound = mechc_min(tolerance, MECHC_GAUSS_LOOSEST * scale);
-        g->weights[i] = 1.0 / tolerance;
+        g->weights[i] = 1.0 / bound;
         g->tolerated = mechc_max(g->tolerated, bound / scale);
         if (i >= MECHC_FIRST_UNKNOWN)
             g->error_weights[i - MECHC_FIRST_UNKNOWN] =

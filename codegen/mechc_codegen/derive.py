@@ -69,15 +69,36 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
 def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
     frame, rates = mechanism.frame, mechanism.rates
     if not is_rigid(body):
-        velocity = body.point.vel(frame).xreplace(rates)
+        velocity = _velocity(mechanism, body.point)
         return BodyMotion(body.mass, velocity, Vector(0), None, body.point)
     return BodyMotion(
         body.mass,
-        body.masscenter.vel(frame).xreplace(rates),
+        _velocity(mechanism, body.masscenter),
         body.frame.ang_vel_in(frame).xreplace(rates),
         body.central_inertia,
         body.masscenter,
     )
+
+
+def _velocity(mechanism: Mechanism, point: Point) -> Vector:
+    """As it was set; else the rate of the position.
+
+    SymPy would go on from the nearest point whose velocity is known, and keep what it finds.
+    """
+    frame = mechanism.frame
+    if frame in point._vel_dict or mechanism.origin not in _connected(point):
+        return point.vel(frame).xreplace(mechanism.rates)
+    return point.pos_from(mechanism.origin).dt(frame).xreplace(mechanism.rates)
+
+
+def _connected(point: Point) -> set[Point]:
+    """Every point to which a position leads."""
+    found, waiting = {point}, [point]
+    for at in waiting:
+        new = at._pos_dict.keys() - found
+        found |= new
+        waiting += new
+    return found
 
 
 def _equations_of_motion(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
@@ -180,7 +201,7 @@ def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
         velocity = (
             place.ang_vel_in(mechanism.frame)
             if isinstance(place, ReferenceFrame)
-            else place.vel(mechanism.frame)
+            else _velocity(mechanism, place)
         ).xreplace(mechanism.rates)
         for k, u in enumerate(mechanism.u):
             partial = velocity.diff(u, mechanism.frame, var_in_dcm=False)
@@ -306,7 +327,7 @@ def _momenta(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
 def _points(mechanism: Mechanism) -> list[Output]:
     names = [point.name for point in mechanism.points]
     positions = [point.pos_from(mechanism.origin) for point in mechanism.points]
-    velocities = [p.vel(mechanism.frame).xreplace(mechanism.rates) for p in mechanism.points]
+    velocities = [_velocity(mechanism, p) for p in mechanism.points]
     frame = mechanism.frame
     return [
         _vectors("points", "positions of the named points", frame, names, positions),

@@ -3,22 +3,16 @@
 N + 1 uprights on ground pivots one rod apart, N couplers between their tops, all rods alike.
 Every angle but the first is that of a rod against the rod it hangs on, and the whole scene,
 gravity included, can be turned by an angle: then no coupler's angle is exactly zero by luck.
+Rods and cuts are described from one to the next and never written out across the row.
 """
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
-from sympy import Expr, Symbol
-from sympy.physics.mechanics import (
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
-)
+from mechc_codegen.mechanism import Closure, Drawing, Mechanism
+from sympy import Symbol
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
+from mechanisms.parts import coordinates, fixed_point, parameter, speeds
 
 l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
@@ -35,12 +29,12 @@ def windows(count: int) -> Mechanism:
     def rod(name: str, start: Point, end: str, on: ReferenceFrame) -> tuple[Point, ReferenceFrame]:
         """A uniform rod from ``start``, turned against ``on`` by the next angle; its far end."""
         k = len(bodies)
-        frame = on.orientnew(name, "Axis", (q[k], r.z))
-        frame.set_ang_vel(on, u[k] * r.z)
-        centre = located(f"{name}_centre", start, l / 2 * frame.x, frame, r)
+        frame = on.orientnew(name, "Axis", (q[k], on.z))
+        frame.set_ang_vel(on, u[k] * on.z)
+        centre = start.locatenew(f"{name}_centre", l / 2 * frame.x)
         about = (inertia(frame, 0, 0, m * l**2 / 12), centre)
         bodies.append(RigidBody(name, centre, frame, m, about))
-        return located(end, start, l * frame.x, frame, r), frame
+        return start.locatenew(end, l * frame.x), frame
 
     # Up the first upright, along the couplers, and down an upright from each coupler's end.
     top, carrier = rod("upright_0", origin, "B_0", ground)
@@ -50,6 +44,7 @@ def windows(count: int) -> Mechanism:
         foot, _ = rod(f"upright_{i}", top, f"A_{i}", carrier)
         tops.append(top)
         feet.append(foot)
+    pivots = [origin.locatenew(f"pivot_{i}", i * l * ground.x) for i in range(1, count + 1)]
 
     return Mechanism(
         name=f"windows_{count}",
@@ -66,8 +61,11 @@ def windows(count: int) -> Mechanism:
             parameter(tilt, 0.0, "rad", "angle by which the whole scene is turned"),
         ),
         bodies=tuple(bodies),
-        loads=tuple(weight(body, origin, g, ground.y) for body in bodies),
-        configuration_constraints=_closure(feet, ground, r),
+        gravity=-g * ground.y,
+        closures=tuple(
+            Closure(f"foot {i}", foot, pivot, (r.x, r.y))
+            for i, (foot, pivot) in enumerate(zip(feet[1:], pivots, strict=True), start=1)
+        ),
         points=(*feet, *tops),
         drawing=Drawing(
             links=(
@@ -78,18 +76,3 @@ def windows(count: int) -> Mechanism:
             traced=("B_0",),
         ),
     )
-
-
-def _closure(
-    feet: list[Point], ground: ReferenceFrame, r: ReferenceFrame
-) -> tuple[Constraint, ...]:
-    """Foot i stands i rods along the ground."""
-    gaps: list[tuple[str, Expr]] = []
-    for i, foot in enumerate(feet[1:], start=1):
-        gap = foot.pos_from(feet[0]) - i * l * ground.x
-        gaps += [(f"foot {i} along {axis}", dot(gap, unit)) for axis, unit in _axes(r)]
-    return tuple(Constraint(name, gap, "m") for name, gap in gaps)
-
-
-def _axes(r: ReferenceFrame) -> tuple[tuple[str, Expr], ...]:
-    return (("x", r.x), ("y", r.y))

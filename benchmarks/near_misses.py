@@ -46,7 +46,7 @@ def main() -> int:
             for rtol in (1e-6, 1e-9, 1e-12):
                 run = bar.run(start(bar), 3.0, rtol, method)
                 error = float(abs(run.y[-1] - final).max()) if run.ok else np.inf
-                limit = (100 * rtol + 1e-9) * LIMIT
+                limit = (100 * rtol + 2.5e-10) * LIMIT
                 word = ("right" if error <= limit else "WRONG") if run.ok else "flagged"
                 counts[word] += 1
                 line += f"   {word:7s} {error:8.1e} {run.stats['steps']:6d} {run.word[:12]:12s}"

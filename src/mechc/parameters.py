@@ -131,7 +131,8 @@ class ParameterSet:
                 f"an array of parameters needs all {len(self.names)} of them along its last "
                 f"axis ({', '.join(self.names)}), not the shape {values.shape}"
             )
-        if not strictly_within(values.reshape(-1, len(self.names)), self._lower, self._upper):
+        rows = values.reshape(math.prod(values.shape[:-1]), len(self.names))
+        if not strictly_within(rows, self._lower, self._upper):
             for i, quantity in enumerate(self.quantities):
                 quantity.check(values[..., i])
         return values

@@ -12,17 +12,15 @@ the generalized inertia force is free of u'.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-from sympy import Derivative, Expr, S, Symbol, sympify
-from sympy.core.function import AppliedUndef
+from sympy import Expr, S, sympify
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
-from mechc_codegen.equations import Equations, Output, Symbols
-from mechc_codegen.errors import MechanismError
-from mechc_codegen.mechanism import Mechanism, is_rigid, printed_name
+from mechc_codegen.equations import Equations, Output
+from mechc_codegen.mechanism import Load, Mechanism, is_rigid, printed_name
+from mechc_codegen.plain import Plain, plain_symbols
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 AXES = ("x", "y", "z")
@@ -41,7 +39,7 @@ class BodyMotion:
 
 def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
     """Derive the equations of motion and every other output of ``mechanism`` that is wished."""
-    symbols = _plain_symbols(mechanism)
+    symbols = plain_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
     outputs = [
         *_equations_of_motion(mechanism, motions),
@@ -53,97 +51,18 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
         *_preference(mechanism),
         *_user_outputs(mechanism, wishes),
     ]
-    plain = _Plain(mechanism, symbols, wishes)
+    plain = Plain(mechanism, symbols, wishes)
     return Equations(
         symbols=symbols,
         outputs={o.name: plain.output(o) for o in outputs},
         parameter_defaults=tuple(plain.default(p.default) for p in mechanism.parameters),
-        holonomic=len(mechanism.configuration_constraints),
+        holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
         identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
         mass_scale=plain.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
         if mechanism.bodies
         else S.One,
-    )
-
-
-def _plain_symbols(mechanism: Mechanism) -> Symbols:
-    def numbered(prefix: str, count: int) -> tuple[Symbol, ...]:
-        return tuple(Symbol(f"{prefix}{k}", real=True) for k in range(count))
-
-    return Symbols(
-        Symbol("t", real=True),
-        numbered("q", len(mechanism.coordinates)),
-        numbered("u", len(mechanism.speeds)),
-        numbered("p", len(mechanism.parameters)),
-    )
-
-
-class _Plain:
-    """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
-
-    def __init__(self, mechanism: Mechanism, symbols: Symbols, wishes: Wishes) -> None:
-        named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
-        plain = [*symbols.q, *symbols.u, *symbols.parameters]
-        self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
-        self.symbols |= wishes.fixed
-        self.inputs = mechanism.inputs
-        self.rates = mechanism.rates
-
-    def output(self, output: Output) -> Output:
-        elements = tuple(self.expression(sympify(e)) for e in output.elements)
-        return Output(output.name, output.equation, elements, output.shape, output.labels)
-
-    def expression(self, value: Expr) -> Expr:
-        if self.inputs:
-            value = value.xreplace(specified_values(value, self.inputs)).xreplace(self.rates)
-        _refuse_functions(value, self.symbols)
-        return value.xreplace(self.symbols)
-
-    def default(self, value: Expr | float | None) -> Expr | None:
-        return None if value is None else sympify(value).xreplace(self.symbols)
-
-
-def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[Expr, Expr]:
-    """What specified functions and their derivatives in ``value`` stand for.
-
-    Raises
-    ------
-    MechanismError
-        For a derivative of one that is given in terms of more than time: its own derivative is
-        not known before the accelerations are.
-    """
-    values: dict[Expr, Expr] = dict(inputs)
-    for derivative in value.atoms(Derivative):
-        function = derivative.expr
-        if function not in inputs:
-            continue
-        if inputs[function].atoms(AppliedUndef):
-            raise MechanismError(
-                f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "
-                "must be given as an expression of time and parameters alone, not of "
-                f"{', '.join(sorted(map(printed_name, inputs[function].atoms(AppliedUndef))))}"
-            )
-        values[derivative] = inputs[function].diff(*derivative.variables)
-    return values
-
-
-def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
-    left = value.atoms(Derivative) or value.atoms(AppliedUndef) - known.keys()
-    if not left:
-        return
-    what = min(left, key=str)
-    function = what.expr if isinstance(what, Derivative) else what
-    name = printed_name(function)
-    if function in known:
-        raise MechanismError(
-            f"the rate of {name} stands where the equations must be free of it, in "
-            f"{str(value)[:80]!r}: loads and constraints may hold coordinates and speeds only"
-        )
-    raise MechanismError(
-        f"{name} depends on time but is neither a coordinate nor a speed, in "
-        f"{str(value)[:80]!r}; say what it is with inputs={{{name!r}: expression}}"
     )
 
 
@@ -257,7 +176,7 @@ def _rate_at_constant_speeds(mechanism: Mechanism, vector: Vector) -> Vector:
 
 def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
     forces = [S.Zero] * len(mechanism.u)
-    for place, load in mechanism.loads:
+    for place, load in (*mechanism.loads, *_weights(mechanism)):
         velocity = (
             place.ang_vel_in(mechanism.frame)
             if isinstance(place, ReferenceFrame)
@@ -267,6 +186,12 @@ def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
             partial = velocity.diff(u, mechanism.frame, var_in_dcm=False)
             forces[k] += load.xreplace(mechanism.rates).dot(partial)
     return forces
+
+
+def _weights(mechanism: Mechanism) -> list[Load]:
+    if mechanism.gravity is None:
+        return []
+    return [(body.masscenter, body.mass * mechanism.gravity) for body in mechanism.bodies]
 
 
 def _kinematics(mechanism: Mechanism) -> list[Output]:
@@ -283,7 +208,8 @@ def _kinematics(mechanism: Mechanism) -> list[Output]:
 
 
 def _constraints(mechanism: Mechanism) -> list[Output]:
-    configuration = mechanism.configuration_constraints
+    cut = [c for closure in mechanism.closures for c in closure.constraints()]
+    configuration = [*mechanism.configuration_constraints, *cut]
     motion = mechanism.motion_constraints
     return [
         Output(
@@ -311,6 +237,8 @@ def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
     if mechanism.lagrangian is not None:
         of_speeds, rest = _jacobi_energy(mechanism)
         kinetic, potential = kinetic + of_speeds, potential + rest
+    for place, weight in _weights(mechanism):
+        potential -= weight.dot(place.pos_from(mechanism.origin))
     potential = sympify(potential).xreplace(mechanism.rates)
     return [
         Output("kinetic_energy", "T = sum of m v.v/2 + omega.I.omega/2", (kinetic,), (), ("T",)),

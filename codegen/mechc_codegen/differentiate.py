@@ -17,6 +17,8 @@ from mechc_codegen.equations import Equations, Output, Symbols
 
 def differentiate(equations: Equations) -> Equations:
     """Add ``velocity_constraints``, ``constraint_jacobian`` and ``gamma`` to the outputs."""
+    if equations.tree is not None:  # it came with them
+        return equations
     symbols = equations.symbols
     rates = equations.outputs["coordinate_rates"].elements
     holonomic = equations.outputs["constraints"]

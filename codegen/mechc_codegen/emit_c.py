@@ -7,16 +7,16 @@ plain words in comments.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from string import Template
-from textwrap import wrap
 
 from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
+from mechc_codegen.functions import Function, Line, plain_words
+from mechc_codegen.layout import INTERNAL, TREE, layout
 from mechc_codegen.printer import RealPrinter
 from mechc_codegen.program import (
     Assign,
@@ -29,10 +29,7 @@ from mechc_codegen.program import (
 )
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
-CONFIGURATION = ("constraints", "constraint_jacobian", "velocity_bias", "mass_matrix")
-MOTION = ("forcing", "gamma")
-ARGUMENTS = ("gap", "jacobian", "bias", "mass")
-INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
+_SPARSE = 64  # elements
 
 
 @dataclass(frozen=True)
@@ -82,13 +79,15 @@ class _Emitter:
     def __init__(self, program: Program, equations: Equations, wishes: Wishes) -> None:
         self.program, self.equations, self.wishes = program, equations, wishes
         self.printer = RealPrinter()
+        self.printed: dict[tuple[Symbol, ...], Line] = {}
         self.outputs = {o.name: o for o in program.outputs}
-        self.of_configuration = tuple(map(self._solved_with, CONFIGURATION))
-        self.of_motion = tuple(map(self._solved_with, MOTION))
+        self.layout = layout(equations, self.outputs)
+        self.of_configuration = tuple(self.layout.configuration)
+        self.of_motion = tuple(self.layout.motion)
         configuration = self._slice(self.of_configuration)
         motion = self._slice(self.of_motion)
         computed = set(targets_of(configuration))
-        self.motion_statements = [s for s in motion if s not in configuration]
+        self.motion_statements = [s for s in motion if computed.isdisjoint(s.targets)]
         used = symbols_of(s.value for s in self.motion_statements) | self._used_by(self.of_motion)
         self.saved = [symbol for symbol in targets_of(configuration) if symbol in used & computed]
         self.configuration_statements = configuration
@@ -97,6 +96,7 @@ class _Emitter:
         running |= symbols_of(e for o in program.outputs for e in o.elements)
         self.constants = [symbol for symbol in targets_of(program.hoisted) if symbol in running]
         self.hoisted = hoisted
+        self.loads = self._array_places()
 
     # -- sizes ------------------------------------------------------------------------------
 
@@ -104,6 +104,7 @@ class _Emitter:
         equations, symbols = self.equations, self.program.symbols
         rows = equations.holonomic + equations.nonholonomic
         widths = [len(o.elements) for o in self._asked()]
+        widths += [width for _, width in self.layout.solved]
         values = {
             "nq": len(symbols.q),
             "nu": len(symbols.u),
@@ -111,9 +112,11 @@ class _Emitter:
             "nc": rows,
             "np": len(symbols.parameters),
             "nk": len(self.constants),
-            "saved": len(self.saved),
+            "saved": self.layout.kept + len(self.saved),
             "turns": sum(isinstance(s, SineCosine) for s in self.configuration_statements),
             "identity": int(equations.identity_kinematics),
+            **self.layout.sizes,
+            "tables": self.layout.tables,
             "widest": max([*widths, len(symbols.q) + len(symbols.u), rows]),
             "outputs": self._output_list(rows),
         }
@@ -122,13 +125,14 @@ class _Emitter:
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
         entries = [(o.name, len(o.elements)) for o in self._asked()] + [("rates", size)]
+        entries += self.layout.solved
         if rows and self.wishes.wants("multipliers"):
             entries.append(("multipliers", rows))
         return " \\\n".join(f"    X({name}, {width})" for name, width in entries)
 
     def _asked(self) -> list[Output]:
         """Outputs that are a function of their own."""
-        return [o for o in self.program.outputs if o.name not in INTERNAL]
+        return [o for o in self.program.outputs if o.name not in (*INTERNAL, *TREE)]
 
     # -- the program ------------------------------------------------------------------------
 
@@ -140,77 +144,81 @@ class _Emitter:
 
     def _hoist(self) -> str:
         lines = self._statements(self.program.hoisted)
-        lines += [f"k[{i}] = {symbol.name};" for i, symbol in enumerate(self.constants)]
-        loaded = self._loads(symbols_of(s.value for s in self.program.hoisted))
+        lines += [
+            Line((f"k[{i}] = {symbol.name};",), uses=(symbol,))
+            for i, symbol in enumerate(self.constants)
+        ]
         comment = "Constants: everything that depends on parameters alone."
+        loads = {s: f"p[{i}]" for i, s in enumerate(self.program.symbols.parameters)}
         signature = "const real *p, real *k"
-        return _function(comment, "hoist", signature, [*loaded, *lines], "p k", "MECHC_ONCE")
+        return Function(comment, "hoist", signature, lines, loads, "MECHC_ONCE").text()
 
     def _configuration(self) -> str:
-        outputs = [(self._get(n), a) for n, a in zip(self.of_configuration, ARGUMENTS, strict=True)]
-        statements = self.configuration_statements
-        body = self._loads(self._reads(statements, self.of_configuration))
-        body += self._turning(statements)
-        for output, target in outputs:
-            body += self._assignments(output, target)
-        body += [f"saved[{i}] = {symbol.name};" for i, symbol in enumerate(self.saved)]
+        targets = self.layout.configuration
+        body = self._turning(self.configuration_statements)
+        for name, target in targets.items():
+            body += self._assignments(self._get(name), target)
+        body += [
+            Line((f"saved[{i}] = {symbol.name};",), uses=(symbol,))
+            for i, symbol in enumerate(self.saved)
+        ]
         body += self._zero_bias()
         signature = (
-            "real t, const real *q, const real *p, const real *k, real *gap, real *jacobian,"
-            " real *bias, real *mass, real *saved, real *turns, int near"
+            "real t, const real *q, const real *p, const real *k,"
+            f"{_pointers(targets)} real *saved, real *turns, int near"
         )
         comment = "What depends on the configuration: constraints, their Jacobian, mass matrix."
-        return _function(comment, "configuration", signature, body, _used_names(signature))
+        return self._stage(comment, "configuration", signature, body, self.loads)
 
-    def _turning(self, statements: Iterable[Statement]) -> list[str]:
+    def _turning(self, statements: Iterable[Statement]) -> list[Line]:
         """Statements whose sines and cosines are kept in `turns`, or taken from there."""
-        lines, turns = list[str](), 0
+        lines, turns = list[Line](), 0
         for statement in statements:
             if isinstance(statement, SineCosine):
                 memory, turns = f"turns ? turns + {3 * turns} : 0, near", turns + 1
-                lines += self._sine_cosine(statement, "turn", f", {memory}")
+                lines.append(self._sine_cosine(statement, "turn", f", {memory}"))
             else:
-                lines += self._statement(statement)
+                lines += self._statements([statement])
         return lines
 
-    def _zero_bias(self) -> list[str]:
+    def _zero_bias(self) -> list[Line]:
         rows = self.equations.holonomic + self.equations.nonholonomic
         if "velocity_bias" in self.outputs:
             return []
-        return [f"bias[{i}] = R(0.0);" for i in range(rows)]
+        return [Line((f"bias[{i}] = R(0.0);",)) for i in range(rows)]
 
     def _motion(self) -> str:
-        statements = self.motion_statements
-        reads = self._reads(statements, self.of_motion)
-        body = self._loads(reads)
-        body += [f"const real {s.name} = saved[{i}];" for i, s in enumerate(self.saved)]
-        body += self._statements(statements)
-        for name, target in zip(self.of_motion, MOTION, strict=True):
+        body = self._statements(self.motion_statements)
+        for name, target in self.layout.motion.items():
             body += self._assignments(self._get(name), target)
         signature = (
             "real t, const real *q, const real *u, const real *p, const real *k,"
-            " const real *saved, real *forcing, real *gamma"
-        )
+            f" const real *saved,{_pointers(self.layout.motion)}"
+        ).rstrip(",")
         comment = "What depends on the speeds too: right-hand sides of the equations of motion."
-        return _function(comment, "motion", signature, body, _used_names(signature))
+        loads = self.loads | {s: f"saved[{i}]" for i, s in enumerate(self.saved)}
+        return self._stage(comment, "motion", signature, body, loads)
+
+    def _stage(
+        self,
+        comment: str,
+        name: str,
+        signature: str,
+        body: Sequence[Line],
+        loads: Mapping[Symbol, str],
+    ) -> str:
+        """A function that the runtime calls at every stage of a step."""
+        own, storage = self.layout.prefix + name, self.layout.storage
+        return Function(comment, own, signature, body, loads, storage).text()
 
     def _output(self, output: Output) -> str:
-        statements = self._slice((output.name,))
-        body = [
-            *self._loads(self._reads(statements, (output.name,))),
-            *self._statements(statements),
-        ]
+        body = self._statements(self._slice((output.name,)))
         body += self._assignments(output, "out")
         signature = "real t, const real *q, const real *u, const real *p, const real *k, real *out"
         name = f"output_{output.name}"
-        return _function(output.equation, name, signature, body, _used_names(signature))
+        return Function(output.equation, name, signature, body, self.loads).text()
 
     # -- pieces -----------------------------------------------------------------------------
-
-    def _solved_with(self, name: str) -> str:
-        """The form of M or F that the motion is solved with."""
-        augmented = f"augmented_{name}"
-        return augmented if augmented in self.outputs else name
 
     def _get(self, name: str) -> Output | None:
         return self.outputs.get(name)
@@ -222,10 +230,7 @@ class _Emitter:
     def _slice(self, names: Iterable[str]) -> list[Statement]:
         return slice_statements(self.program.body, self._used_by(names))
 
-    def _reads(self, statements: Iterable[Statement], names: Iterable[str]) -> set[Symbol]:
-        return symbols_of(s.value for s in statements) | self._used_by(names)
-
-    def _loads(self, used: set[Symbol]) -> list[str]:
+    def _array_places(self) -> dict[Symbol, str]:
         symbols = self.program.symbols
         arrays: list[tuple[str, Sequence[Symbol]]] = [
             ("q", symbols.q),
@@ -233,34 +238,45 @@ class _Emitter:
             ("p", symbols.parameters),
             ("k", self.constants),
         ]
-        return [
-            f"const real {symbol.name} = {array}[{i}];"
-            for array, members in arrays
-            for i, symbol in enumerate(members)
-            if symbol in used
-        ]
+        return {s: f"{array}[{i}]" for array, members in arrays for i, s in enumerate(members)}
 
-    def _statements(self, statements: Iterable[Statement]) -> list[str]:
-        return [line for s in statements for line in self._statement(s)]
+    def _statements(self, statements: Iterable[Statement]) -> list[Line]:
+        """Each printed once, though several functions compute it."""
+        lines = []
+        for statement in statements:
+            if statement.targets not in self.printed:
+                self.printed[statement.targets] = self._print(statement)
+            lines.append(self.printed[statement.targets])
+        return lines
 
-    def _statement(self, statement: Statement) -> list[str]:
+    def _print(self, statement: Statement) -> Line:
         if isinstance(statement, SineCosine):
             return self._sine_cosine(statement, "sincos", "")
         assert isinstance(statement, Assign)
-        return [f"const real {statement.target.name} = {self.printer.real(statement.value)};"]
+        text = f"const real {statement.target.name} = {self.printer.real(statement.value)};"
+        return Line((text,), statement.targets, statement.value.free_symbols)
 
-    def _sine_cosine(self, statement: SineCosine, function: str, more: str) -> list[str]:
+    def _sine_cosine(self, statement: SineCosine, function: str, more: str) -> Line:
         sine, cosine = statement.sine.name, statement.cosine.name
         value = self.printer.real(statement.value)
         call = f"FN({function})({value}{more}, &{sine}, &{cosine});"
-        return [f"real {sine}, {cosine};", call]
+        text = (f"real {sine}, {cosine};", call)
+        return Line(text, statement.targets, statement.value.free_symbols)
 
-    def _assignments(self, output: Output | None, target: str) -> list[str]:
+    def _assignments(self, output: Output | None, target: str) -> list[Line]:
+        """Large arrays that are mostly zero are cleared first."""
         if output is None:
             return []
-        lines = [f"/* {_comment(output.equation)} */"]
-        for i, (element, label) in enumerate(zip(output.elements, output.labels, strict=True)):
-            lines.append(f"{target}[{i}] = {self.printer.real(element)}; /* {_comment(label)} */")
+        elements, told = output.elements, f"/* {plain_words(output.equation)} */"
+        cleared = len(elements) > _SPARSE and 2 * sum(e == 0 for e in elements) > len(elements)
+        lines = [Line((told,))]
+        if cleared:
+            loop = f"for (int i = 0; i < {len(elements)}; i++) {target}[i] = R(0.0);"
+            lines = [Line((told, loop))]
+        for i, (element, label) in enumerate(zip(elements, output.labels, strict=True)):
+            if not (cleared and element == 0):
+                text = f"{target}[{i}] = {self.printer.real(element)}; /* {plain_words(label)} */"
+                lines.append(Line((text,), uses=element.free_symbols))
         return lines
 
     # -- the model --------------------------------------------------------------------------
@@ -312,31 +328,8 @@ def _choice(each: InstructionSet) -> str:
     )
 
 
-def _function(
-    comment: str,
-    name: str,
-    signature: str,
-    body: Sequence[str],
-    arguments: str,
-    storage: str = "MECHC_INLINE",
-) -> str:
-    unused = ", ".join(f"(void){argument}" for argument in arguments.split())
-    lines = "\n".join(f"    {line}" for line in [f"{unused};", *body])
-    head = f"{storage} void FN({name})({signature})"
-    return f"/* {_comment(comment)} */\n{_wrapped(head)}\n{{\n{lines}\n}}\n"
-
-
-def _used_names(signature: str) -> str:
-    return " ".join(re.findall(r"(\w+)(?:,|$)", signature))
-
-
-def _wrapped(head: str) -> str:
-    return "\n".join(wrap(head, 98, subsequent_indent="    ", break_long_words=False))
-
-
-def _comment(text: str) -> str:
-    """Plain words for a comment: whatever could end it or start a line is replaced."""
-    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^-]", "?", text).replace("* /", "")
+def _pointers(targets: Mapping[str, str]) -> str:
+    return "".join(f" real *{target}," for target in targets.values())
 
 
 def _string_literal(text: str) -> str:

@@ -45,12 +45,29 @@ class Output:
 
 
 @dataclass(frozen=True)
+class Tree:
+    """Links, each of which hangs on an earlier one (or on the ground, -1) and moves by speeds.
+
+    ``columns`` holds, link by link, the indices of the speeds that move it against its parent;
+    vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
+    """
+
+    parents: tuple[int, ...]
+    columns: tuple[tuple[int, ...], ...]
+    planar: bool
+
+
+@dataclass(frozen=True)
 class Equations:
     """Everything derived for one mechanism.
 
     ``holonomic`` of the constraints are on the configuration; the remaining rows of the
     constraint Jacobian constrain the speeds alone.  ``mass_scale`` is an expression of the size of
     M's entries.
+
+    Where ``tree`` is given, mass matrix and forcing are not among the outputs: the runtime makes
+    them from the tree's.  ``intermediates`` are values that several outputs are written in, each
+    by symbols and by those before it.
     """
 
     symbols: Symbols
@@ -61,9 +78,11 @@ class Equations:
     identity_kinematics: bool
     speed_names: tuple[str, ...]
     mass_scale: Expr = S.One
+    intermediates: tuple[tuple[Symbol, Expr], ...] = ()
+    tree: Tree | None = None
 
     def __str__(self) -> str:
-        lines = []
+        lines = [f"{symbol} = {value}" for symbol, value in self.intermediates]
         for output in self.outputs.values():
             lines.append(f"{output.name} {output.shape}: {output.equation}")
             lines += [

@@ -25,6 +25,8 @@ from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
 from mechc_codegen.optimize import optimize
 from mechc_codegen.program import symbols_of
+from mechc_codegen.tree.frames import NotATreeError
+from mechc_codegen.tree.recursion import derive_tree
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 # -ffast-math would let a loaded extension flush denormals for the whole process.
@@ -43,6 +45,7 @@ FLAGS = (
 FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
+LEAST_TREE = 5  # fewer speeds: straight-line code for M and F is faster (benchmarks/growth.py)
 T = TypeVar("T")
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 
@@ -81,7 +84,7 @@ def build_scene(
     """Derive, optimise and emit a mechanism; nothing is compiled yet."""
     sets = instruction_sets() if sets is None else sets
     seconds: dict[str, float] = {}
-    equations = _timed(seconds, "derive", lambda: derive(mechanism, wishes))
+    equations = _timed(seconds, "derive", lambda: equations_of(mechanism, wishes))
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, wishes)
     lowered = lower(equations)
@@ -94,12 +97,23 @@ def build_scene(
     return Build(mechanism.name, texts, flags)
 
 
+def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+    """Link by link where that pays and the description allows it; else written out."""
+    if len(mechanism.speeds) >= LEAST_TREE:
+        try:
+            return derive_tree(mechanism, wishes)
+        except NotATreeError:
+            pass
+    return derive(mechanism, wishes)
+
+
 def drop_parameters(
     mechanism: Mechanism, equations: Equations, wishes: Wishes
 ) -> tuple[tuple[Parameter, ...], Equations]:
     """The parameters less those that are fixed, and those without a value that nothing uses."""
     symbols = equations.symbols.parameters
     used = symbols_of(e for o in equations.outputs.values() for e in o.elements)
+    used |= symbols_of(value for _, value in equations.intermediates)
     defaults = equations.parameter_defaults
     used |= symbols_of(e for e in defaults if e is not None)
     kept = [

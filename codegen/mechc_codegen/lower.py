@@ -1,7 +1,8 @@
 """Stage 3: Equations -> Program.
 
-Input: derived equations.  Output: a program with no statements yet, whose outputs hold the whole
-expressions.  Invariant: the program computes exactly what the equations say.
+Input: derived equations.  Output: a program whose statements are the intermediates that the
+equations share, if any, and whose outputs hold the whole expressions.  Invariant: the program
+computes exactly what the equations say.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ from __future__ import annotations
 from sympy import S
 
 from mechc_codegen.equations import Equations, Output
-from mechc_codegen.program import Program
+from mechc_codegen.program import Assign, Program
 
 KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
 
@@ -21,7 +22,8 @@ def lower(equations: Equations) -> Program:
         for name, output in equations.outputs.items()
         if output.elements and not _unused(name, equations)
     ]
-    return Program(equations.symbols, (*kept, *_velocity_bias(equations)))
+    shared = tuple(Assign(symbol, value) for symbol, value in equations.intermediates)
+    return Program(equations.symbols, (*kept, *_velocity_bias(equations)), body=shared)
 
 
 def _unused(name: str, equations: Equations) -> bool:
@@ -32,6 +34,8 @@ def _unused(name: str, equations: Equations) -> bool:
 
 def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
     """What of the velocity constraints J u + b is free of speeds; absent where it vanishes."""
+    if equations.tree is not None:  # whose motion is at rest when the speeds are
+        return ()
     velocity = equations.outputs["velocity_constraints"]
     at_rest = dict.fromkeys(equations.symbols.u, S.Zero)
     bias = tuple(e.xreplace(at_rest) for e in velocity.elements)

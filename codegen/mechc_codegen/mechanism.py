@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 
-from sympy import Derivative, Expr, S, Symbol, sympify
+from sympy import Derivative, Expr, MatrixBase, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.vector import Vector
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.terms import Load as Load  # the stages find them here
@@ -74,6 +76,29 @@ class Constraint:
 
 
 @dataclass(frozen=True)
+class Closure:
+    """A cut joint: ``point`` stays at ``target`` along each of ``axes``, one constraint each."""
+
+    name: str
+    point: Point
+    target: Point
+    axes: tuple[Vector, ...]
+    unit: str = "m"
+
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The scalar constraints it stands for, written out through all frames between."""
+        gap = self.point.pos_from(self.target)
+        return tuple(
+            Constraint(name, gap.dot(axis), self.unit)
+            for name, axis in zip(self.names, self.axes, strict=True)
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(f"{self.name} along {axis}" for axis in self.axes)
+
+
+@dataclass(frozen=True)
 class Drawing:
     """What people see: polylines through named points, pivots on the ground, traced points."""
 
@@ -107,6 +132,13 @@ class Mechanism:
     configuration_constraints, motion_constraints
         Holonomic constraints on the configuration; constraints on the speeds alone (linear in
         them).  The time derivatives of the former are derived, not given.
+    closures
+        Cut joints, each of which stands for holonomic constraints that follow those of
+        ``configuration_constraints``.  Given so, rather than written out, they cost no more in a
+        long chain than in a short one.
+    gravity
+        A uniform gravitational acceleration that acts on every body, and its potential; a vector
+        whose components in ``frame`` are constant.
     points
         The named points whose positions and velocities can be asked for.
     inputs
@@ -158,6 +190,8 @@ class Mechanism:
     potential: Expr | None = None
     unspecified: tuple[AppliedUndef, ...] = ()
     unknown_potentials: tuple[str, ...] = ()
+    closures: tuple[Closure, ...] = ()
+    gravity: Vector | None = None
 
     def __post_init__(self) -> None:
         _check_lengths(self)
@@ -173,6 +207,13 @@ class Mechanism:
         return tuple(s.symbol for s in self.speeds)
 
     @property
+    def holonomic(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of every holonomic constraint."""
+        written = [(c.name, c.unit) for c in self.configuration_constraints]
+        cut = [(name, closure.unit) for closure in self.closures for name in closure.names]
+        return (*written, *cut)
+
+    @cached_property
     def rates(self) -> dict[Expr, Expr]:
         """The kinematic differential equations as a replacement: ``{q': expression}``.
 
@@ -240,8 +281,20 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
         yield f"the constraint {constraint.name}", constraint.expression
     for load_at, vector in mechanism.loads:
-        for component in vector.to_matrix(mechanism.frame):
-            yield f"the load on {load_at.name}", component
+        yield from _components(f"the load on {load_at.name}", vector)
+    if mechanism.gravity is not None:
+        yield from _components("gravity", mechanism.gravity)
+    for closure in mechanism.closures:
+        for axis in closure.axes:
+            yield from _components(f"an axis of {closure.name}", axis)
+
+
+def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
+    """Each in the frame it was written in."""
+    for matrix, _ in vector.args:
+        # SymPy makes a number of a matrix that nan or infinity multiplies.
+        for component in matrix if isinstance(matrix, MatrixBase) else [matrix]:
+            yield place, component
 
 
 def _free_symbols(expression: Expr) -> set[Expr]:

@@ -40,20 +40,29 @@ def scene_metadata(
         "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
         "constraints": [
-            {"name": c.name, "unit": c.unit}
-            for c in (*mechanism.configuration_constraints, *mechanism.motion_constraints)
+            {"name": name, "unit": unit}
+            for name, unit in (
+                *mechanism.holonomic,
+                *((c.name, c.unit) for c in mechanism.motion_constraints),
+            )
         ],
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
-        "shapes": {o.name: list(o.shape) for o in program.outputs},
+        "shapes": {o.name: list(o.shape) for o in program.outputs} | _solved_shapes(mechanism),
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
         "smooth": not any(statement.value.has(Abs) for statement in program.body),
         "operations": _operation_counts(lowered, program),
     }
+
+
+def _solved_shapes(mechanism: Mechanism) -> dict[str, list[int]]:
+    """Of what every model has, written out or made by the runtime."""
+    size = len(mechanism.speeds)
+    return {"mass_matrix": [size, size], "forcing": [size]}
 
 
 OUTPUTS = {

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 from sympy import Expr, Pow, Symbol
 from sympy import count_ops as tree_operations
@@ -92,6 +93,7 @@ def operations(statements: Iterable[Statement], elements: Iterable[Expr] = ()) -
     return sum(count_operations(v) for v in values) + 2 * pairs
 
 
+@lru_cache(maxsize=100_000)  # statements that several outputs need are counted for each
 def count_operations(expression: Expr) -> int:
     """Operations of one expression, an integer power counted as the products it is printed as."""
     count = int(tree_operations(expression))

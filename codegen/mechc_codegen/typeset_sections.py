@@ -94,7 +94,7 @@ def _derived(mechanism: Mechanism) -> Derived:
 def _scene(mechanism: Mechanism) -> tuple[str, ...]:
     bodies = ", ".join(body.name for body in mechanism.bodies)
     count = len(mechanism.coordinates)
-    closure = len(mechanism.configuration_constraints)
+    closure = len(mechanism.holonomic)
     motion = len(mechanism.motion_constraints)
     free = len(mechanism.speeds) - closure - motion
     sentences = [

@@ -20,7 +20,7 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
-DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source"}
+DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"}
 STAGES = {"derive", "differentiate", "lower", "optimize", "emit_c", "metadata"}
 ALLOWED = {
     "errors": set[str](),
@@ -34,7 +34,10 @@ ALLOWED = {
     "optimize": DATA | {"passes"},
     "passes": DATA | {"passes"},
     "printer": BASE,
-    "emit_c": DATA | {"printer"},
+    "functions": set[str](),
+    "layout": DATA,
+    "emit_c": DATA | {"printer", "functions", "layout"},
+    "tree": DATA | {"tree"},
     "mechanisms": BASE | {"mechanism", "mechanisms", "expression"},
 }
 READERS = {"from_kane", "from_lagrange", "from_system"}

@@ -11,11 +11,13 @@ from collections.abc import Iterator
 from sympy import Add, Expr, Mul, S, Symbol
 
 from mechc_codegen.passes.rewrite import bottom_up, rewrite_program
-from mechc_codegen.program import Program, count_operations
+from mechc_codegen.program import Assign, Program, count_operations
 
 
 def collect(program: Program) -> Program:
-    """Collect the parameter coefficients of every sum."""
+    """Collect the parameter coefficients of every sum that is written out as a whole."""
+    if any(isinstance(statement, Assign) for statement in program.body):
+        return program
     parameters = set(program.symbols.parameters)
     done: dict[Expr, Expr] = {}
 

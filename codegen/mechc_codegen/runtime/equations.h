@@ -2,6 +2,7 @@
  * once for each binding of it. */
 #include "sine_cosine.h"
 #include MECHC_PROGRAM
+#include "tree.h"
 #include "linear.h"
 #include "least_multipliers.h"
 #include "one_freedom.h"

@@ -101,10 +101,16 @@ MECHC_STATIC int mechc_rk_is_implicit(const mechc_rk_run *run)
  * their free directions. */
 MECHC_ONCE int mechc_rk_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
 {
+#if MECHC_ARTICULATED
+    for (int i = 0; i < MECHC_AT_SAVED; i++)
+        if (!(fabs(place->saved[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    stats->coordinate = place->bad;
+#else
     mechc_scalar_mass_factors unused;
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++)
         if (!(fabs(place->mass[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
     stats->coordinate = mechc_scalar_factor_mass(place->mass, MECHC_NU, &unused);
+#endif
     return stats->coordinate >= 0 ? MECHC_SINGULAR_MASS : MECHC_NOT_FINITE;
 }
 

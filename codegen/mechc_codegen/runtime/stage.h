@@ -8,13 +8,17 @@
 typedef struct {
 #if MECHC_NC > 0
     FN(solver) rows; /* every one of them: speeds and accelerations */
+#elif MECHC_LINKS > 0
+    FN(articulated) factored;
 #else
     FN(mass_factors) factored;
 #endif
     real gap[MECHC_AT_LEAST_ONE(MECHC_NH)];
     real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)];
     real bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
+#if !MECHC_ARTICULATED
     real mass[MECHC_NU * MECHC_NU];
+#endif
     real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED)];
     int bad; /* speed with a vanishing mass pivot, or -1 */
 } FN(place);
@@ -24,11 +28,19 @@ typedef struct {
 MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const real *k,
                                   FN(place) *place, real *turns, int near, int regular)
 {
-    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
-                      place->saved, turns, near);
+#if MECHC_ARTICULATED
+    real *const mass = 0;
+#else
+    real *const mass = place->mass;
+#endif
+    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, mass, place->saved,
+                      turns, near);
 #if MECHC_NC > 0
     place->bad = -1;
     FN(prepare_rows)(place->jacobian, place->mass, regular, &place->rows);
+#elif MECHC_ARTICULATED
+    (void)regular;
+    place->bad = FN(articulate)(place->saved, &place->factored);
 #else
     (void)regular;
     place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
@@ -43,8 +55,10 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k
 /* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
 MECHC_INLINE int FN(find_massless)(FN(place) *place)
 {
+#if !MECHC_ARTICULATED
     for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
         if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] > 0.0))) place->bad = i;
+#endif
     return place->bad;
 }
 
@@ -212,6 +226,11 @@ MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const rea
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma};
     FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
+#elif MECHC_ARTICULATED
+    real none[1], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    (void)lambda;
+    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, none);
+    FN(let_go)(place->saved, &place->factored, bias, wrench, accelerations);
 #else
     real none[1];
     (void)lambda;

@@ -1,0 +1,83 @@
+"""How a scene's equations are divided into functions: what they compute, and where it goes.
+
+Written out: configuration() gives constraints and mass matrix, motion() forcing.  Of a tree the
+same names are functions of the runtime, and the scene gives what they walk over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+
+from mechc_codegen.equations import Equations, Tree
+
+INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
+TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_bias", "tree_wrench")
+ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Of each of the two functions the outputs, with the argument that each is written to.
+
+    ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
+    outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
+    configuration hands on beside the program's own values; ``storage`` of the functions.
+    """
+
+    prefix: str
+    configuration: Mapping[str, str]
+    motion: Mapping[str, str]
+    tables: str
+    sizes: Mapping[str, int]
+    solved: tuple[tuple[str, int], ...]
+    kept: int
+    storage: str
+
+
+def layout(equations: Equations, present: Collection[str]) -> Layout:
+    """The division for equations of which these outputs are present."""
+    if equations.tree is None:
+        return _written_out(present)
+    return _walked(equations, equations.tree)
+
+
+def _written_out(present: Collection[str]) -> Layout:
+    def solved_with(name: str) -> str:
+        augmented = f"augmented_{name}"
+        return augmented if augmented in present else name
+
+    return Layout(
+        "",
+        {**ROWS, solved_with("mass_matrix"): "mass"},
+        {solved_with("forcing"): "forcing", "gamma": "gamma"},
+        "",
+        {"links": 0, "planar": 0},
+        (),
+        0,
+        "MECHC_INLINE",
+    )
+
+
+def _walked(equations: Equations, tree: Tree) -> Layout:
+    columns = [speed for own in tree.columns for speed in own]
+    first = [0, *accumulate(len(own) for own in tree.columns)]
+    names = TREE[:3]
+    return Layout(
+        "tree_",
+        {**ROWS, **{name: name.removeprefix("tree_") for name in names}},
+        {"tree_bias": "bias", "tree_wrench": "wrench", "gamma": "gamma"},
+        _table("mechc_parent", tree.parents)
+        + _table("mechc_first_column", first)
+        + _table("mechc_column_speed", columns),
+        {"links": len(tree.parents), "planar": int(tree.planar)},
+        (("mass_matrix", len(columns) ** 2), ("forcing", len(columns))),
+        sum(len(equations.outputs[name].elements) for name in names),
+        "MECHC_ONCE",
+    )
+
+
+def _table(name: str, values: Collection[int]) -> str:
+    numbers = ", ".join(map(str, values))
+    return f"static const short {name}[] __attribute__((unused)) = {{{numbers}}};\n"

@@ -1,0 +1,93 @@
+"""Functions of time, rates and inputs -> plain symbols, in which everything is derived."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sympy import Derivative, Expr, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
+
+from mechc_codegen.equations import Output, Symbols
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.wishes import Wishes
+
+
+def plain_symbols(mechanism: Mechanism) -> Symbols:
+    def numbered(prefix: str, count: int) -> tuple[Symbol, ...]:
+        return tuple(Symbol(f"{prefix}{k}", real=True) for k in range(count))
+
+    return Symbols(
+        Symbol("t", real=True),
+        numbered("q", len(mechanism.coordinates)),
+        numbered("u", len(mechanism.speeds)),
+        numbered("p", len(mechanism.parameters)),
+    )
+
+
+class Plain:
+    """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
+
+    def __init__(self, mechanism: Mechanism, symbols: Symbols, wishes: Wishes) -> None:
+        named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+        plain = [*symbols.q, *symbols.u, *symbols.parameters]
+        self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
+        self.symbols |= wishes.fixed
+        self.inputs = mechanism.inputs
+        self.rates = mechanism.rates
+
+    def output(self, output: Output) -> Output:
+        elements = tuple(self.expression(sympify(e)) for e in output.elements)
+        return Output(output.name, output.equation, elements, output.shape, output.labels)
+
+    def expression(self, value: Expr) -> Expr:
+        if self.inputs:
+            value = value.xreplace(specified_values(value, self.inputs)).xreplace(self.rates)
+        _refuse_functions(value, self.symbols)
+        return value.xreplace(self.symbols)
+
+    def default(self, value: Expr | float | None) -> Expr | None:
+        return None if value is None else sympify(value).xreplace(self.symbols)
+
+
+def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[Expr, Expr]:
+    """What specified functions and their derivatives in ``value`` stand for.
+
+    Raises
+    ------
+    MechanismError
+        For a derivative of one that is given in terms of more than time: its own derivative is
+        not known before the accelerations are.
+    """
+    values: dict[Expr, Expr] = dict(inputs)
+    for derivative in value.atoms(Derivative):
+        function = derivative.expr
+        if function not in inputs:
+            continue
+        if inputs[function].atoms(AppliedUndef):
+            raise MechanismError(
+                f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "
+                "must be given as an expression of time and parameters alone, not of "
+                f"{', '.join(sorted(map(printed_name, inputs[function].atoms(AppliedUndef))))}"
+            )
+        values[derivative] = inputs[function].diff(*derivative.variables)
+    return values
+
+
+def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
+    left = value.atoms(Derivative) or value.atoms(AppliedUndef) - known.keys()
+    if not left:
+        return
+    what = min(left, key=str)
+    function = what.expr if isinstance(what, Derivative) else what
+    name = printed_name(function)
+    if function in known:
+        raise MechanismError(
+            f"the rate of {name} stands where the equations must be free of it, in "
+            f"{str(value)[:80]!r}: loads and constraints may hold coordinates and speeds only"
+        )
+    raise MechanismError(
+        f"{name} depends on time but is neither a coordinate nor a speed, in "
+        f"{str(value)[:80]!r}; say what it is with inputs={{{name!r}: expression}}"
+    )

@@ -1,0 +1,340 @@
+"""The equations of a tree of links with cut joints.
+
+Input: a mechanism whose frames and points form a tree.  Output: equations with the tree's data in
+place of mass matrix and forcing.  Invariant: the number of statements grows with the links, that of
+the Jacobian's entries with the paths that the cuts join.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from sympy import Expr, S, sympify
+
+from mechc_codegen.equations import Equations, Output, Tree
+from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.plain import Plain, plain_symbols
+from mechc_codegen.tree.bodies import Body, LinkBodies
+from mechc_codegen.tree.frames import Frames, Local, NotATreeError
+from mechc_codegen.tree.links import Link, Links, PointMotion, every_speed_has_its_link
+from mechc_codegen.tree.tape import V3, Tape, dot, vanishes
+from mechc_codegen.wishes import EVERYTHING, Wishes
+
+AXES = ("x", "y", "z")
+
+
+def derive_tree(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+    """Derive the equations link by link.
+
+    Raises
+    ------
+    NotATreeError
+        Where the description is none of a tree of links; the message says what is in the way.
+    """
+    _refuse_others(mechanism)
+    return _Derivation(mechanism, wishes).equations()
+
+
+def _refuse_others(mechanism: Mechanism) -> None:
+    reasons = {
+        "constraints are written out as expressions": bool(
+            mechanism.configuration_constraints or mechanism.motion_constraints
+        ),
+        "it is described by a Lagrangian": mechanism.lagrangian is not None,
+        "speeds are auxiliary": bool(mechanism.auxiliary),
+        "velocities are set by hand": any(
+            mechanism.frame in body.masscenter._vel_dict for body in mechanism.bodies
+        ),
+    }
+    for reason, given in reasons.items():
+        if given:
+            raise NotATreeError(reason)
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """One row of a closure: two points, held together along an axis."""
+
+    label: str
+    point: PointMotion
+    target: PointMotion
+    axis: V3
+
+
+class _Derivation:
+    def __init__(self, mechanism: Mechanism, wishes: Wishes) -> None:
+        self.mechanism, self.wishes = mechanism, wishes
+        self.symbols = plain_symbols(mechanism)
+        self.plain = Plain(mechanism, self.symbols, wishes)
+        self.tape = Tape(self.symbols.parameters)
+        self.rates = [self._plain(rate) for rate in mechanism.kinematics]
+        local = Local(self.symbols, self.rates, self._plain)
+        self.frames = Frames(mechanism.frame, self.tape, local)
+        self.links = Links(mechanism.origin, self.frames)
+        self.loaded = LinkBodies(mechanism, self.links)
+        self.cuts = self._cuts()
+        if not every_speed_has_its_link(self.links.links, len(self.symbols.u)):
+            raise NotATreeError("a speed moves no link, or more than one, against its parent")
+
+    def equations(self) -> Equations:
+        mechanism, wants = self.mechanism, self.wishes.wants
+        links = self.links.links
+        planar = self._planar(links)
+        outputs = [
+            *self._tree_outputs(links, planar),
+            *self._kinematics(),
+            *self._closures(),
+            *(self._energies() if wants("energy") else ()),
+            *(self._momenta() if wants("momenta") else ()),
+            *(self._points() if wants("points") else ()),
+            *self._scalars(),
+        ]
+        return Equations(
+            symbols=self.symbols,
+            outputs={o.name: o for o in outputs},
+            parameter_defaults=tuple(self.plain.default(p.default) for p in mechanism.parameters),
+            holonomic=len(self.cuts),
+            nonholonomic=0,
+            identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
+            speed_names=tuple(printed_name(u) for u in mechanism.u),
+            mass_scale=sum((b.mass for b in self.loaded.bodies), S.Zero),
+            intermediates=tuple(self.tape.statements),
+            tree=Tree(
+                tuple(link.parent for link in links),
+                tuple(tuple(link.columns) for link in links),
+                planar,
+            ),
+        )
+
+    def _plain(self, expression: Expr) -> Expr:
+        return self.plain.expression(sympify(expression).xreplace(self.mechanism.rates))
+
+    # -- the tree ---------------------------------------------------------------------------
+
+    def _planar(self, links: Sequence[Link]) -> bool:
+        """Whether every link turns about z and moves along x and y alone."""
+        motions = [c for link in links for c in link.columns.values()]
+        return all(vanishes((*angular[:2], linear[2])) for angular, linear in motions) and all(
+            vanishes((*link.bias[0][:2], link.bias[1][2])) for link in links
+        )
+
+    def _tree_outputs(self, links: Sequence[Link], planar: bool) -> list[Output]:
+        numbers = range(len(links))
+        columns = [c for link in links for c in link.columns.values()]
+        wrenches = [self.loaded.wrench(k) for k in numbers]
+        return [
+            _numbered(
+                "tree_offset",
+                "from the reference point of the link before to that of each link",
+                [link.offset[:2] if planar else link.offset for link in links],
+            ),
+            _numbered(
+                "tree_subspace",
+                "partial angular velocity and velocity against the link before, by each speed",
+                [_motion(c, planar) for c in columns],
+            ),
+            _numbered(
+                "tree_inertia",
+                "mass, mass times arm, inertia about the reference point",
+                [self._inertia(k, planar) for k in numbers],
+            ),
+            _numbered(
+                "tree_bias",
+                "acceleration against the link before that is free of u'",
+                [_motion(link.bias, planar) for link in links],
+            ),
+            _numbered(
+                "tree_wrench",
+                "moment about the reference point and force, less inertia free of u'",
+                [_motion(w, planar) for w in wrenches],
+            ),
+        ]
+
+    def _inertia(self, link: int, planar: bool) -> list[Expr]:
+        mass, moment, about = self.loaded.inertia(link)
+        if planar:
+            return [mass, *moment[:2], about[2][2]]
+        return [mass, *moment, *(about[i][j] for i in range(3) for j in range(i + 1))]
+
+    # -- constraints ------------------------------------------------------------------------
+
+    def _cuts(self) -> list[_Cut]:
+        cuts = []
+        for closure in self.mechanism.closures:
+            point, target = self.links.motion(closure.point), self.links.motion(closure.target)
+            for label, vector in zip(closure.names, closure.axes, strict=True):
+                axis = self.frames.along(vector)
+                if not self.frames.local.constant(axis):
+                    raise NotATreeError(f"an axis of {closure.name} turns")
+                cuts.append(_Cut(label, point, target, axis))
+        return cuts
+
+    def _closures(self) -> list[Output]:
+        labels = tuple(cut.label for cut in self.cuts)
+        along = tuple(f"rate of {label}" for label in labels)
+        names = [printed_name(u) for u in self.mechanism.u]
+        count, size = len(labels), len(names)
+        rows = [entry for cut in self.cuts for entry in self._row(cut)]
+        entries = tuple(f"J[{a}, {u}]" for a in along for u in names)
+
+        def across(what: str) -> list[Expr]:
+            pairs = [(getattr(c.point, what), getattr(c.target, what), c.axis) for c in self.cuts]
+            return [self._along(self.tape.difference(a, b), axis) for a, b, axis in pairs]
+
+        gamma = [-value for value in across("bias")]
+        nq = len(self.mechanism.q)
+        gradient = rows if tuple(self.mechanism.kinematics) == self.mechanism.u else None
+        if gradient is None and self.cuts:
+            raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
+        return [
+            Output(
+                "constraints",
+                "configuration constraints: the loop closes where these vanish",
+                tuple(across("position")),
+                (count,),
+                labels,
+            ),
+            Output("motion_constraints", "constraints on the speeds alone", (), (0,), ()),
+            Output(
+                "velocity_constraints", "J u + b = 0", tuple(across("velocity")), (count,), along
+            ),
+            Output(
+                "constraint_jacobian",
+                "J: derivative of the velocity constraints by the speeds",
+                tuple(rows),
+                (count, size),
+                entries,
+            ),
+            Output("gamma", "J u' = gamma", tuple(gamma), (count,), along),
+            Output(
+                "constraint_gradient",
+                "derivative of the configuration constraints by the coordinates",
+                tuple(gradient or ()),
+                (count, nq),
+                entries if gradient else (),
+            ),
+        ]
+
+    def _row(self, cut: _Cut) -> list[Expr]:
+        """Partial velocities of the gap, along the axis."""
+        row = [S.Zero] * len(self.symbols.u)
+        mine, other = set(self.links.path(cut.point.link)), set(self.links.path(cut.target.link))
+        for end, sign, links in ((cut.point, 1, mine), (cut.target, -1, other)):
+            for number in links:
+                link = self.links.links[number]
+                arm = self.tape.difference(end.position, link.reference)
+                for k, (angular, linear) in link.columns.items():
+                    moved = self.tape.total(linear, self.tape.cross(angular, arm))
+                    row[k] += sign * dot(moved, cut.axis)
+        return [self.tape.keep(entry) for entry in row]
+
+    def _along(self, vector: V3, axis: V3) -> Expr:
+        return self.tape.dot(vector, axis)
+
+    # -- other outputs ----------------------------------------------------------------------
+
+    def _kinematics(self) -> list[Output]:
+        names = [printed_name(q) for q in self.mechanism.q]
+        labels = tuple(f"rate of {name}" for name in names)
+        size = len(self.symbols.u)
+        matrix = tuple(rate.diff(u) for rate in self.rates for u in self.symbols.u)
+        return [
+            Output(
+                "coordinate_rates",
+                "kinematic differential equations: rates of the coordinates",
+                tuple(self.rates),
+                (len(names),),
+                labels,
+            ),
+            Output(
+                "kinematic_matrix",
+                "N: derivative of the coordinates' rates by the speeds",
+                matrix,
+                (len(names), size),
+                tuple(f"N[{r}, {c}]" for r in range(len(names)) for c in range(size)),
+            ),
+        ]
+
+    def _energies(self) -> list[Output]:
+        tape, mechanism = self.tape, self.mechanism
+        kinetic = sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero)
+        told = "T = sum of m v.v/2 + omega.I.omega/2"
+        energies = [Output("kinetic_energy", told, (tape.keep(kinetic),), (), ("T",))]
+        if mechanism.unknown_potentials:
+            return energies
+        given = mechanism.potential
+        if given is None:
+            given = sum((sympify(b.potential_energy) for b in mechanism.bodies), S.Zero)
+        potential = self._plain(given)
+        for body in self.loaded.bodies:
+            potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
+        told = "V, of the loads that have one"
+        return [*energies, Output("potential_energy", told, (tape.keep(potential),), (), ("V",))]
+
+    def _kinetic(self, body: Body) -> Expr:
+        omega = self.links.frame_of(body.centre.link).omega
+        spin = dot(omega, self.tape.turned(body.inertia, omega))
+        speed = dot(body.centre.velocity, body.centre.velocity)
+        return self.tape.keep(body.mass * speed / 2 + spin / 2)
+
+    def _momenta(self) -> list[Output]:
+        tape, linear, angular = self.tape, [], []
+        for body in self.loaded.bodies:
+            momentum = tape.scaled(body.mass, body.centre.velocity)
+            omega = self.links.frame_of(body.centre.link).omega
+            own = tape.turned(body.inertia, omega)
+            linear.append(momentum)
+            angular.append(tape.total(tape.cross(body.centre.position, momentum), own))
+        names = [body.name for body in self.loaded.bodies]
+        return [
+            _vectors("linear_momenta", "m v of each body", names, linear),
+            _vectors(
+                "angular_momenta",
+                "r x m v + I . omega of each body, about the origin",
+                names,
+                angular,
+            ),
+        ]
+
+    def _points(self) -> list[Output]:
+        points = self.mechanism.points
+        names = [point.name for point in points]
+        motions = [self.links.motion(point) for point in points]
+        positions = [m.position for m in motions]
+        return [
+            _vectors("points", "positions of the named points", names, positions),
+            _vectors(
+                "point_velocities",
+                "velocities of the named points",
+                names,
+                [m.velocity for m in motions],
+            ),
+        ]
+
+    def _scalars(self) -> list[Output]:
+        told = "of several assemblies the one where this is largest is taken"
+        wished = {n: ("asked for", e) for n, e in self.wishes.expressions.items()}
+        if self.mechanism.preference is not None:
+            wished["preference"] = (told, self.mechanism.preference)
+        return [
+            Output(name, equation, (self._plain(value),), (), (name,))
+            for name, (equation, value) in wished.items()
+        ]
+
+
+def _motion(pair: tuple[V3, V3], planar: bool) -> list[Expr]:
+    angular, linear = pair
+    return [angular[2], *linear[:2]] if planar else [*angular, *linear]
+
+
+def _numbered(name: str, equation: str, rows: Sequence[Iterable[Expr]]) -> Output:
+    values = [tuple(row) for row in rows]
+    width = len(values[0])
+    labels = tuple(f"{name}[{i}, {j}]" for i in range(len(values)) for j in range(width))
+    return Output(name, equation, tuple(v for r in values for v in r), (len(values), width), labels)
+
+
+def _vectors(name: str, equation: str, of: list[str], vectors: Sequence[V3]) -> Output:
+    labels = tuple(f"{what} along {axis}" for what in of for axis in AXES)
+    return Output(name, equation, tuple(c for v in vectors for c in v), (len(of), 3), labels)

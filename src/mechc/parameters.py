@@ -67,8 +67,8 @@ class ParameterSet:
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._scene = scene
-        self._lower = np.array([q.lower for q in quantities])
-        self._upper = np.array([q.upper for q in quantities])
+        self._lower = np.array([q.lower for q in quantities], dtype=np.float64)
+        self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
         self._open = [(q.lower, q.upper) for q in quantities]
         in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
         self._lengths = np.array(in_metres, dtype=np.intp)

@@ -33,6 +33,12 @@ class Scene:
 
 def scipy_cse(scene: Scene, tols: Sequence[float]) -> Built:
     """solve_ivp on the cheapest form, lambdified with cse for floats (numpy takes longer)."""
+    fast, seconds = _lambdified(scene)
+    return _solve_ivp("SciPy, cse", lambda t, y: fast(*y.tolist()), scene, tols), seconds
+
+
+def _lambdified(scene: Scene) -> tuple[Callable[..., list[float]], dict[str, float]]:
+    """The cheapest form as a function of six floats, and the seconds it took."""
     import sympy
 
     start = time.perf_counter()
@@ -42,8 +48,7 @@ def scipy_cse(scene: Scene, tols: Sequence[float]) -> Built:
     derived = time.perf_counter()
     fast = sympy.lambdify([*q, *u], [*u, *rates], cse=True, modules="math")
     compiled = time.perf_counter()
-    cases = _solve_ivp("SciPy, cse", lambda t, y: fast(*y.tolist()), scene, tols)
-    return cases, {"derive": derived - start, "compile": compiled - derived}
+    return fast, {"derive": derived - start, "compile": compiled - derived}
 
 
 def scipy_kane(scene: Scene, tols: Sequence[float]) -> Built:
@@ -168,16 +173,9 @@ def casadi_cvodes(scene: Scene, tols: Sequence[float]) -> Built:
 
 def sundae_cvode(scene: Scene, tols: Sequence[float]) -> Built:
     """SUNDIALS CVODE through scikit-sundae, on the lambdified (cse) right-hand side."""
-    import sympy
     from sksundae.cvode import CVODE
 
-    start = time.perf_counter()
-    q, u = sympy.symbols("q0:3"), sympy.symbols("u0:3")
-    p = [sympy.Float(x) for x in scene.p]
-    rates = accelerations(q, u, p, sympy.sin, sympy.cos)
-    derived = time.perf_counter()
-    fast = sympy.lambdify([*q, *u], [*u, *rates], cse=True, modules="math")
-    compiled = time.perf_counter()
+    fast, seconds = _lambdified(scene)
 
     def rhsfn(t: float, y: Array, yp: Array) -> None:
         yp[:] = fast(*y.tolist())
@@ -195,7 +193,7 @@ def sundae_cvode(scene: Scene, tols: Sequence[float]) -> Built:
                     lambda s: "finished" if s.success else str(s.message),
                 )
             )  # fmt: skip
-    return cases, {"derive": derived - start, "compile": compiled - derived}
+    return cases, seconds
 
 
 PEERS: dict[str, Callable[[Scene, Sequence[float]], Built]] = {

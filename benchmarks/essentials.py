@@ -10,15 +10,17 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 
 import numpy as np
 from _scene import reference, write
 
 import mechc
+from mechc.start import begin
 
 
 def main() -> None:
-    figures = {**accuracy(), **evaluation(), **operations(), **startup()}
+    figures = {**accuracy(), **evaluation(), **a_call(), **operations(), **startup()}
     for what, value in figures.items():
         print(f"{what:58s} {value:.4g}")
     write("essentials", [figures])
@@ -51,6 +53,30 @@ def evaluation() -> dict[str, float]:
         "state rates, scalar, each fed by the last (ns)": scalar,
         f"state rates, {scene.lanes} lanes, from Python (ns a state)": batch,
     }
+
+
+def a_call() -> dict[str, float]:
+    """What `simulate` costs beside the integration: a span of 1 ns, less the compiled run of it."""
+    model, params = mechc.load("four_bar"), {"l_3": 3.5}
+    y0 = model.assemble({"theta_0": np.radians(85)}, params=params)
+    values, state = model._parameters.resolve(params), model.assemble({"theta_0": 1.0})
+    policy = model.simulate(1e-9, y0, params).policy
+
+    def compiled() -> None:
+        begin(model, (0.0, 1e-9), y0, values, policy).advance(1000)
+
+    bare = _each(compiled)
+    return {
+        "simulate beside the integration (us)": _each(lambda: model.simulate(1e-9, state)) - bare,
+        "the same, parameters given by name (us)": (
+            _each(lambda: model.simulate(1e-9, y0, params)) - bare
+        ),
+    }
+
+
+def _each(call: Callable[[], object]) -> float:
+    """Microseconds a call, the least of several rounds."""
+    return min(_seconds(lambda: [call() for _ in range(500)]) for _ in range(15)) / 500 * 1e6
 
 
 def operations() -> dict[str, float]:

@@ -23,7 +23,7 @@ from _scene import OUT, reference, write
 from _timing import Array, Case, measure
 
 import mechc
-from mechc.simulate import METHODS
+from mechc.policy import METHODS
 
 SCENES = {"regular": {"l_3": 3.5}, "change_point": {"l_3": 4.0}}
 WHOLE = [10.0**-k for k in range(3, 14)]

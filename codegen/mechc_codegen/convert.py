@@ -49,7 +49,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     units = _Units(source, kinematics, _resolved(settings.units, "units", source, parameters))
     return Mechanism(
         name=settings.name or source.kind,
-        title=settings.name or f"A {source.kind}",
+        title=settings.name or f"Mechanism read from a {source.kind}",
         frame=source.frame,
         origin=origin or Point("O"),
         coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),

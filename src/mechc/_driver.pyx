@@ -6,7 +6,7 @@ import numpy as np
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
 from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
-from libc.math cimport INFINITY
+from libc.math cimport INFINITY, NAN, isfinite
 from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlerror, dlopen, dlsym
 
@@ -101,6 +101,27 @@ def capsule_of(path):
     return PyCapsule_New(model, MECHC_CAPSULE, NULL)
 
 
+def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
+    """The largest magnitude among the values at these places, 0 where there are none."""
+    cdef double largest = 0.0
+    cdef Py_ssize_t i
+    for i in range(which.shape[0]):
+        largest = max(largest, abs(values[which[i]]))
+    return largest
+
+
+def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
+    """Whether every number lies between the bounds of its column, and on none; NaN does not."""
+    cdef ptrdiff_t i, k
+    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
+        raise ValueError("a bound for every column is needed")
+    for i in range(rows.shape[0]):
+        for k in range(rows.shape[1]):
+            if not lower[k] < rows[i, k] < upper[k]:
+                return False
+    return True
+
+
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
@@ -170,6 +191,15 @@ cdef class Scene:
         if self.parameters:
             self.model.complete(&given[0], &values[0])
 
+    def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
+        """The same for every row; what is given is the same in all."""
+        cdef ptrdiff_t i
+        if given.shape[0] != self.parameters or rows.shape[1] != self.parameters:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        if self.parameters:
+            for i in range(rows.shape[0]):
+                self.model.complete(&given[0], &rows[i, 0])
+
     def evaluate(self, str name, const double[::1] t, const double[:, ::1] y, const double[:, ::1] p):
         """Output `name` of y.shape[0] states; t and p have as many rows or one.
 
@@ -214,12 +244,20 @@ cdef class Scene:
     def project(self, double t, const double[::1] y, const double[::1] p):
         """The nearest state on the constraints.
 
-        Returns (status code, new state, largest closure gap before, largest velocity residual).
+        Returns (status code, new state, largest closure gap before, largest velocity residual);
+        the gap is NaN where a component of y is not finite.
         """
-        out = np.array(y)
+        out = np.empty(self.width)
         cdef double[::1] state = out
         cdef double[2] moved
+        cdef int i
+        if y.shape[0] != self.width:
+            raise ValueError(f"a state has {self.width} components")
+        memcpy(&state[0], &y[0], self.width * sizeof(double))
         status = self.unit.project(t, &state[0], &p[0], moved)
+        for i in range(self.width):
+            if not isfinite(y[i]):
+                moved[0] = NAN
         return status, out, moved[0], moved[1]
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
@@ -315,6 +353,11 @@ cdef class Run:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
+
+    @property
+    def passages(self):
+        """Number of change points passed."""
+        return self.run.trajectory.passage_count
 
     @property
     def count(self):

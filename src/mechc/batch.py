@@ -14,18 +14,8 @@ from mechc.batch_recipe import Assembly, Recipe, checked_recipe
 from mechc.batch_run import cores, run_members
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.parameters import Array, Parameters
+from mechc.policy import checked_policy, checked_span, checked_times
 from mechc.progress import CountBar
-from mechc.simulate import (
-    Policy,
-    _checked_atol,
-    _checked_change_point,
-    _checked_count,
-    _checked_rtol,
-    _checked_span,
-    _checked_times,
-    _chosen_method,
-    _positive,
-)
 from mechc.status import CODES, Status, status_of
 
 if TYPE_CHECKING:
@@ -133,23 +123,16 @@ def _recipe(
     on_change_point: str,
 ) -> Recipe:  # fmt: skip
     """Everything checked that can be before anything is computed."""
-    span = _checked_span(t_span)
-    times = np.zeros(0) if t_eval is None else _checked_times(t_eval, span)
+    span = checked_span(t_span)
+    times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
     if on_change_point == "raise":
         raise ValueOutOfBoundsError(
             "a batch does not raise for one member: take on_change_point='stop' or 'continue'"
         )
-    policy = Policy(
-        rtol=_checked_rtol(rtol),
-        atol=_checked_atol(model, atol),
-        method=_chosen_method(model, method),
-        first_step=0.0 if first_step is None else _positive("first_step", first_step),
-        max_step=_positive("max_step", max_step, infinite=True),
-        max_steps=_checked_count("max_steps", max_steps),
-        dense=True,
-        on_change_point=_checked_change_point(on_change_point),
-        stiff_switch=method == "auto",
-    )
+    policy = checked_policy(
+        model, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+        max_steps=max_steps, dense=True, on_change_point=on_change_point,
+    )  # fmt: skip
     reductions = (reduce,) if isinstance(reduce, str) else tuple(reduce)
     named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     return checked_recipe(

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc._batch import Closings
-from mechc.assemble import STARTS_PER_UNKNOWN, even_points, wrap
+from mechc.assemble import STARTS_PER_UNKNOWN
 from mechc.batch_recipe import Recipe
 from mechc.errors import AssemblyError
+from mechc.loop import even_points, wrap
 from mechc.parameters import Array
 
 if TYPE_CHECKING:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.parameters import Array, Parameters
+from mechc.policy import Policy
 from mechc.reduction import read_reduction, read_stop
-from mechc.simulate import Policy
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -86,7 +86,7 @@ class Recipe:
 
     def told(self) -> dict[str, Any]:
         """All that decides the results, as JSON data; arrays by their hash."""
-        policy = asdict(self.policy)
+        policy = self.policy._asdict()
         del policy["dense"]
         return {
             "members": self.count,

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc._batch import Runs, Unit
-from mechc.assemble import DEAD
+from mechc.assemble_speeds import DEAD
 from mechc.batch_assemble import configurations
 from mechc.batch_recipe import Recipe
 from mechc.parameters import Array
+from mechc.policy import METHODS
 from mechc.reduction import LAST, read_reduction, read_stop
-from mechc.simulate import METHODS, OFF_BY_ROUNDING
+from mechc.start import OFF_BY_ROUNDING
 
 if TYPE_CHECKING:
     from mechc.model import Model

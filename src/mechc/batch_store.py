@@ -11,7 +11,6 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -134,7 +133,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         for i, column in enumerate(getattr(recipe, kind).values())
     }
     names = {k: list(getattr(recipe, k)) for k in ("params", "coordinates", "speeds")}
-    policy = asdict(recipe.policy)
+    policy = recipe.policy._asdict()
     atol = policy.pop("atol")
     told = {
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
@@ -265,7 +264,7 @@ def _read_request(folder: Path) -> dict[str, Any]:
 
 
 def _read_recipe(notes: Path) -> Recipe:
-    from mechc.simulate import Policy
+    from mechc.policy import Policy
 
     told = json.loads((notes / f"{INPUTS}.json").read_text("utf-8"))
     with np.load(notes / f"{INPUTS}.npz", allow_pickle=False) as held:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mechc.loop import even_points
 from mechc.parameters import Array
 
 if TYPE_CHECKING:
@@ -186,8 +187,6 @@ class _Quadric:
 
     def roots(self) -> Array:
         """Real solutions (n, d), scaled as the free speeds are, each once: Newton's method."""
-        from mechc.assemble import even_points
-
         a = 4.0 * even_points(STARTS, self.dimension) if self.dimension else np.zeros((1, 0))
         for _ in range(60 if self.dimension else 0):
             a = (

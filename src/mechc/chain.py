@@ -21,6 +21,8 @@ class Piece(Protocol):
     def t(self) -> float: ...
     @property
     def count(self) -> int: ...
+    @property
+    def passages(self) -> int: ...
     def advance(self, steps: int) -> int: ...
     def stats(self) -> dict[str, Any]: ...
     def states(self) -> tuple[Array, Array]: ...
@@ -37,6 +39,11 @@ class Until:
         self.piece, self.t, self.status = piece, t, piece.status
         self.start = float(times[0])
         self.count = int((np.abs(times - self.start) < abs(t - self.start)).sum()) + 1
+
+    @property
+    def passages(self) -> int:
+        """Change points passed until the event."""
+        return len(self.change_points()[0])
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""
@@ -80,6 +87,10 @@ class Chain:
     @property
     def count(self) -> int:
         return self.first.count + self.last.count - 1
+
+    @property
+    def passages(self) -> int:
+        return self.first.passages + self.last.passages
 
     def advance(self, steps: int) -> int:
         return self.last.advance(steps)

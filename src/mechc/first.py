@@ -14,7 +14,7 @@ from typing import Any
 FIRST = frozenset(
     (
         *("coordinates", "speeds", "rows", "holonomic", "parameters", "width"),
-        *("metadata", "instruction_set", "outputs", "complete", "evaluate"),
+        *("metadata", "instruction_set", "outputs", "complete", "complete_rows", "evaluate"),
     )
 )
 

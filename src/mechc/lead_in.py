@@ -42,6 +42,7 @@ class LeadIn:
     evaluations: int
     status: int = FINISHED
     count: int = 2
+    passages: int = 0
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""

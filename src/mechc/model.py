@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
@@ -22,7 +22,6 @@ from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
     from mechc.batch import Assembly, Batch
-    from mechc.solution import Solution
 
 
 class Momenta(NamedTuple):
@@ -159,15 +158,8 @@ class Model:
         """The compilation in use, chosen for this processor."""
         return str(self._scene.instruction_set)
 
-    def redundant_constraints(
-        self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[_redundancy.Redundancy, ...]:
-        """Rows implied by others; see :func:`mechc.redundancy.redundant_constraints`."""
-        return _redundancy.redundant_constraints(self, params, t)
-
-    def report(self) -> str:
-        """Operation counts, redundant constraints, what was skipped, build times."""
-        return _report.model_report(self)
+    redundant_constraints = _redundancy.redundant_constraints
+    report = _report.model_report
 
     # -- outputs ----------------------------------------------------------------------------
 
@@ -327,61 +319,11 @@ class Model:
             raise UnknownNameError("coordinate or speed", name, self._state_index)
         return self._state_index[name]
 
-    def assemble(
-        self,
-        coordinates: Mapping[str, float],
-        speeds: Mapping[str, float] | None = None,
-        guess: Mapping[str, float] | None = None,
-        params: Parameters = None,
-        t: float = 0.0,
-    ) -> Array:
-        """One state that closes the loops; see :func:`mechc.assemble.assemble`."""
-        return _assemble.assemble(self, coordinates, speeds, guess, params, t)
-
-    def assemblies(
-        self,
-        coordinates: Mapping[str, float],
-        speeds: Mapping[str, float] | None = None,
-        params: Parameters = None,
-        t: float = 0.0,
-    ) -> Array:
-        """Every state that closes the loops; see :func:`mechc.assemble.assemblies`."""
-        return _assemble.assemblies(self, coordinates, speeds, params, t)
-
-    def equilibria(
-        self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[_statics.Equilibrium, ...]:
-        """Configurations that stay at rest; see :func:`mechc.statics.equilibria`."""
-        return _statics.equilibria(self, params, t)
-
-    def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
-        """Ranges in which the loops close; see :func:`mechc.statics.limits`."""
-        return _statics.limits(self, coordinate, params)
-
-    def simulate(
-        self,
-        t_span: float | tuple[float, float],
-        y0: Array,
-        params: Parameters = None,
-        *,
-        rtol: float = 1e-9,
-        atol: float | Array | None = None,
-        t_eval: Array | None = None,
-        method: str = "auto",
-        first_step: float | None = None,
-        max_step: float = math.inf,
-        max_steps: int = 10_000_000,
-        dense: bool = True,
-        events: Sequence[Any] = (),
-        on_change_point: str = "continue",
-        progress: Callable[[float], None] | None = None,
-    ) -> Solution:
-        """Integrate the motion; see :func:`mechc.simulate.simulate`."""
-        return _simulate.simulate(
-            self, t_span, y0, params, rtol=rtol, atol=atol, t_eval=t_eval, method=method,
-            first_step=first_step, max_step=max_step, max_steps=max_steps, dense=dense,
-            events=events, on_change_point=on_change_point, progress=progress,
-        )  # fmt: skip
+    assemble = _assemble.assemble
+    assemblies = _assemble.assemblies
+    equilibria = _statics.equilibria
+    limits = _statics.limits
+    simulate = _simulate.simulate
 
     def simulate_batch(
         self,

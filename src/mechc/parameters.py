@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechc._driver import largest_of, strictly_within
 from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
 
 Array = NDArray[np.float64]
@@ -66,11 +67,14 @@ class ParameterSet:
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._scene = scene
-        self._lower = np.array([q.lower for q in quantities])
-        self._upper = np.array([q.upper for q in quantities])
-        self._lengths = [i for i, q in enumerate(quantities) if q.unit == "m"]
+        self._lower = np.array([q.lower for q in quantities], dtype=np.float64)
+        self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
+        self._open = [(q.lower, q.upper) for q in quantities]
+        in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
+        self._lengths = np.array(in_metres, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
-        self.defaults = self._completed(np.zeros(len(self.names)), {})
+        nothing = np.zeros(len(self.names), np.uint8)
+        self.defaults = self._completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
@@ -90,27 +94,29 @@ class ParameterSet:
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
-        return max((abs(values.item(i)) for i in self._lengths), default=1.0) or 1.0
+        return largest_of(values, self._lengths) or 1.0
 
     def _from_names(self, params: Mapping[str, Any]) -> Array:
-        if all(type(value) is float for value in params.values()):
+        if {*map(type, params.values())} == {float}:
             return self._from_floats(params)
         given = {name: self._checked(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
-        values = np.zeros((*shape, len(self.names)))
+        values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
         for name, value in given.items():
             values[..., self.index[name]] = value
-        return self._completed(values, given)
+            flags[self.index[name]] = 1
+        return self._completed(values, flags)
 
     def _from_floats(self, params: Mapping[str, float]) -> Array:
         """The usual case, fast."""
-        values = np.zeros(len(self.names))
+        values, flags = np.zeros(len(self.names)), np.zeros(len(self.names), np.uint8)
         for name, value in params.items():
-            i = self.index.get(name)
-            if i is None or not self._lower[i] < value < self._upper[i]:
+            i = self.index.get(name, -1)
+            if i < 0 or not self._open[i][0] < value < self._open[i][1]:
                 self._checked(name, value)
-            values[self.index[name]] = value
-        return self._completed(values, params)
+            values[i] = value
+            flags[i] = 1
+        return self._completed(values, flags)
 
     def _checked(self, name: str, value: Any) -> Array:
         if name not in self.index:
@@ -125,16 +131,18 @@ class ParameterSet:
                 f"an array of parameters needs all {len(self.names)} of them along its last "
                 f"axis ({', '.join(self.names)}), not the shape {values.shape}"
             )
-        if not ((values > self._lower) & (values < self._upper)).all():
+        rows = values.reshape(math.prod(values.shape[:-1]), len(self.names))
+        if not strictly_within(rows, self._lower, self._upper):
             for i, quantity in enumerate(self.quantities):
                 quantity.check(values[..., i])
         return values
 
-    def _completed(self, values: Array, given: Mapping[str, Any]) -> Array:
-        flags = np.array([name in given for name in self.names], dtype=np.uint8)
-        if self.names:
-            for row in values.reshape(-1, len(self.names)):
-                self._scene.complete(flags, row)
+    def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
+        """The values that are not flagged as given filled in, in place."""
+        if values.ndim == 1:
+            self._scene.complete(flags, values)
+        elif self.names:
+            self._scene.complete_rows(flags, values.reshape(-1, len(self.names)))
         if self.missing and np.isnan(values).any():
             self._refuse_missing(values)
         return values

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechc.assemble import Loop, even_points
+from mechc.loop import Loop, even_points
 from mechc.parameters import Array, Parameters
 
 if TYPE_CHECKING:

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from mechc.solution import Solution
 
 
+def _heading(model: Model) -> str:
+    """The title, with the name that code knows the model by where that is another."""
+    return model.title if model.name in model.title else f"{model.title} ({model.name})"
+
+
 def model_report(model: Model) -> str:
     """Operation counts, redundant constraints, what was skipped, build times."""
     counts = model._data["operations"]
@@ -24,7 +29,7 @@ def model_report(model: Model) -> str:
     ]
     rows.append(("all at once", str(counts["before"]), str(counts["after"])))
     lines = [
-        f"{model.title} ({model.name}), {model.instruction_set}, {model._scene.lanes} lanes",
+        f"{_heading(model)}, {model.instruction_set}, {model._scene.lanes} lanes",
         "",
         "operations an evaluation (functions included)",
         *_table(("output", "as derived", "compiled"), rows),

@@ -5,51 +5,35 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.chain import Chain, Piece, Until
-from mechc.errors import (
-    AssemblyError,
-    ChangePointError,
-    EventError,
-    UnknownNameError,
-    ValueOutOfBoundsError,
-)
+from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
 from mechc.events import Event, EventFinder, EventRecord, FunctionFailedError
-from mechc.lead_in import lead_in
 from mechc.parameters import Array, Parameters
+from mechc.policy import (
+    Policy,
+    checked_change_point,
+    checked_count,
+    checked_policy,
+    checked_span,
+    checked_times,
+)
 from mechc.solution import Solution
+from mechc.start import begin, checked_state, leave_change_point
 from mechc.status import status_of
 
 if TYPE_CHECKING:
     from mechc.model import Model
 
-METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
-OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
-LOOSEST = 0.1  # rtol beyond this asks for nothing
 AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
 INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED = 108, 109, 110
-
-
-@dataclass(frozen=True)
-class Policy:
-    """How a simulation is run; see :func:`simulate`."""
-
-    rtol: float
-    atol: Array | None
-    method: str
-    first_step: float
-    max_step: float
-    max_steps: int
-    dense: bool
-    on_change_point: str
-    stiff_switch: bool
 
 
 def simulate(
@@ -121,22 +105,16 @@ def simulate(
     :class:`mechc.EventError`, which holds the motion until then.
     """
     values = model._parameters.resolve(params)
-    events = [events] if callable(events) or isinstance(events, Event) else list(events)
     if values.ndim != 1:
         raise ValueOutOfBoundsError("simulate takes one set of parameters at a time")
-    span = _checked_span(t_span)
-    times = None if t_eval is None else _checked_times(t_eval, span)
-    policy = Policy(
-        rtol=_checked_rtol(rtol),
-        atol=_checked_atol(model, atol),
-        method=_chosen_method(model, method),
-        first_step=0.0 if first_step is None else _positive("first_step", first_step),
-        max_step=_positive("max_step", max_step, infinite=True),
-        max_steps=_checked_count("max_steps", max_steps),
-        dense=bool(dense) or times is not None or len(events) > 0,
-        on_change_point=_checked_change_point(on_change_point),
-        stiff_switch=method == "auto",
-    )
+    events = [events] if callable(events) or isinstance(events, Event) else list(events)
+    span = checked_span(t_span)
+    times = None if t_eval is None else checked_times(t_eval, span)
+    policy = checked_policy(
+        model, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+        max_steps=max_steps, dense=bool(dense) or times is not None or len(events) > 0,
+        on_change_point=on_change_point,
+    )  # fmt: skip
     state = checked_state(model, y0, values, span[0])
     sol = run(model, span, state, values, policy, times, events, progress, y0)
     if on_change_point == "raise" and sol.change_points:
@@ -157,12 +135,10 @@ def run(
 ) -> Solution:
     """Integrate with everything checked already; ``typed`` is the state before projection."""
     started = time.perf_counter()
-    compiled = _begin(model, span, state, values, policy)
+    compiled = begin(model, span, state, values, policy)
     if compiled.status == AT_CHANGE_POINT:
-        compiled = (
-            _leave_change_point(model, span, state if typed is None else typed, values, policy)
-            or compiled
-        )
+        first = state if typed is None else typed
+        compiled = leave_change_point(model, span, first, values, policy) or compiled
     return _driven(model, span, compiled, values, policy, times, events, progress, started)
 
 
@@ -215,22 +191,20 @@ def continued(
     """A run and what follows it until ``t_end``, as one; see :meth:`Solution.continue_to`."""
     started = time.perf_counter()
     start, end = sol.span
-    _, last = _checked_span((end, t_end))
+    _, last = checked_span((end, t_end))
     if (last - end) * (end - start) < 0:
         raise ValueOutOfBoundsError(
             f"the run went from {start:g} to {end:g} s: it cannot be continued to {last:g} s"
         )
-    policy = replace(
-        sol.policy,
+    most = sol.policy.max_steps if max_steps is None else max_steps
+    policy = sol.policy._replace(
         first_step=0.0,
-        max_steps=sol.policy.max_steps
-        if max_steps is None
-        else _checked_count("max_steps", max_steps),
-        on_change_point=_checked_change_point(on_change_point or sol.policy.on_change_point),
+        max_steps=checked_count("max_steps", most),
+        on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
     before: Piece = sol._run if sol._stop is None else Until(sol._run, sol._stop)
     state = before.states()[1][-1]
-    chain = Chain(before, _begin(sol.model, (end, last), state, sol.params, policy))
+    chain = Chain(before, begin(sol.model, (end, last), state, sol.params, policy))
     whole = _driven(
         sol.model, (end, last), chain, sol.params, policy, None, sol._asked, progress, started,
         before.count - 1,
@@ -245,31 +219,6 @@ def continued(
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
         raise ChangePointError(_met(whole), whole)
     return whole
-
-
-def _begin(
-    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece:
-    """The compiled integrator, at the start of the span."""
-    begun: Piece = model._scene.start(
-        span[0], span[1], state, values, policy.rtol, policy.atol, _scale(model, values),
-        policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense,
-        policy.on_change_point != "continue",
-        policy.stiff_switch,
-    )  # fmt: skip
-    return begun
-
-
-def _leave_change_point(
-    model: Model, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece | None:
-    """The motion off a change point along the branch that the speeds follow, if they do."""
-    first = lead_in(model, state, values, span)
-    if first is None or first.t == span[1]:
-        return first
-    beside = checked_state(model, first.states()[1][-1], values, first.t)
-    return Chain(first, _begin(model, (first.t, span[1]), beside, values, policy))
 
 
 def _drive(
@@ -300,6 +249,8 @@ def _drive(
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     """What an engineer should know about change points passed."""
+    if not compiled.passages:
+        return ()
     times = compiled.change_points()[0]
     if stop is not None:
         start = compiled.states()[0][0]
@@ -321,114 +272,3 @@ def _met(sol: Solution) -> str:
         f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "
         "on_change_point='continue' to go straight on; error.solution has the motion until there"
     )
-
-
-def _checked_change_point(policy: str) -> str:
-    if policy not in ("continue", "stop", "raise"):
-        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
-    return policy
-
-
-def _scale(model: Model, values: Array) -> Array:
-    """Size of each component: 1 for angles and numbers, the model's length for lengths."""
-    if model._all_pure:
-        return model._ones
-    return np.where(model._pure, 1.0, model._parameters.length(values))
-
-
-def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
-    """The state, on the constraints; refused if it is off by more than rounding."""
-    state = np.ascontiguousarray(y0, dtype=np.float64)
-    if state.shape != (model._scene.width,):
-        raise ValueError(
-            f"y0 must have the shape ({model._scene.width},): "
-            f"{', '.join((*model.coordinates, *model.speeds))}; it has {state.shape}"
-        )
-    code, projected, gap, drift = model._scene.project(t0, state, values)
-    allowed = OFF_BY_ROUNDING * model._parameters.length(values)
-    sound = code == 0 and gap <= allowed and drift <= allowed
-    if not (sound and math.isfinite(state.dot(state))):
-        _refuse_state(model, state, gap, drift, allowed)
-    return np.asarray(projected)
-
-
-def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed: float) -> None:
-    """Say what is wrong with a state, unless its speeds are so high that it is rounding."""
-    if not np.isfinite(state).all():
-        bad = (*model.coordinates, *model.speeds)[int(np.argmin(np.isfinite(state)))]
-        raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")
-    if gap > allowed:
-        raise AssemblyError(
-            f"y0 leaves the loop open by {gap:.6g} m; take y0 = model.assemble(...), which "
-            "closes it"
-        )
-    if drift > allowed * max(1.0, float(np.abs(state[len(model.coordinates) :]).max())):
-        raise AssemblyError(
-            f"the speeds of y0 open the loop at {drift:.6g} m/s; take y0 = model.assemble(..., "
-            "speeds=...), which makes them consistent"
-        )
-
-
-def _chosen_method(model: Model, method: str) -> str:
-    if method == "auto":
-        return "gauss8" if model._data.get("smooth", True) else "dop853"
-    if not isinstance(method, str) or method not in METHODS:
-        raise UnknownNameError("method", method, ("auto", *METHODS))
-    return method
-
-
-def _checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
-    try:
-        first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
-        t0, t1 = float(first), float(last)
-    except (TypeError, ValueError):
-        raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
-    if not (math.isfinite(t0) and math.isfinite(t1)):
-        raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
-    return t0, t1
-
-
-def _checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
-    times = np.array(t_eval, dtype=np.float64)
-    low, high = sorted(span)
-    slack = 8 * np.spacing(max(abs(low), abs(high)))
-    times = np.where(np.abs(times - low) <= slack, low, times)
-    times = np.where(np.abs(times - high) <= slack, high, times)
-    if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
-        raise ValueOutOfBoundsError(
-            f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
-        )
-    direction = 1.0 if span[1] >= span[0] else -1.0
-    if (np.diff(times) * direction <= 0).any():
-        raise ValueOutOfBoundsError("t_eval must go strictly in the direction of t_span")
-    return times
-
-
-def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
-    if atol is None:
-        return None
-    values = np.broadcast_to(np.asarray(atol, dtype=np.float64), (model._scene.width,))
-    if not (np.isfinite(values) & (values > 0)).all():
-        raise ValueOutOfBoundsError("atol must be positive and finite in every component")
-    return np.ascontiguousarray(values)
-
-
-def _positive(name: str, value: float, *, infinite: bool = False) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
-    if not number > 0 or (not infinite and not math.isfinite(number)):
-        raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
-    return number
-
-
-def _checked_rtol(rtol: float) -> float:
-    value = _positive("rtol", rtol)
-    if value > LOOSEST:
-        raise ValueOutOfBoundsError(f"rtol = {rtol:g} tolerates anything; {LOOSEST:g} at most")
-    return value
-
-
-def _checked_count(name: str, value: float) -> int:
-    return int(min(_positive(name, value, infinite=True), 2.0**62))

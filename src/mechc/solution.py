@@ -17,7 +17,7 @@ from mechc.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.model import Model
-    from mechc.simulate import Policy
+    from mechc.policy import Policy
 
 
 class Solution:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechc.assemble import SAME, Loop, even_points, wrap
 from mechc.errors import AssemblyError, UnknownNameError
+from mechc.loop import SAME, Loop, even_points, wrap
 from mechc.parameters import Array, Parameters
 
 if TYPE_CHECKING:
@@ -58,7 +58,9 @@ def equilibria(model: Model, params: Parameters = None, t: float = 0.0) -> tuple
     return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
 
 
-def limits(model: Model, name: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
+def limits(
+    model: Model, coordinate: str, params: Parameters = None
+) -> tuple[tuple[float, float], ...]:
     """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
 
     Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
@@ -69,17 +71,17 @@ def limits(model: Model, name: str, params: Parameters = None) -> tuple[tuple[fl
     UnknownNameError
         If there is no such coordinate.
     """
-    if name not in model.coordinates:
-        raise UnknownNameError("coordinate", name, model.coordinates)
+    if coordinate not in model.coordinates:
+        raise UnknownNameError("coordinate", coordinate, model.coordinates)
     values = model._parameters.resolve(params)
-    reach = np.pi if model.units[name] == "rad" else 2 * model._parameters.length(values)
+    reach = np.pi if model.units[coordinate] == "rad" else 2 * model._parameters.length(values)
     grid = np.linspace(-reach, reach, SCAN)
-    closed = _closed_at(model, name, grid, values)
+    closed = _closed_at(model, coordinate, grid, values)
     edges = [-reach] if closed[0] is not None else []
     for k in range(SCAN - 1):
         if (closed[k] is None) != (closed[k + 1] is None):
             edges.append(
-                _edge(model, name, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values)
+                _edge(model, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values)
             )
     if closed[-1] is not None:
         edges.append(reach)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,10 +125,10 @@ def _model(recipe: dict[str, Any]) -> Model:
 
 def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
     """The run up to where it ended, with all that a file says checked as a user's input is."""
-    from mechc.simulate import Policy
+    from mechc.policy import Policy
 
     told = Policy(**recipe["policy"])
-    policy = asdict(told) | {
+    policy = told._asdict() | {
         "dense": True,
         "first_step": told.first_step or None,
         "method": "auto" if told.stiff_switch else told.method,
@@ -139,7 +139,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
     sol = model.simulate(
         recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
     )
-    sol.policy = replace(told, dense=True, atol=sol.policy.atol)
+    sol.policy = told._replace(dense=True, atol=sol.policy.atol)
     sol.status = Status(**recipe["status"] | {"warnings": tuple(recipe["status"]["warnings"])})
     if not np.array_equal(sol._run.states()[0], t):
         sol._times = t
@@ -167,7 +167,7 @@ def _compare(path: Path, sol: Solution, states: Array) -> None:
 
 
 def _recipe(sol: Solution) -> dict[str, Any]:
-    policy = asdict(sol.policy)
+    policy = sol.policy._asdict()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
     y0 = sol._run.states()[1][0]

@@ -104,32 +104,30 @@ def swing(*, guided: bool = False) -> Mechanism:
 def bead() -> Mechanism:
     """No parameters, no frames, no constraint: a bead of 2 kg on a curve."""
     q, u = dynamicsymbols("q u")
-    r, origin, bob = ReferenceFrame("r"), Point("O"), Point("B")
-    origin.set_vel(r, 0)
-    bob.set_pos(origin, q * r.x + cos(q) * r.y)
-    bob.set_vel(r, u * r.x - sin(q) * u * r.y)
-    return Mechanism(
-        name="bead",
-        title="Bead",
-        frame=r,
-        origin=origin,
-        coordinates=(Coordinate(q, ONE),),
-        speeds=(Speed(u, ONE),),
-        kinematics=(u,),
-        parameters=(),
-        bodies=(Particle("bead", bob, 2),),
-        loads=((bob, -20 * r.y),),
-        points=(bob,),
-    )
+    path, velocity = (q, cos(q)), (u, -sin(q) * u)
+    return _bead(2, path, velocity, lambda r: -20 * r.y)
 
 
 def bead_with(load: Expr, *, default: Expr | float = 1.0, name: str = "f") -> Mechanism:
     """A bead on a line under a force of its coordinate ``q``, speed ``u`` and a parameter."""
     q, u = dynamicsymbols("q u")
+    parameter = Parameter(Symbol(name), default, ONE)
+    return _bead(1, (q, 0), (u, 0), lambda r: load * r.x, parameter)
+
+
+def _bead(
+    mass: int,
+    path: tuple[Expr, Expr],
+    velocity: tuple[Expr, Expr],
+    force: Callable[[ReferenceFrame], Expr],
+    *parameters: Parameter,
+) -> Mechanism:
+    """A particle in the plane with the coordinate ``q`` and the speed ``u``."""
+    q, u = dynamicsymbols("q u")
     r, origin, bob = ReferenceFrame("r"), Point("O"), Point("B")
     origin.set_vel(r, 0)
-    bob.set_pos(origin, q * r.x)
-    bob.set_vel(r, u * r.x)
+    bob.set_pos(origin, path[0] * r.x + path[1] * r.y)
+    bob.set_vel(r, velocity[0] * r.x + velocity[1] * r.y)
     return Mechanism(
         name="bead",
         title="Bead",
@@ -138,9 +136,10 @@ def bead_with(load: Expr, *, default: Expr | float = 1.0, name: str = "f") -> Me
         coordinates=(Coordinate(q, ONE),),
         speeds=(Speed(u, ONE),),
         kinematics=(u,),
-        parameters=(Parameter(Symbol(name), default, ONE),),
-        bodies=(Particle("bead", bob, 1),),
-        loads=((bob, load * r.x),),
+        parameters=parameters,
+        bodies=(Particle("bead", bob, mass),),
+        loads=((bob, force(r)),),
+        points=(bob,),
     )
 
 

@@ -20,7 +20,7 @@ from mechc_codegen.extension import FLAGS, RUNTIME, STRICT, instruction_sets
 
 import mechc
 from mechc import toolchain
-from mechc.simulate import METHODS
+from mechc.policy import METHODS
 
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O0", "-g1")
 STATES, BROKEN = 203, 4  # no multiple of any number of lanes

@@ -37,28 +37,29 @@ def formed(method):
     return method
 
 
+def in_sympys_tests(module, test):
+    """What makes the method that one of SymPy's own tests forms first."""
+    return lambda: sympy_models.caught(module, test)[0]
+
+
 MODELS = {
     "springs and dampers": lambda: formed(multi_mass_spring_damper(2, True, True)),
     "pendulums on a cart": lambda: formed(n_link_pendulum_on_cart(2, True, True)),
-    "pendulum of two coordinates": lambda: sympy_models.caught(
+    "pendulum of two coordinates": in_sympys_tests(
         "test_linearize", "test_linearize_pendulum_kane_nonminimal"
-    )[0],
-    "pendulum of two coordinates, by Lagrange": lambda: sympy_models.caught(
+    ),
+    "pendulum of two coordinates, by Lagrange": in_sympys_tests(
         "test_lagrange", "test_nonminimal_pendulum"
-    )[0],
-    "rolling disc": lambda: sympy_models.caught("test_kane", "test_rolling_disc")[0],
-    "rolling disc, dependent and auxiliary speeds": lambda: sympy_models.caught(
-        "test_kane2", "test_aux_dep"
-    )[0],
-    "rolling disc, speeds without mass": lambda: sympy_models.caught(
-        "test_kane5", "test_kane_rolling_disc_lu"
-    )[0],
-    "disc on an incline, by Lagrange": lambda: sympy_models.caught(
+    ),
+    "rolling disc": in_sympys_tests("test_kane", "test_rolling_disc"),
+    "rolling disc, dependent and auxiliary speeds": in_sympys_tests("test_kane2", "test_aux_dep"),
+    "rolling disc, speeds without mass": in_sympys_tests("test_kane5", "test_kane_rolling_disc_lu"),
+    "disc on an incline, by Lagrange": in_sympys_tests(
         "test_lagrange", "test_disc_on_an_incline_plane"
-    )[0],
-    "four-bar by joints": lambda: sympy_models.caught(
+    ),
+    "four-bar by joints": in_sympys_tests(
         "test_jointsmethod", "test_four_bar_linkage_with_manual_constraints"
-    )[0],
+    ),
 }
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import mechc
 from mechc.cli import main
+from mechc.model import Model
 
 RUN = ("run", "four_bar", "--json")
 
@@ -153,10 +154,8 @@ def test_without_matplotlib_json_is_as_before(capsys, monkeypatch):
 
 def test_a_run_that_ends_early_is_reported_and_fails(capsys, monkeypatch):
     """Exit code 1: the input was sound, the run did not get to its end."""
-    from mechc import simulate
-
-    inner = simulate.simulate
-    monkeypatch.setattr(simulate, "simulate", lambda *a, **k: inner(*a, **k | {"max_steps": 10}))
+    inner = Model.simulate
+    monkeypatch.setattr(Model, "simulate", lambda *a, **k: inner(*a, **k | {"max_steps": 10}))
     assert main([*RUN, "--set", "l_3=3.5"]) == 1
     assert '"status": "too many steps"' in capsys.readouterr().out
 

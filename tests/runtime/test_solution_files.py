@@ -67,7 +67,7 @@ def same(again, sol):
     np.testing.assert_array_equal(again.params, sol.params)
     assert again.status == sol.status
     assert again.model.name == sol.model.name
-    assert str(again.policy) == str(replace(sol.policy, dense=True))
+    assert str(again.policy) == str(sol.policy._replace(dense=True))
     middle = (sol.span[0] + sol.span[1]) / 2
     assert again(middle).shape == (6,)
 

@@ -63,41 +63,13 @@ def four_bar(
     l, m, I, g = symbols("l_0:4"), symbols("m_0:3"), symbols("I_0:3"), Symbol("g")
     parameters = _parameters(l, m, I, g)
 
-    # Frames: the inertial frame, and one frame a link turned about z.
-    r = ReferenceFrame("r")
-    e = [r.orientnew(f"e_{k}", "Axis", (theta[k], r.z)) for k in range(3)]
-    for k in range(3):
-        e[k].set_ang_vel(r, omega[k] * r.z)
-
-    # Points: joints p_k+1 = p_k + l_k e_k.x, mass centres in the middle of the links.
-    origin = Point("O")
-    origin.set_vel(r, 0)
-    p, centre = [origin], []
-    for k in range(3):
-        p.append(p[k].locatenew(f"p_{k + 1}", l[k] * e[k].x))
-        p[k + 1].v2pt_theory(p[k], r, e[k])
-        centre.append(p[k].locatenew(f"g_{k}", l[k] / 2 * e[k].x))
-        centre[k].v2pt_theory(p[k], r, e[k])
-
-    # Closure: p_3 is the ground pivot at l_3 r.x.
-    gap = p[3].pos_from(origin) - l[3] * r.x
-    closure = [
-        Constraint("closure along x", dot(gap, r.x), "m"),
-        Constraint("closure along y", dot(gap, r.y), "m"),
-    ]
-
-    # Bodies: inertia at the mass centre, weight along -r.y with its potential.
-    bodies, loads = [], []
-    for k in range(3):
-        body = RigidBody(LINKS[k], centre[k], e[k], m[k], (inertia(e[k], 0, 0, I[k]), centre[k]))
-        body.potential_energy = m[k] * g * dot(centre[k].pos_from(origin), r.y)
-        bodies.append(body)
-        loads.append((centre[k], -m[k] * g * r.y))
+    r, e = _frames(theta, omega)
+    p, centres = _points(l, r, e)
+    bodies = _bodies(p[0], centres, m, I, g, r, e)
+    loads: list[Load] = [(centres[k], -m[k] * g * r.y) for k in range(3)]
+    points, traced, motion = [*p, *centres], ["p_1", "p_2"], []
 
     # Beyond the weight, only what is asked for.
-    points = [*p, *centre]
-    traced = ["p_1", "p_2"]
-    motion = []
     if crank_torque is not False:
         torque = _constant_or_given(crank_torque, "T_0", "N m", "torque on the crank", parameters)
         loads.append((e[0], torque * r.z))
@@ -116,7 +88,7 @@ def four_bar(
         name="four_bar",
         title="Planar four-bar linkage",
         frame=r,
-        origin=origin,
+        origin=p[0],
         coordinates=tuple(
             Coordinate(theta[k], Quantity("rad", f"angle of the {LINKS[k]} from the ground line"))
             for k in range(3)
@@ -127,23 +99,73 @@ def four_bar(
         ),
         kinematics=tuple(omega),
         parameters=tuple(parameters),
-        bodies=tuple(bodies),
+        bodies=bodies,
         loads=tuple(loads),
-        configuration_constraints=tuple(closure),
+        configuration_constraints=_closure(p, l, r),
         motion_constraints=tuple(motion),
         points=tuple(points),
         frames=tuple(e),
-        drawing=Drawing(
-            links=tuple((LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3))
-            + ((("coupler point", ("p_1", "C", "p_2")),) if coupler_point else ()),
-            ground=("O", "p_3"),
-            traced=tuple(traced),
-        ),
+        drawing=_drawing(traced, coupler_point),
         start={"theta_0": 85 * pi / 180} | ({} if motion else {"omega_0": 0.0}),
         preference=dot(e[2].x ^ e[1].x, r.z),  # elbow up: sin(theta_1 - theta_2) > 0
         notes=geometry_notes,
         skipped=_skipped(crank_torque, crank_speed, friction, coupler_point),
     )
+
+
+def _frames(theta: list[Expr], omega: list[Expr]) -> tuple[ReferenceFrame, list[ReferenceFrame]]:
+    """The inertial frame, and one frame a link turned about z."""
+    r = ReferenceFrame("r")
+    e = [r.orientnew(f"e_{k}", "Axis", (theta[k], r.z)) for k in range(3)]
+    for k in range(3):
+        e[k].set_ang_vel(r, omega[k] * r.z)
+    return r, e
+
+
+def _points(
+    l: tuple[Symbol, ...], r: ReferenceFrame, e: list[ReferenceFrame]
+) -> tuple[list[Point], list[Point]]:
+    """Joints p_k+1 = p_k + l_k e_k.x from the origin on; mass centres in the links' middles."""
+    origin = Point("O")
+    origin.set_vel(r, 0)
+    p, centres = [origin], []
+    for k in range(3):
+        p.append(p[k].locatenew(f"p_{k + 1}", l[k] * e[k].x))
+        p[k + 1].v2pt_theory(p[k], r, e[k])
+        centres.append(p[k].locatenew(f"g_{k}", l[k] / 2 * e[k].x))
+        centres[k].v2pt_theory(p[k], r, e[k])
+    return p, centres
+
+
+def _closure(
+    p: list[Point], l: tuple[Symbol, ...], r: ReferenceFrame
+) -> tuple[Constraint, Constraint]:
+    """p_3 is the ground pivot at l_3 r.x."""
+    gap = p[3].pos_from(p[0]) - l[3] * r.x
+    return (
+        Constraint("closure along x", dot(gap, r.x), "m"),
+        Constraint("closure along y", dot(gap, r.y), "m"),
+    )
+
+
+def _bodies(
+    origin: Point, centres: list[Point], m: tuple[Symbol, ...], I: tuple[Symbol, ...], g: Symbol,
+    r: ReferenceFrame, e: list[ReferenceFrame],
+) -> tuple[RigidBody, ...]:  # fmt: skip
+    """Inertia at the mass centre, the potential of weight along -r.y."""
+    bodies = []
+    for k in range(3):
+        about_centre = (inertia(e[k], 0, 0, I[k]), centres[k])
+        body = RigidBody(LINKS[k], centres[k], e[k], m[k], about_centre)
+        body.potential_energy = m[k] * g * dot(centres[k].pos_from(origin), r.y)
+        bodies.append(body)
+    return tuple(bodies)
+
+
+def _drawing(traced: list[str], coupler_point: bool) -> Drawing:
+    links = [(LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3)]
+    triangle = [("coupler point", ("p_1", "C", "p_2"))] if coupler_point else []
+    return Drawing(links=(*links, *triangle), ground=("O", "p_3"), traced=tuple(traced))
 
 
 def _parameters(

@@ -59,13 +59,6 @@ MECHC_INLINE void mechc_lanes_output_multipliers(mechc_lane t, const mechc_lane 
 }
 #endif
 
-#define MECHC_DEFINE_OUTPUT(label, width)                                                       \
-    static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
-                                       mechc_rows p, double *out)                                \
-    {                                                                                            \
-        mechc_evaluate_blocks(mechc_lanes_output_##label, width, count, t, y, p, out);           \
-    }
-MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
-
-#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
-static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};
+#define MECHC_EVALUATE(label, width, ...) \
+    mechc_evaluate_blocks(mechc_lanes_output_##label, width, __VA_ARGS__)
+#include "outputs.h"

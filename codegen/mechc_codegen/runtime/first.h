@@ -8,7 +8,6 @@
 #include "model.h"
 #include "lanes.h"
 
-#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
 #include "use_scalar.h"
@@ -59,23 +58,11 @@ MECHC_ONCE void mechc_first_evaluate(mechc_scalar_output *f, int width, ptrdiff_
     }
 }
 
-#define MECHC_DEFINE_OUTPUT(label, width)                                                        \
-    static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
-                                       mechc_rows p, double *out)                                \
-    {                                                                                            \
-        mechc_first_evaluate(mechc_scalar_output_##label, width, count, t, y, p, out);           \
-    }
-MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
-
-#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
-static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};
+#define MECHC_EVALUATE(label, width, ...) \
+    mechc_first_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
+#include "outputs.h"
 
 static void mechc_first_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
-
-#define MECHC_QUOTE_(x) #x
-#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
-#define MECHC_JOIN_(a, b) a##b
-#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {

@@ -18,6 +18,12 @@
 #define MECHC_STATIC static __attribute__((unused))
 #define MECHC_ONCE static __attribute__((noinline, unused)) /* compiled once, called from many */
 
+#define MECHC_QUOTE_(x) #x
+#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
+#define MECHC_JOIN_(a, b) a##b
+#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
+#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1) /* no array in C is empty */
+
 /* Inline, unlike fmax and fmin where the compiler must heed every NaN. */
 MECHC_INLINE double mechc_max(double a, double b) { return a > b ? a : b; }
 MECHC_INLINE double mechc_min(double a, double b) { return a < b ? a : b; }

@@ -7,7 +7,6 @@
 #include "tableaus.h"
 #include "trajectory.h"
 
-#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1)
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
 #include "use_scalar.h"
@@ -26,6 +25,7 @@
 #include "rk_passage.h"
 #include "radau.h"
 #include "gauss_table.h"
+#include "gauss_stages.h"
 #include "gauss.h"
 #include "approach.h"
 #include "stiffness.h"
@@ -45,11 +45,6 @@ static int mechc_unit_project(double t, double *y, const double *p, double *move
     mechc_scalar_hoist(p, k);
     return mechc_project_state(t, y, p, k, moved);
 }
-
-#define MECHC_QUOTE_(x) #x
-#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
-#define MECHC_JOIN_(a, b) a##b
-#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {

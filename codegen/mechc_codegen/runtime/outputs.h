@@ -1,0 +1,15 @@
+/* Every output of the scene as a function of many states, and the list of them.
+ *
+ * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, out).
+ */
+
+#define MECHC_DEFINE_OUTPUT(label, width)                                                        \
+    static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
+                                       mechc_rows p, double *out)                                \
+    {                                                                                            \
+        MECHC_EVALUATE(label, width, count, t, y, p, out);                                       \
+    }
+MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
+
+#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
+static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};

@@ -1,0 +1,96 @@
+"""What can be typed after ``mechc``: the options of its commands, and the parser's complaints."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+BAD_INPUT = 2
+EPILOGUE = """\
+examples:
+  mechc run four_bar                          the reference scene: 85 deg, at rest, 20 s
+  mechc run four_bar --set l_3=3.5 --start theta_0=60deg --start omega_0=30deg/s
+  mechc run four_bar --with friction --set c_0=0.5 --json
+  mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
+  mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
+"""
+
+
+class Parser(argparse.ArgumentParser):
+    """An argparse parser whose complaints are one line."""
+
+    def error(self, message: str) -> Any:
+        self.exit(BAD_INPUT, f"mechc: {message} (mechc {self._about()}--help says more)\n")
+
+    def _about(self) -> str:
+        words = self.prog.split()[1:]
+        return "".join(f"{word} " for word in words)
+
+
+def variant_options(parser: argparse.ArgumentParser) -> None:
+    """A shipped mechanism, and what is asked of it beyond its default scene."""
+    parser.add_argument("name", metavar="NAME", help="a mechanism of `mechc list`")
+    several(
+        parser, "--with", "OPTION[=VALUE]", "options",
+        "ask for more than the default scene, e.g. friction or crank_torque='2*sin(t)'",
+    )  # fmt: skip
+
+
+def scene_options(parser: argparse.ArgumentParser) -> None:
+    """A mechanism and its parameters."""
+    variant_options(parser)
+    several(
+        parser, "--set", "NAME=VALUE", "parameters",
+        "a parameter, in SI units or with its unit: l_3=3.5, l_3=3500mm",
+    )  # fmt: skip
+
+
+def run_options(parser: argparse.ArgumentParser) -> None:
+    """One run: a scene, its start, and what becomes of it."""
+    _start_options(parser)
+    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
+
+
+def sweep_options(parser: argparse.ArgumentParser) -> None:
+    """Many runs: what varies, and what is mapped."""
+    _start_options(parser)
+    several(
+        parser, "--vary", "NAME=LOW:HIGH[:COUNT]", "vary",
+        "what varies, from where to where; in a grid with how many values",
+    )  # fmt: skip
+    parser.add_argument("--sample", default="grid", help="grid, random, sobol or lhs [grid]")
+    parser.add_argument("--count", metavar="N", help="members, where they are drawn [1024]")
+    parser.add_argument("--seed", default="0", metavar="N", help="of what is drawn [0]")
+    several(
+        parser, "--reduce", "REDUCTION", "reduce",
+        "what is mapped, e.g. 'max(theta_2)' or 'first(theta_0 > 180deg)'; may be repeated",
+    )  # fmt: skip
+    parser.add_argument("--threads", metavar="N", help="[all cores]")
+
+
+def _start_options(parser: argparse.ArgumentParser) -> None:
+    scene_options(parser)
+    several(
+        parser, "--start", "NAME=VALUE", "start",
+        "a coordinate or speed at the start: theta_0=85deg, omega_0=30deg/s",
+    )  # fmt: skip
+    several(
+        parser, "--guess", "NAME=VALUE", "guess",
+        "a coordinate near which to assemble, where there is a choice",
+    )  # fmt: skip
+    parser.add_argument("--t-end", default="20", metavar="TIME", help="20, 20s, 500ms, 2min [20 s]")
+    parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
+    parser.add_argument(
+        "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
+    )
+    parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object; write only with --out"
+    )
+
+
+def several(
+    parser: argparse.ArgumentParser, flag: str, metavar: str, name: str, about: str
+) -> None:
+    """An option that may be given any number of times."""
+    parser.add_argument(flag, dest=name, metavar=metavar, action="append", default=[], help=about)

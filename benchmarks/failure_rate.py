@@ -7,13 +7,8 @@ lengths are multiples of 2^-20 that meet the change-point condition exactly (par
 among them), at rest or moving, at rtol 1e-6, 1e-8, 1e-10, 1e-12.  The judge integrates the same
 motion on the exact closure curve (closure_curve.py), where nothing is singular.  Right: largest
 difference of the links' unit vectors, and of the speeds over the largest, within
-(100 rtol + rounding) condition;
+(100 rtol + 2.5e-10) condition;
 condition: the largest |d state / d start| met at ten times along the run, by differences.
-
-Rounding: 2.5e-10, or where passages are many and fast what they add up to.  The last digit of a
-closure of size l moves speeds v by eps l v / s where the least singular value is s, and steps end
-beside a crossing at a conditioning of about 0.01; so n passages may cost n eps l v / 0.01, granted
-up to 1e-9.
 """
 
 from __future__ import annotations
@@ -27,8 +22,7 @@ from closure_curve import Geometry, integrate
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
 UNIT = 2.0**-20
-EPS = float(np.finfo(float).eps)
-BESIDE = 0.01  # conditioning at which steps end beside a crossing
+ROUNDING = 2.5e-10
 
 
 def random_lengths(rng):  # type: ignore[no-untyped-def]
@@ -101,13 +95,6 @@ def error_of(state, exact):  # type: ignore[no-untyped-def]
     return float(max(turned, abs(state[3:] - exact[3:]).max() / scale))
 
 
-def rounding(run, lengths):  # type: ignore[no-untyped-def]
-    """What the closures' last digits add up to over the passages of a run."""
-    fastest = float(abs(run.y[:, 3:]).max())
-    passages = len(run.change_points) * EPS * max(lengths) * fastest / BESIDE
-    return min(max(2.5e-10, passages), 1e-9)
-
-
 def main() -> int:
     arguments = sys.argv[1:]
     starts, geometries, t_end = (
@@ -135,7 +122,7 @@ def main() -> int:
                 bar = FourBar(tuple(geometry.lengths[i]))
                 run = bar.run(bar.project(first[i]), t_end, rtol, method)
                 error = error_of(run.y[-1], exact[i]) if run.ok else np.inf
-                limit = (100 * rtol + rounding(run, geometry.lengths[i])) * condition[i]
+                limit = (100 * rtol + ROUNDING) * condition[i]
                 word = "unjudged"
                 if not (condition[i] > 0 and np.isfinite(exact[i]).all()):
                     results.append((word, run.seconds))

@@ -6,11 +6,6 @@ l_3 = 4 +- 10^-k, k = 1 ... 16, from rest at 85 degrees, 3 s, against the motion
 in 40 digits (near_miss_reference.py made tests/problems/data/four_bar_near_misses.json).
 4 - 1e-16 is 4.0 itself and is held against the change point's own exact motion.  Right: within
 100 rtol times a condition of 100, and 2.5e-8 for rounding.
-
-Where the gap g is 1e-13, what is known of it is known to 4.4e-16, half the last digit of closures
-of 4 m.  The curve there is a hyperbola whose vertex lies sqrt(g) off the crossing, so a change dg
-moves it by dg / (2 sqrt(g)) = 7e-10: times the condition of 100 that is 7e-8, which takes the
-place of 2.5e-8 there.
 """
 
 from __future__ import annotations
@@ -22,9 +17,7 @@ from _scene import METHODS, FourBar, reference, write
 
 START = 1.48352986419518014
 LIMIT = 100.0
-FLOOR = 2.5e-10
-HALF_DIGIT = 4.4e-16  # of closures of 4 m
-NARROWEST = 1e-13  # narrower ones get no more than this one
+ROUNDING = 2.5e-10
 
 
 def start(bar: FourBar) -> np.ndarray:
@@ -35,13 +28,6 @@ def start(bar: FourBar) -> np.ndarray:
     theta_1 = np.angle(reach) + bend
     theta_2 = np.angle(reach - l[1] * np.exp(1j * theta_1))
     return bar.project(np.array([START, theta_1, theta_2, 0.0, 0.0, 0.0]))
-
-
-def rounding(gap: float) -> float:
-    """The usual floor, or by how much half a digit of the closure moves the curve's vertex."""
-    if gap == 0.0:
-        return FLOOR
-    return max(FLOOR, float(HALF_DIGIT / (2 * np.sqrt(max(abs(gap), NARROWEST)))))
 
 
 def main() -> int:
@@ -60,7 +46,7 @@ def main() -> int:
             for rtol in (1e-6, 1e-9, 1e-12):
                 run = bar.run(start(bar), 3.0, rtol, method)
                 error = float(abs(run.y[-1] - final).max()) if run.ok else np.inf
-                limit = (100 * rtol + rounding(ground - 4.0)) * LIMIT
+                limit = (100 * rtol + ROUNDING) * LIMIT
                 word = ("right" if error <= limit else "WRONG") if run.ok else "flagged"
                 counts[word] += 1
                 line += f"   {word:7s} {error:8.1e} {run.stats['steps']:6d} {run.word[:12]:12s}"

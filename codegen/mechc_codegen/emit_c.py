@@ -16,7 +16,7 @@ from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.functions import Function, Line, plain_words
-from mechc_codegen.layout import INTERNAL, TREE, layout
+from mechc_codegen.layout import INTERNAL, TREE, TREE_MOTION, layout
 from mechc_codegen.printer import RealPrinter
 from mechc_codegen.program import (
     Assign,
@@ -132,7 +132,7 @@ class _Emitter:
 
     def _asked(self) -> list[Output]:
         """Outputs that are a function of their own."""
-        return [o for o in self.program.outputs if o.name not in (*INTERNAL, *TREE)]
+        return [o for o in self.program.outputs if o.name not in (*INTERNAL, *TREE, *TREE_MOTION)]
 
     # -- the program ------------------------------------------------------------------------
 
@@ -183,7 +183,7 @@ class _Emitter:
 
     def _zero_bias(self) -> list[Line]:
         rows = self.equations.holonomic + self.equations.nonholonomic
-        if "velocity_bias" in self.outputs:
+        if "velocity_bias" in self.outputs or "velocity_bias" not in self.layout.configuration:
             return []
         return [Line((f"bias[{i}] = R(0.0);",)) for i in range(rows)]
 

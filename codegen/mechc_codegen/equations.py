@@ -50,11 +50,13 @@ class Tree:
 
     ``columns`` holds, link by link, the indices of the speeds that move it against its parent;
     vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
+    ``cuts``: the two links that each constraint holds together.
     """
 
     parents: tuple[int, ...]
     columns: tuple[tuple[int, ...], ...]
     planar: bool
+    cuts: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)

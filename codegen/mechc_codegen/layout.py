@@ -13,7 +13,8 @@ from itertools import accumulate
 from mechc_codegen.equations import Equations, Tree
 
 INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
-TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_bias", "tree_wrench")
+TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
+TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
 
 
@@ -63,17 +64,22 @@ def _written_out(present: Collection[str]) -> Layout:
 def _walked(equations: Equations, tree: Tree) -> Layout:
     columns = [speed for own in tree.columns for speed in own]
     first = [0, *accumulate(len(own) for own in tree.columns)]
-    names = TREE[:3]
+    size, rows = len(columns), len(tree.cuts)
+    kept = [name for name in TREE if name in equations.outputs]
+    solved = [("mass_matrix", size**2), ("forcing", size)]
+    if rows:
+        solved.append(("constraint_jacobian", rows * size))
     return Layout(
         "tree_",
-        {**ROWS, **{name: name.removeprefix("tree_") for name in names}},
+        {"constraints": "gap", **{name: name.removeprefix("tree_") for name in kept}},
         {"tree_bias": "bias", "tree_wrench": "wrench", "gamma": "gamma"},
         _table("mechc_parent", tree.parents)
         + _table("mechc_first_column", first)
-        + _table("mechc_column_speed", columns),
+        + _table("mechc_column_speed", columns)
+        + (_table("mechc_cut", [link for cut in tree.cuts for link in cut]) if rows else ""),
         {"links": len(tree.parents), "planar": int(tree.planar)},
-        (("mass_matrix", len(columns) ** 2), ("forcing", len(columns))),
-        sum(len(equations.outputs[name].elements) for name in names),
+        tuple(solved),
+        sum(len(equations.outputs[name].elements) for name in kept),
         "MECHC_ONCE",
     )
 

@@ -61,8 +61,9 @@ def scene_metadata(
 
 def _solved_shapes(mechanism: Mechanism) -> dict[str, list[int]]:
     """Of what every model has, written out or made by the runtime."""
-    size = len(mechanism.speeds)
-    return {"mass_matrix": [size, size], "forcing": [size]}
+    size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
+    shapes = {"mass_matrix": [size, size], "forcing": [size]}
+    return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
 
 
 OUTPUTS = {

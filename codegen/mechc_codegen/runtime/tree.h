@@ -21,7 +21,13 @@
 /* Where a link's data lie among what the configuration saves. */
 #define MECHC_AT_SUBSPACE (MECHC_LINKS * MECHC_ARM)
 #define MECHC_AT_INERTIA (MECHC_AT_SUBSPACE + MECHC_NU * MECHC_DIM)
-#define MECHC_AT_SAVED (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
+#define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
+#if MECHC_NC > 0
+#define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
+#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * 3 * MECHC_ARM)
+#else
+#define MECHC_AT_SAVED MECHC_AT_REFERENCE
+#endif
 
 MECHC_INLINE real FN(along_motion)(const real *a, const real *b)
 {
@@ -264,13 +270,55 @@ MECHC_ONCE void FN(let_go)(const real *tree, const FN(articulated) *f, const rea
     }
 }
 
+#if MECHC_NC > 0
+/* What each speed of the links on the way to the ground does to a point, along an axis. */
+MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point, const real *axis,
+                                   double sign, real *row)
+{
+    for (; link >= 0; link = mechc_parent[link]) {
+        real arm[MECHC_ARM], moved[MECHC_DIM];
+        for (int i = 0; i < MECHC_ARM; i++)
+            arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            real part = R(0.0);
+            FN(shift_motion)(arm, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, moved);
+            for (int i = 0; i < MECHC_ARM; i++)
+                part += axis[i] * moved[MECHC_DIM - MECHC_ARM + i];
+            row[mechc_column_speed[c]] += sign * part;
+        }
+    }
+}
+
+/* The rows of J: partial velocities of each cut's gap. */
+MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
+{
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) jacobian[i] = R(0.0);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *target = point + MECHC_ARM, *axis = target + MECHC_ARM;
+        real *row = jacobian + i * MECHC_NU;
+        FN(add_partials)(tree, mechc_cut[2 * i], point, axis, 1.0, row);
+        FN(add_partials)(tree, mechc_cut[2 * i + 1], target, axis, -1.0, row);
+    }
+}
+#endif
+
 /* The same functions that the equations of other scenes are written out as. */
 MECHC_INLINE void FN(configuration)(real t, const real *q, const real *p, const real *k, real *gap,
                                     real *jacobian, real *bias, real *mass, real *saved,
                                     real *turns, int near)
 {
-    FN(tree_configuration)(t, q, p, k, gap, jacobian, bias, saved, saved + MECHC_AT_SUBSPACE,
+#if MECHC_NC > 0
+    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
+                           saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
+                           saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
+    FN(cut_rows)(saved, jacobian);
+    for (int i = 0; i < MECHC_NC; i++) bias[i] = R(0.0);
+#else
+    (void)jacobian, (void)bias;
+    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_SAVED, turns, near);
+#endif
     if (mass) FN(composite_mass)(saved, mass);
 }
 
@@ -282,25 +330,33 @@ MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const real *p
     FN(recursive_forcing)(saved, bias, wrench, forcing);
 }
 
-/* What the constraints leave no room for in the outputs of a tree goes nowhere. */
+/* Any of the three may be NULL. */
 MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const real *p, const real *k,
-                               real *mass, real *forcing)
+                               real *rows, real *mass, real *forcing)
 {
     real saved[MECHC_SAVED], gap[MECHC_AT_LEAST_ONE(MECHC_NH)], bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
     real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)], gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    FN(configuration)(t, q, p, k, gap, jacobian, bias, mass, saved, 0, 0);
+    FN(configuration)(t, q, p, k, gap, rows ? rows : jacobian, bias, mass, saved, 0, 0);
     if (forcing) FN(motion)(t, q, u, p, k, saved, forcing, gamma);
 }
 
 MECHC_INLINE void FN(output_mass_matrix)(real t, const real *q, const real *u, const real *p,
                                          const real *k, real *out)
 {
-    FN(tree_terms)(t, q, u, p, k, out, 0);
+    FN(tree_terms)(t, q, u, p, k, 0, out, 0);
 }
 
 MECHC_INLINE void FN(output_forcing)(real t, const real *q, const real *u, const real *p,
                                      const real *k, real *out)
 {
-    FN(tree_terms)(t, q, u, p, k, 0, out);
+    FN(tree_terms)(t, q, u, p, k, 0, 0, out);
 }
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(output_constraint_jacobian)(real t, const real *q, const real *u,
+                                                 const real *p, const real *k, real *out)
+{
+    FN(tree_terms)(t, q, u, p, k, out, 0, 0);
+}
+#endif
 #endif

@@ -84,7 +84,7 @@ class _Derivation:
         outputs = [
             *self._tree_outputs(links, planar),
             *self._kinematics(),
-            *self._closures(),
+            *self._closures(planar),
             *(self._energies() if wants("energy") else ()),
             *(self._momenta() if wants("momenta") else ()),
             *(self._points() if wants("points") else ()),
@@ -104,6 +104,7 @@ class _Derivation:
                 tuple(link.parent for link in links),
                 tuple(tuple(link.columns) for link in links),
                 planar,
+                tuple((cut.point.link, cut.target.link) for cut in self.cuts),
             ),
         )
 
@@ -170,67 +171,43 @@ class _Derivation:
                 cuts.append(_Cut(label, point, target, axis))
         return cuts
 
-    def _closures(self) -> list[Output]:
+    def _closures(self, planar: bool) -> list[Output]:
         labels = tuple(cut.label for cut in self.cuts)
         along = tuple(f"rate of {label}" for label in labels)
-        names = [printed_name(u) for u in self.mechanism.u]
-        count, size = len(labels), len(names)
-        rows = [entry for cut in self.cuts for entry in self._row(cut)]
-        entries = tuple(f"J[{a}, {u}]" for a in along for u in names)
-
-        def across(what: str) -> list[Expr]:
-            pairs = [(getattr(c.point, what), getattr(c.target, what), c.axis) for c in self.cuts]
-            return [self._along(self.tape.difference(a, b), axis) for a, b, axis in pairs]
-
-        gamma = [-value for value in across("bias")]
-        nq = len(self.mechanism.q)
-        gradient = rows if tuple(self.mechanism.kinematics) == self.mechanism.u else None
-        if gradient is None and self.cuts:
+        count = (len(labels),)
+        if self.cuts and tuple(self.mechanism.kinematics) != self.mechanism.u:
             raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
+        gamma = tuple(-value for value in self._across("bias"))
         return [
             Output(
                 "constraints",
                 "configuration constraints: the loop closes where these vanish",
-                tuple(across("position")),
-                (count,),
+                self._across("position"),
+                count,
                 labels,
             ),
-            Output("motion_constraints", "constraints on the speeds alone", (), (0,), ()),
-            Output(
-                "velocity_constraints", "J u + b = 0", tuple(across("velocity")), (count,), along
-            ),
-            Output(
-                "constraint_jacobian",
-                "J: derivative of the velocity constraints by the speeds",
-                tuple(rows),
-                (count, size),
-                entries,
-            ),
-            Output("gamma", "J u' = gamma", tuple(gamma), (count,), along),
-            Output(
-                "constraint_gradient",
-                "derivative of the configuration constraints by the coordinates",
-                tuple(gradient or ()),
-                (count, nq),
-                entries if gradient else (),
-            ),
+            Output("velocity_constraints", "J u + b = 0", self._across("velocity"), count, along),
+            Output("gamma", "J u' = gamma", gamma, count, along),
+            *(self._cut_outputs(planar) if self.cuts else ()),
         ]
 
-    def _row(self, cut: _Cut) -> list[Expr]:
-        """Partial velocities of the gap, along the axis."""
-        row = [S.Zero] * len(self.symbols.u)
-        mine, other = set(self.links.path(cut.point.link)), set(self.links.path(cut.target.link))
-        for end, sign, links in ((cut.point, 1, mine), (cut.target, -1, other)):
-            for number in links:
-                link = self.links.links[number]
-                arm = self.tape.difference(end.position, link.reference)
-                for k, (angular, linear) in link.columns.items():
-                    moved = self.tape.total(linear, self.tape.cross(angular, arm))
-                    row[k] += sign * dot(moved, cut.axis)
-        return [self.tape.keep(entry) for entry in row]
+    def _across(self, what: str) -> tuple[Expr, ...]:
+        """How far the ends of the cuts differ, along their axes."""
+        tape = self.tape
+        gaps = [tape.difference(getattr(c.point, what), getattr(c.target, what)) for c in self.cuts]
+        return tuple(tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True))
 
-    def _along(self, vector: V3, axis: V3) -> Expr:
-        return self.tape.dot(vector, axis)
+    def _cut_outputs(self, planar: bool) -> list[Output]:
+        """What the runtime needs for the rows of J."""
+        size = 2 if planar else 3
+        references = [link.reference[:size] for link in self.links.links]
+        rows = [
+            (*c.point.position[:size], *c.target.position[:size], *c.axis[:size]) for c in self.cuts
+        ]
+        return [
+            _numbered("tree_reference", "positions of the links' reference points", references),
+            _numbered("tree_cut", "both ends of each cut, and the axis of its constraint", rows),
+        ]
 
     # -- other outputs ----------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from sympy import Expr, S
+from sympy import Add, Expr
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 from mechc_codegen.errors import MechanismError
@@ -47,7 +47,7 @@ def read_kane(method: KanesMethod) -> Source:
 
 def _kinematics(method: Any) -> tuple[Expr, ...]:
     """The implicit form: the explicit one comes from a symbolic inverse and may hold 0/0."""
-    rates = method.q.diff(dynamicsymbols._t)
+    rates = [q.diff(dynamicsymbols._t) for q in method.q]
     speeds = _affine(method._k_ku_implicit, method.u, method._f_k_implicit)
     return tuple(
         a + b for a, b in zip(_affine(method._k_kqdot_implicit, rates, ()), speeds, strict=True)
@@ -56,9 +56,8 @@ def _kinematics(method: Any) -> tuple[Expr, ...]:
 
 def _affine(matrix: Any, vector: Any, rest: Iterable[Expr]) -> tuple[Expr, ...]:
     """Rows of ``matrix vector + rest``; the products with nothing are not formed."""
-    constants = list(rest) or [S.Zero] * matrix.rows
+    terms = [[constant] for constant in rest] or [[] for _ in range(matrix.rows)]
     entries = list(vector)
-    return tuple(
-        sum((a * x for a, x in zip(matrix.row(i), entries, strict=True) if a != 0), constants[i])
-        for i in range(matrix.rows)
-    )
+    for (i, k), factor in matrix.todok().items():
+        terms[i].append(factor * entries[k])
+    return tuple(Add(*row) for row in terms)

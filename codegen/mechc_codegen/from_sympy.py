@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
 
-from mechc_codegen.from_kane import read_kane
-from mechc_codegen.from_lagrange import read_lagrange
-from mechc_codegen.from_system import read_system
 from mechc_codegen.source import Source
 
-READERS: dict[type, Callable[[Any], Source]] = {
-    KanesMethod: read_kane,
-    LagrangesMethod: read_lagrange,
-    System: read_system,
-}
+KINDS = (KanesMethod, LagrangesMethod, System)
 
 
 def readable(thing: object) -> bool:
     """Whether there is a reader for it."""
-    return isinstance(_unwrapped(thing), tuple(READERS))
+    return isinstance(_unwrapped(thing), KINDS)
 
 
 def read(thing: Any) -> Source:
-    """What a mechanics object holds.
+    """What a mechanics object holds; its reader alone is imported.
 
     Raises
     ------
@@ -33,8 +25,17 @@ def read(thing: Any) -> Source:
         If its equations are not formed; the message says what to call.
     """
     inner = _unwrapped(thing)
-    reader = next(reader for kind, reader in READERS.items() if isinstance(inner, kind))
-    return reader(inner)
+    if isinstance(inner, KanesMethod):
+        from mechc_codegen.from_kane import read_kane
+
+        return read_kane(inner)
+    if isinstance(inner, LagrangesMethod):
+        from mechc_codegen.from_lagrange import read_lagrange
+
+        return read_lagrange(inner)
+    from mechc_codegen.from_system import read_system
+
+    return read_system(inner)
 
 
 def _unwrapped(thing: Any) -> Any:

@@ -7,7 +7,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Any
 
 from mechc.batch_recipe import Assembly
@@ -32,7 +31,7 @@ from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
 from mechc.storage import open_saved as open  # noqa: F401
 
-__version__ = version("mechc")
+__version__ = "0.1.0"
 
 # Not ``compile`` and ``open``: a star import must not replace Python's own.
 __all__ = [

@@ -17,13 +17,13 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mechc.errors import CacheError
 
 SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
-_FIRST = ".first"
+_FIRST, _NOTE = ".first", ".note"
 _KEY = re.compile(r"[0-9a-f]{64}")
 
 
@@ -69,6 +69,31 @@ def find(key: str) -> Path | None:
     """
     target = _safe_folder(cache_folder()) / key
     return target / SHARED_OBJECT if _sound(target) else None
+
+
+def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
+    """``make()``, a hash, or what it gave when the stamp was last the same.
+
+    A note that cannot be read or written is no matter: it only saves time.
+    """
+    note = _safe_folder(cache_folder()) / f"{what}{_NOTE}"
+    with suppress(OSError, UnicodeDecodeError):
+        known, _, value = note.read_text("ascii").partition(" ")
+        if known == stamp and is_key(value):
+            return value
+    value = make()
+    with suppress(OSError):
+        _write_aside(note, f"{stamp} {value}")
+    return value
+
+
+def _write_aside(path: Path, text: str) -> None:
+    """Write a file that others may read meanwhile: they find the old one or the new one."""
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, prefix=f".new-{path.name}-", delete=False
+    ) as file:
+        file.write(text)
+    os.replace(file.name, path)
 
 
 def is_key(text: object) -> bool:

@@ -8,7 +8,6 @@ import shutil
 import time
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -192,10 +191,11 @@ def _compile_known(
     digest: str, described: Callable[[], tuple[Any, Any]], build: dict[str, Any]
 ) -> Model:
     """What is named without deriving is looked up before anything is derived."""
-    from mechc_codegen.signature import compiler_signature
+    from mechc_codegen.signature import compiler_signature, files_digest, files_stamp
 
     started = time.perf_counter()
-    key = compiler_signature(f"{digest} sympy {version('sympy')}", *_environment())
+    files = cache.remembered("compiler", files_stamp(), files_digest)
+    key = compiler_signature(digest, *_environment(), files)
     return _model(key, lambda: _built(*described()), build, started)
 
 
@@ -209,9 +209,7 @@ def _environment() -> tuple[str, str]:
     """The compiler and the processor that a binary is made by and for."""
     from mechc import __version__
 
-    command = toolchain.compiler()
-    told = " ".join([*command, toolchain.version(tuple(command))])
-    return told, f"{__version__} {_processor()}"
+    return toolchain.identity(toolchain.compiler()), f"{__version__} {_processor()}"
 
 
 def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: float) -> Model:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -14,9 +16,12 @@ from pathlib import Path
 
 from mechc.errors import CompilerError
 
+_OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?")  # not ccache, not a script
+_STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")
+
 
 def find_compiler() -> list[str] | None:
-    """The command of the C compiler: ``$CC``, else Python's own, gcc, clang or cc; None if absent.
+    """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own; None if absent.
 
     Raises
     ------
@@ -26,12 +31,11 @@ def find_compiler() -> list[str] | None:
     """
     if chosen := os.environ.get("CC", "").strip():
         return _chosen(chosen)
-    named = [sysconfig.get_config_var("CC"), "gcc", "clang", "cc"]
-    for command in filter(None, named):
-        words = shlex.split(command)
-        if words and shutil.which(words[0]):
-            return words
-    return None
+    for name in ("gcc", "clang", "cc"):
+        if shutil.which(name):
+            return [name]
+    words = shlex.split(sysconfig.get_config_var("CC") or "")  # slow to find out
+    return words if words and shutil.which(words[0]) else None
 
 
 def _chosen(command: str) -> list[str]:
@@ -57,6 +61,33 @@ def compiler() -> list[str]:
             "mechanisms run without one"
         )
     return command
+
+
+def identity(command: Sequence[str]) -> str:
+    """What tells a compiler, with its flags and what in the environment steers it, from others.
+
+    One whose program is gcc's or clang's own is told by that file, which takes no process: its
+    path, size and time, and its head, which holds the number of its build.  Anything else, such
+    as a script or ccache, only passes on to a compiler, and is asked for the version.
+    """
+    program = Path(shutil.which(command[0]) or command[0]).resolve()
+    steering = [f"{name}={os.environ[name]}" for name in _STEERING if name in os.environ]
+    return " ".join([*command, _program(program) or version(tuple(command)), *steering])
+
+
+def _program(path: Path) -> str | None:
+    """Names the file of a compiler; None if it is not one itself."""
+    if not _OWN_PROGRAM.fullmatch(path.name):
+        return None
+    try:
+        with path.open("rb") as file:
+            head, status = file.read(4096), os.fstat(file.fileno())
+    except OSError:
+        return None
+    if not head.startswith(b"\x7fELF"):
+        return None
+    digest = hashlib.sha256(head).hexdigest()
+    return f"{path} {status.st_size} {status.st_mtime_ns} {digest}"
 
 
 @lru_cache

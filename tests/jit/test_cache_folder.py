@@ -219,6 +219,22 @@ def test_clearing_a_cache_that_never_was_makes_none(root):
     assert not root.exists()
 
 
+def test_a_note_saves_work_until_its_stamp_changes(root):
+    values = iter((KEY, KEY[::-1]))
+    for _ in range(2):
+        assert cache.remembered("what", "one", lambda: next(values)) == KEY
+    assert cache.remembered("what", "two", lambda: next(values)) == KEY[::-1]
+    assert (root / "what.note").stat().st_mode & 0o077 == 0
+    assert cache.entries() == []
+
+
+@pytest.mark.parametrize("damage", ["", "one", f"one {KEY[:-1]}", "one \xff", f"two {KEY}"])
+def test_a_damaged_note_is_no_matter(root, damage):
+    cache.remembered("what", "one", lambda: KEY)
+    (root / "what.note").write_text(damage, "latin-1")
+    assert cache.remembered("what", "one", lambda: KEY[::-1]) == KEY[::-1]
+
+
 def make_slowly(folder):
     with (folder.parent / "log").open("a") as log:
         log.write("made\n")

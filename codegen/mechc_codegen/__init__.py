@@ -17,6 +17,7 @@ _PLACES = {
     "Mechanism": "mechanism",
     "MechanismError": "errors",
     "build_scene": "extension",
+    "multiplier": "terms",
     "shipped_mechanism": "mechanisms",
 }
 
@@ -29,6 +30,7 @@ __all__ = [
     "Mechanism",
     "MechanismError",
     "build_scene",
+    "multiplier",
     "shipped_mechanism",
 ]
 

@@ -49,12 +49,16 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
         *(_momenta(mechanism, motions) if wishes.wants("momenta") else ()),
         *(_points(mechanism) if wishes.wants("points") else ()),
         *_preference(mechanism),
-        *_user_outputs(mechanism, wishes),
+    ]
+    solved = [
+        *(_point_accelerations(mechanism) if wishes.wants("accelerations") else ()),
+        *_user_outputs(wishes),
     ]
     plain = Plain(mechanism, symbols, wishes)
     return Equations(
         symbols=symbols,
-        outputs={o.name: plain.output(o) for o in outputs},
+        outputs={o.name: plain.output(o) for o in outputs}
+        | {o.name: plain.solved(o) for o in solved},
         parameter_defaults=tuple(plain.default(p.default) for p in mechanism.parameters),
         holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
@@ -286,9 +290,9 @@ def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
     return moving, -at_rest
 
 
-def _user_outputs(mechanism: Mechanism, wishes: Wishes) -> list[Output]:
+def _user_outputs(wishes: Wishes) -> list[Output]:
     return [
-        Output(name, "asked for", (expression.xreplace(mechanism.rates),), (), (name,))
+        Output(name, "asked for", (expression,), (), (name,))
         for name, expression in wishes.expressions.items()
     ]
 
@@ -333,6 +337,13 @@ def _points(mechanism: Mechanism) -> list[Output]:
         _vectors("points", "positions of the named points", frame, names, positions),
         _vectors("point_velocities", "velocities of the named points", frame, names, velocities),
     ]
+
+
+def _point_accelerations(mechanism: Mechanism) -> list[Output]:
+    frame, points = mechanism.frame, mechanism.points
+    accelerations = [_velocity(mechanism, point).dt(frame) for point in points]
+    told, names = "accelerations of the named points", [point.name for point in points]
+    return [_vectors("point_accelerations", told, frame, names, accelerations)]
 
 
 def _vectors(

@@ -16,7 +16,7 @@ from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.functions import Function, Line, plain_words
-from mechc_codegen.layout import INTERNAL, TREE, TREE_MOTION, layout
+from mechc_codegen.layout import INTERNAL, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
 from mechc_codegen.printer import RealPrinter
 from mechc_codegen.program import (
     Assign,
@@ -30,6 +30,7 @@ from mechc_codegen.program import (
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 _SPARSE = 64  # elements
+_SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,8 @@ class _Emitter:
         rows = equations.holonomic + equations.nonholonomic
         widths = [len(o.elements) for o in self._asked()]
         widths += [width for _, width in self.layout.solved]
+        jacobians = self._jacobians(len(symbols.q) + len(symbols.u))
+        widths += [width for _, width in jacobians]
         values = {
             "nq": len(symbols.q),
             "nu": len(symbols.u),
@@ -119,16 +122,43 @@ class _Emitter:
             "tables": self.layout.tables,
             "widest": max([*widths, len(symbols.q) + len(symbols.u), rows]),
             "outputs": self._output_list(rows),
+            "solved": self._solved_list(),
+            "state_jacobian": int("residual_by_state" in self.outputs),
+            "parameter_jacobian": int("residual_by_parameters" in self.outputs),
         }
         return _template("scene_sizes.h.in").substitute(values)
 
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
-        entries = [(o.name, len(o.elements)) for o in self._asked()] + [("rates", size)]
+        explicit = [o for o in self._listed() if not self._needs_motion(o)]
+        entries = [(o.name, len(o.elements)) for o in explicit] + [("rates", size)]
         entries += self.layout.solved
         if rows and self.wishes.wants("multipliers"):
             entries.append(("multipliers", rows))
-        return " \\\n".join(f"    X({name}, {width})" for name, width in entries)
+        entries += self._jacobians(size)
+        return _entries(entries)
+
+    def _jacobians(self, size: int) -> list[tuple[str, int]]:
+        by_state, by_parameters = (name in self.outputs for name in RESIDUALS)
+        widths = [("state_jacobian", size * size)] if by_state else []
+        parameters = len(self.program.symbols.parameters)
+        return [*widths, *([("parameter_jacobian", size * parameters)] if by_parameters else [])]
+
+    def _solved_list(self) -> str:
+        """Outputs that hold accelerations or multipliers."""
+        solved = [o for o in self._listed() if self._needs_motion(o)]
+        return _entries((o.name, len(o.elements)) for o in solved)
+
+    def _needs_motion(self, output: Output) -> bool:
+        """Whether it holds accelerations or multipliers, itself or by statements."""
+        if output.name in RESIDUALS:
+            return True
+        statements = self._slice((output.name,))
+        used = self._used_by((output.name,)) | symbols_of(s.value for s in statements)
+        return not used.isdisjoint(self.program.symbols.motion)
+
+    def _listed(self) -> list[Output]:
+        return [o for o in self._asked() if o.name not in UNLISTED]
 
     def _asked(self) -> list[Output]:
         """Outputs that are a function of their own."""
@@ -214,8 +244,10 @@ class _Emitter:
     def _output(self, output: Output) -> str:
         body = self._statements(self._slice((output.name,)))
         body += self._assignments(output, "out")
-        signature = "real t, const real *q, const real *u, const real *p, const real *k, real *out"
-        name = f"output_{output.name}"
+        state = "real t, const real *q, const real *u, const real *p, const real *k"
+        signature, name = f"{state}, real *out", f"output_{output.name}"
+        if self._needs_motion(output):
+            signature, name = f"{state}{_SOLVED}, real *out", f"solved_{output.name}"
         return Function(output.equation, name, signature, body, self.loads).text()
 
     # -- pieces -----------------------------------------------------------------------------
@@ -237,6 +269,8 @@ class _Emitter:
             ("u", symbols.u),
             ("p", symbols.parameters),
             ("k", self.constants),
+            ("a", symbols.accelerations),
+            ("l", symbols.multipliers),
         ]
         return {s: f"{array}[{i}]" for array, members in arrays for i, s in enumerate(members)}
 
@@ -316,6 +350,10 @@ class _Emitter:
         for i in range(len(symbols)):
             place(i)
         return lines
+
+
+def _entries(outputs: Iterable[tuple[str, int]]) -> str:
+    return " \\\n".join(f"    X({name}, {width})" for name, width in outputs)
 
 
 def _choice(each: InstructionSet) -> str:

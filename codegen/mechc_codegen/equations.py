@@ -14,12 +14,23 @@ from sympy import Expr, S, Symbol
 
 @dataclass(frozen=True)
 class Symbols:
-    """The inputs of every expression, in the order of the arrays that carry them."""
+    """The inputs of every expression, in the order of the arrays that carry them.
+
+    Accelerations and multipliers stand in outputs only, which are evaluated once the motion is
+    solved.
+    """
 
     time: Symbol
     q: tuple[Symbol, ...]
     u: tuple[Symbol, ...]
     parameters: tuple[Symbol, ...]
+    accelerations: tuple[Symbol, ...] = ()
+    multipliers: tuple[Symbol, ...] = ()
+
+    @property
+    def motion(self) -> tuple[Symbol, ...]:
+        """What is known only once the motion is solved."""
+        return (*self.accelerations, *self.multipliers)
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
 from mechc_codegen.optimize import optimize
 from mechc_codegen.program import symbols_of
+from mechc_codegen.sensitivity import add_sensitivities
 from mechc_codegen.tree.frames import NotATreeError
 from mechc_codegen.tree.recursion import derive_tree
 from mechc_codegen.wishes import EVERYTHING, Wishes
@@ -88,7 +89,8 @@ def build_scene(
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, wishes)
     lowered = lower(equations)
-    program = _timed(seconds, "optimize", lambda: optimize(lowered))
+    optimized = _timed(seconds, "optimize", lambda: optimize(lowered))
+    program = _timed(seconds, "sensitivity", lambda: add_sensitivities(optimized, wishes))
     told = scene_metadata(mechanism, parameters, (lowered, program), wishes)
     metadata = json.dumps(told, sort_keys=True)
     texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets, wishes))
@@ -98,8 +100,12 @@ def build_scene(
 
 
 def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
-    """Link by link where that pays and the description allows it; else written out."""
-    if len(mechanism.speeds) >= LEAST_TREE:
+    """Link by link where that pays and the description allows it; else written out.
+
+    Jacobians are derived from M and F, which a tree has only at run time.
+    """
+    jacobians = wishes.wants("state_jacobian") or wishes.wants("parameter_jacobian")
+    if len(mechanism.speeds) >= LEAST_TREE and not jacobians:
         try:
             return derive_tree(mechanism, wishes)
         except NotATreeError:

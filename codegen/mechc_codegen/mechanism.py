@@ -213,6 +213,21 @@ class Mechanism:
         cut = [(name, closure.unit) for closure in self.closures for name in closure.names]
         return (*written, *cut)
 
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Name of every row of J: holonomic constraints first."""
+        holonomic = [name for name, _ in self.holonomic]
+        return (*holonomic, *(c.name for c in self.motion_constraints))
+
+    @cached_property
+    def second_rates(self) -> dict[Expr, Expr]:
+        """``{q'': expression}`` of coordinates, speeds and their rates."""
+        time = dynamicsymbols._t
+        return {
+            q.diff(time, 2): rate.diff(time).xreplace(self.rates)
+            for q, rate in zip(self.q, self.kinematics, strict=True)
+        }
+
     @cached_property
     def rates(self) -> dict[Expr, Expr]:
         """The kinematic differential equations as a replacement: ``{q': expression}``.

@@ -50,7 +50,8 @@ def scene_metadata(
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
-        "shapes": {o.name: list(o.shape) for o in program.outputs} | _solved_shapes(mechanism),
+        "shapes": {o.name: list(o.shape) for o in program.outputs}
+        | _solved_shapes(mechanism, len(parameters)),
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
@@ -59,10 +60,12 @@ def scene_metadata(
     }
 
 
-def _solved_shapes(mechanism: Mechanism) -> dict[str, list[int]]:
-    """Of what every model has, written out or made by the runtime."""
+def _solved_shapes(mechanism: Mechanism, parameters: int) -> dict[str, list[int]]:
+    """Of what the runtime makes, where the scene has it."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
+    states = len(mechanism.coordinates) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
+    shapes |= {"state_jacobian": [states] * 2, "parameter_jacobian": [states, parameters]}
     return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
 
 
@@ -71,6 +74,9 @@ OUTPUTS = {
     "momenta": ("linear_momenta", "angular_momenta"),
     "points": ("points", "point_velocities"),
     "multipliers": ("multipliers",),
+    "accelerations": ("point_accelerations",),
+    "state_jacobian": ("state_jacobian", "velocity_gradient"),
+    "parameter_jacobian": ("parameter_jacobian",),
 }
 
 

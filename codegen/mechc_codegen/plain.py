@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from sympy import Derivative, Expr, Symbol, sympify
 from sympy.core.function import AppliedUndef
@@ -11,6 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from mechc_codegen.equations import Output, Symbols
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.terms import Multiplier
 from mechc_codegen.wishes import Wishes
 
 
@@ -23,6 +25,8 @@ def plain_symbols(mechanism: Mechanism) -> Symbols:
         numbered("q", len(mechanism.coordinates)),
         numbered("u", len(mechanism.speeds)),
         numbered("p", len(mechanism.parameters)),
+        numbered("a", len(mechanism.speeds)),
+        numbered("l", len(mechanism.rows)),
     )
 
 
@@ -34,8 +38,9 @@ class Plain:
         plain = [*symbols.q, *symbols.u, *symbols.parameters]
         self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
         self.symbols |= wishes.fixed
+        self.motion = _solved_motion(mechanism, symbols)
         self.inputs = mechanism.inputs
-        self.rates = mechanism.rates
+        self.rates, self.second_rates = mechanism.rates, mechanism.second_rates
 
     def output(self, output: Output) -> Output:
         elements = tuple(self.expression(sympify(e)) for e in output.elements)
@@ -47,8 +52,24 @@ class Plain:
         _refuse_functions(value, self.symbols)
         return value.xreplace(self.symbols)
 
+    def solved(self, output: Output) -> Output:
+        """An output that may hold accelerations and multipliers."""
+        elements = (sympify(e).xreplace(self.second_rates) for e in output.elements)
+        of_speeds = (e.xreplace(self.rates).xreplace(self.motion) for e in elements)
+        return self.output(replace(output, elements=tuple(of_speeds)))
+
     def default(self, value: Expr | float | None) -> Expr | None:
         return None if value is None else sympify(value).xreplace(self.symbols)
+
+
+def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
+    """u' and multipliers, these by name and by number -> plain symbols."""
+    time = dynamicsymbols._t
+    rates = (u.diff(time) for u in mechanism.u)
+    found: dict[Expr, Expr] = dict(zip(rates, symbols.accelerations, strict=True))
+    for k, (name, symbol) in enumerate(zip(mechanism.rows, symbols.multipliers, strict=True)):
+        found |= {Multiplier(k): symbol, Multiplier(Symbol(name)): symbol}
+    return found
 
 
 def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[Expr, Expr]:

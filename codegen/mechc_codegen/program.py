@@ -77,7 +77,7 @@ class Program:
         known = set(self.symbols.parameters)
         for statement in self.hoisted:
             _check_statement(statement, known)
-        known |= {self.symbols.time, *self.symbols.q, *self.symbols.u}
+        known |= {self.symbols.time, *self.symbols.q, *self.symbols.u, *self.symbols.motion}
         for statement in self.body:
             _check_statement(statement, known)
         for output in self.outputs:

@@ -2,12 +2,30 @@
 
 from __future__ import annotations
 
-from sympy import Expr
+from sympy import Expr, Function, Integer, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
 
 Load = tuple[Point | ReferenceFrame, Vector]
+
+
+class Multiplier(Function):  # type: ignore[misc]
+    """lambda_k of M u' + J^T lambda = F; the argument is k, or the row's name as a symbol."""
+
+    nargs = 1
+    is_real = True
+
+
+def multiplier(row: int | str) -> Expr:
+    """The multiplier of a constraint row, for outputs of one's own.
+
+    Parameters
+    ----------
+    row
+        Its number in ``model.constraint_names`` (from 0) or its name there.
+    """
+    return Multiplier(Symbol(row) if isinstance(row, str) else Integer(row))
 
 
 def printed_name(symbol: Expr) -> str:

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 from sympy import Expr, Symbol
 
-OPTIONAL = ("energy", "momenta", "points", "multipliers")
+USUAL = ("energy", "momenta", "points", "multipliers")
+OPTIONAL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
 
 
 @dataclass(frozen=True)
@@ -22,10 +23,11 @@ class Wishes:
     fixed
         Parameters that become numbers and are no parameters any more.
     expressions
-        Outputs of the user's own: name -> expression of time, coordinates, speeds, parameters.
+        Outputs of the user's own: name -> expression of time, coordinates, speeds, parameters,
+        accelerations and multipliers.
     """
 
-    outputs: frozenset[str] = frozenset(OPTIONAL)
+    outputs: frozenset[str] = frozenset(USUAL)
     fixed: Mapping[Symbol, Expr] = field(default_factory=dict)
     expressions: Mapping[str, Expr] = field(default_factory=dict)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sympy import Derivative, Expr, Symbol, sympify
+from sympy import Derivative, Expr, Integer, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -13,7 +13,8 @@ from mechc_codegen.convert import find_symbol, number, reachable
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism
 from mechc_codegen.source import Key
-from mechc_codegen.wishes import OPTIONAL, Wishes
+from mechc_codegen.terms import Multiplier
+from mechc_codegen.wishes import OPTIONAL, USUAL, Wishes
 
 
 def wishes_of(
@@ -25,8 +26,8 @@ def wishes_of(
 ) -> Wishes:
     """The wishes for a mechanism, each name checked against it.
 
-    Without ``outputs`` everything there is, or the energy alone where the mechanism comes from
-    an object of SymPy's.
+    Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
+    object of SymPy's.
 
     Raises
     ------
@@ -42,10 +43,10 @@ def wishes_of(
             raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
         fixed[symbol] = exact
     if outputs is None:
-        chosen = ("energy",) if of_object else OPTIONAL
+        chosen = ("energy",) if of_object else USUAL
         return Wishes(frozenset(chosen), fixed)
     names, expressions = _outputs(outputs)
-    if of_object and {"momenta", "points"} & set(names):
+    if of_object and {"momenta", "points", "accelerations"} & set(names):
         _refuse_unplaced(mechanism)
     for name, expression in expressions.items():
         _refuse_unknown(name, expression, mechanism)
@@ -53,16 +54,33 @@ def wishes_of(
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
-    """An output of the user's own holds what the mechanism knows; rates of speeds it does not."""
+    """An output of the user's own holds what the mechanism knows."""
     time = dynamicsymbols._t
     known = {time, *mechanism.q, *mechanism.u, *mechanism.inputs}
     known |= {p.symbol for p in mechanism.parameters}
-    plain = expression.xreplace(mechanism.rates)
-    held = plain.atoms(Derivative) or (plain.free_symbols | plain.atoms(AppliedUndef)) - known
+    accelerations = {u.diff(time) for u in mechanism.u}
+    plain = expression.xreplace(mechanism.second_rates).xreplace(mechanism.rates)
+    _refuse_rows(name, plain, mechanism)
+    plain = plain.xreplace(dict.fromkeys(plain.atoms(Multiplier), S.Zero))
+    held = (
+        plain.atoms(Derivative) - accelerations
+        or (plain.free_symbols | plain.atoms(AppliedUndef)) - known
+    )
     if held:
         raise MechanismError(
-            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates, "
-            "their rates, speeds, inputs and parameters of the mechanism"
+            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates "
+            "and speeds, their rates, mechc.multiplier(row), inputs and parameters of the "
+            "mechanism"
+        )
+
+
+def _refuse_rows(name: str, expression: Expr, mechanism: Mechanism) -> None:
+    known = {*map(Integer, range(len(mechanism.rows))), *map(Symbol, mechanism.rows)}
+    unknown = {m.args[0] for m in expression.atoms(Multiplier)} - known
+    if unknown:
+        raise MechanismError(
+            f"outputs: {name!r} holds the multiplier of {str(min(unknown, key=str))!r}; the rows "
+            f"are {', '.join(f'{k} ({n})' for k, n in enumerate(mechanism.rows)) or 'none'}"
         )
 
 

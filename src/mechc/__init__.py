@@ -57,13 +57,14 @@ __all__ = [
     "ValueOutOfBoundsError",
     "load",
     "mechanisms",
+    "multiplier",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """``mechc.Mechanism`` brings sympy with it, so it is imported only when named."""
-    if name == "Mechanism":
-        from mechc.jit import mechanism_class
+    """What brings sympy with it is imported only when named."""
+    if name in ("Mechanism", "multiplier"):
+        from mechc.jit import of_compiler
 
-        return mechanism_class()
+        return of_compiler(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")

@@ -22,11 +22,11 @@ from mechc.model import Model
 _compiled: dict[str, Model] = {}
 
 
-def mechanism_class() -> Any:
-    """``mechc_codegen.Mechanism``."""
-    from mechc_codegen import Mechanism
+def of_compiler(name: str) -> Any:
+    """What the compiler offers its users under this name."""
+    import mechc_codegen
 
-    return Mechanism
+    return getattr(mechc_codegen, name)
 
 
 def shipped_options(name: str) -> dict[str, str]:

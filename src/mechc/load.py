@@ -94,8 +94,10 @@ def compile(
         are no parameters any more.
     outputs
         What can be asked of the model besides the equations of motion: of ``"energy"``,
-        ``"momenta"``, ``"points"``, ``"multipliers"``, and ``{name: expression}`` for
-        expressions of time, coordinates, speeds and parameters.  By default everything of a
+        ``"momenta"``, ``"points"``, ``"multipliers"``, ``"accelerations"`` (of the points),
+        ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
+        ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
+        parameters and multipliers (``mechc.multiplier(row)``).  By default the first four of a
         Mechanism, the energy of an object of SymPy's.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and

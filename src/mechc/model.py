@@ -248,6 +248,30 @@ class Model:
         """Velocities of the named points in m/s, shape (..., points, 3)."""
         return self._evaluate("point_velocities", y, params, t)
 
+    def point_accelerations(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
+        return self._evaluate("point_accelerations", y, params, t)
+
+    def state_jacobian(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+        """Derivative of :meth:`rhs` by the state, shape (..., nq + nu, nq + nu).
+
+        Of the rates as they are written down, which off the constraints say what J u' = gamma
+        asks for: along the constraints it is the mechanism's own.  Exact: M du' + J^T dlambda
+        = -d(M u' + J^T lambda - F), solved by compiled code.
+        """
+        return self._evaluate("state_jacobian", y, params, t)
+
+    def parameter_jacobian(
+        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+    ) -> Array:
+        """Derivative of :meth:`rhs` by the parameters at a fixed state, shape (..., nq + nu, np).
+
+        Each parameter by itself: defaults that follow others do not move.
+        """
+        return self._evaluate("parameter_jacobian", y, params, t)
+
     def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
         values = self._parameters.resolve(params)
         states = np.ascontiguousarray(y, dtype=np.float64)

@@ -20,6 +20,7 @@ from mechc_codegen.kinematics import coordinate_rates
 from mechc_codegen.mechanism import Mechanism
 from mechc_codegen.scene import Asked, Scene
 from mechc_codegen.source import Settings
+from mechc_codegen.terms import multiplier
 from sympy import Function, Symbol, cos, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -239,7 +240,7 @@ def test_outputs_that_do_not_exist_or_cannot_be_known_are_refused() -> None:
         described(slider(), outputs=("enery",))
     with pytest.raises(MechanismError, match="fix: there is no parameter 'g'"):
         described(slider(), fix={"g": 0})
-    for strange in (Symbol("a"), Function("f")(t), v.diff(t)):
+    for strange in (Symbol("a"), Function("f")(t), v.diff(t, 2), multiplier(0)):
         with pytest.raises(MechanismError, match="outputs: 'own' holds"):
             described(slider(), outputs=({"own": x + strange},))
     adrift = slider()

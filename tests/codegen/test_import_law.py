@@ -21,7 +21,7 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
 DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"}
-STAGES = {"derive", "differentiate", "lower", "optimize", "emit_c", "metadata"}
+STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c", "metadata"}
 ALLOWED = {
     "errors": set[str](),
     "wishes": set[str](),

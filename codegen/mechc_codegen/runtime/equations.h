@@ -8,3 +8,4 @@
 #include "one_freedom.h"
 #include "dynamics.h"
 #include "stage.h"
+#include "solved.h"

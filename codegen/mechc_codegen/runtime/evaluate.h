@@ -47,18 +47,6 @@ MECHC_INLINE void mechc_lanes_output_rates(mechc_lane t, const mechc_lane *q, co
     mechc_lanes_rates(t, q, p, k, out);
 }
 
-#if MECHC_NC > 0
-MECHC_INLINE void mechc_lanes_output_multipliers(mechc_lane t, const mechc_lane *q,
-                                                 const mechc_lane *u, const mechc_lane *p,
-                                                 const mechc_lane *k, mechc_lane *out)
-{
-    mechc_lanes_place place;
-    mechc_lane accelerations[MECHC_NU];
-    mechc_lanes_locate(t, q, p, k, &place);
-    mechc_lanes_accelerate(t, q, u, p, k, &place, accelerations, out);
-}
-#endif
-
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_evaluate_blocks(mechc_lanes_output_##label, width, __VA_ARGS__)
 #include "outputs.h"

@@ -16,20 +16,12 @@
 typedef void mechc_scalar_output(double t, const double *q, const double *u, const double *p,
                                  const double *k, double *out);
 
-/* One copy of the solution of the motion for all that need it. */
-MECHC_ONCE void mechc_first_motion(double t, const double *y, const double *p, const double *k,
-                                   double *accelerations, double *lambda)
-{
-    mechc_scalar_place place;
-    mechc_scalar_locate(t, y, p, k, &place);
-    mechc_scalar_accelerate(t, y, y + MECHC_NQ, p, k, &place, accelerations, lambda);
-}
-
 static void mechc_first_rates(double t, const double *y, const double *p, const double *k,
                               double *out)
 {
+    mechc_scalar_place place;
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, p, k, out);
-    mechc_first_motion(t, y, p, k, out + MECHC_NQ, 0);
+    mechc_scalar_solve(t, y, y + MECHC_NQ, p, k, &place, out + MECHC_NQ, 0);
 }
 
 static void mechc_scalar_output_rates(double t, const double *q, const double *u, const double *p,
@@ -37,14 +29,6 @@ static void mechc_scalar_output_rates(double t, const double *q, const double *u
 {
     (void)u; /* follows q in the state */
     mechc_first_rates(t, q, p, k, out);
-}
-
-MECHC_STATIC void mechc_scalar_output_multipliers(double t, const double *q, const double *u,
-                                                  const double *p, const double *k, double *out)
-{
-    double accelerations[MECHC_NU];
-    (void)u;
-    mechc_first_motion(t, q, p, k, accelerations, out);
 }
 
 MECHC_ONCE void mechc_first_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,

@@ -10,6 +10,8 @@
         MECHC_EVALUATE(label, width, count, t, y, p, out);                                       \
     }
 MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
+MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_OUTPUT)
 
 #define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
-static const mechc_output mechc_output_list[] = {MECHC_OUTPUTS(MECHC_LIST_OUTPUT)};
+static const mechc_output mechc_output_list[] = {
+    MECHC_OUTPUTS(MECHC_LIST_OUTPUT) MECHC_SOLVED_OUTPUTS(MECHC_LIST_OUTPUT)};

@@ -15,6 +15,7 @@ from sympy import Expr, S, sympify
 from mechc_codegen.equations import Equations, Output, Tree
 from mechc_codegen.mechanism import Mechanism, printed_name
 from mechc_codegen.plain import Plain, plain_symbols
+from mechc_codegen.tree.accelerations import LinkAccelerations
 from mechc_codegen.tree.bodies import Body, LinkBodies
 from mechc_codegen.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.tree.links import Link, Links, PointMotion, every_speed_has_its_link
@@ -88,6 +89,7 @@ class _Derivation:
             *(self._energies() if wants("energy") else ()),
             *(self._momenta() if wants("momenta") else ()),
             *(self._points() if wants("points") else ()),
+            *(self._accelerations() if wants("accelerations") else ()),
             *self._scalars(),
         ]
         return Equations(
@@ -289,15 +291,20 @@ class _Derivation:
             ),
         ]
 
+    def _accelerations(self) -> list[Output]:
+        points, moving = self.mechanism.points, LinkAccelerations(self.links, self.symbols)
+        found = [moving.of_point(self.links.motion(point)) for point in points]
+        told, names = "accelerations of the named points", [point.name for point in points]
+        return [_vectors("point_accelerations", told, names, found)]
+
     def _scalars(self) -> list[Output]:
         told = "of several assemblies the one where this is largest is taken"
-        wished = {n: ("asked for", e) for n, e in self.wishes.expressions.items()}
+        own = [Output(n, "asked for", (e,), (), (n,)) for n, e in self.wishes.expressions.items()]
+        scalars = [self.plain.solved(output) for output in own]
         if self.mechanism.preference is not None:
-            wished["preference"] = (told, self.mechanism.preference)
-        return [
-            Output(name, equation, (self._plain(value),), (), (name,))
-            for name, (equation, value) in wished.items()
-        ]
+            value = self._plain(self.mechanism.preference)
+            scalars.append(Output("preference", told, (value,), (), ("preference",)))
+        return scalars
 
 
 def _motion(pair: tuple[V3, V3], planar: bool) -> list[Expr]:

@@ -1,0 +1,128 @@
+"""The bicycle, compiled from a KanesMethod, against the published figures of two groups."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanisms.bicycle import R_REAR, G, bicycle, values
+
+import mechc
+from mechc import jit
+
+PUBLISHED = json.loads((Path(__file__).parent / "data" / "bicycle.json").read_text("utf-8"))
+EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # coefficients of central differences
+STEP = 0.007
+LATERAL = ("roll", "steer", "roll_rate", "steer_rate")
+
+
+class NeverBehind:
+    """In place of the thread that compiles the integrators, which these tests do not need."""
+
+    def __init__(self, make, at_once):
+        self.result = make
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        patch.setattr(jit, "Pending", NeverBehind)
+        yield mechc.compile(bicycle(), defaults=values(), outputs=("energy", "multipliers"))
+
+
+def places(model):
+    return {name: k for k, name in enumerate((*model.coordinates, *model.speeds))}
+
+
+def test_one_holonomic_and_four_nonholonomic_constraints_are_found(model):
+    size = len(model.coordinates) + len(model.speeds)
+    assert model.constraints(np.zeros(size)).shape == (1,)
+    assert model.velocity_constraints(np.zeros(size)).shape == (5,)
+
+
+def test_accelerations_at_a_general_state_are_the_published_ones(model):
+    """Which have 13 decimals, from a state with 13 decimals."""
+    place = places(model)
+    y = np.zeros(len(place))
+    for name, value in PUBLISHED["general_state"].items():
+        y[place[name]] = value
+    np.testing.assert_allclose(model.constraints(y), 0, atol=1e-12)
+    np.testing.assert_allclose(model.velocity_constraints(y), 0, atol=1e-12)
+    rates = model.rhs(0.0, y)
+    for name, value in PUBLISHED["general_accelerations"].items():
+        assert rates[place[name]] == pytest.approx(value, abs=2e-12), name
+
+
+def on_the_manifold(model, speed, **lateral):
+    """The state with these lateral components, the rear wheel turning for this speed."""
+    place, size = places(model), len(model.coordinates)
+    y = np.zeros(len(place))
+    y[place["pitch"]] = np.pi / 10
+    for name, value in lateral.items():
+        y[place[name]] = value
+    for _ in range(8):  # Newton: the constraint's slope by the pitch is that of its rate
+        y[size:] = 0.0
+        y[place["pitch_rate"]] = 1.0
+        slope = model.velocity_constraints(y)[0]
+        y[place["pitch"]] -= model.constraints(y)[0] / slope
+    y[size:] = 0.0
+    chosen = {"roll_rate": 0.0, "steer_rate": 0.0, **lateral, "rear_rate": -speed / R_REAR}
+    free = [place[name] for name in ("roll_rate", "steer_rate", "rear_rate")]
+    y[free] = [chosen[name] for name in ("roll_rate", "steer_rate", "rear_rate")]
+    others = [k for k in range(size, len(y)) if k not in free]
+    jacobian = model.constraint_jacobian(y)[:, np.array(others) - size]
+    y[others] = -np.linalg.solve(jacobian, model.velocity_constraints(y))
+    return y
+
+
+def lateral_accelerations(model, speed, params=None, **lateral):
+    rates = model.rhs(0.0, on_the_manifold(model, speed, **lateral), params)
+    return rates[[places(model)[name] for name in ("roll_rate", "steer_rate")]]
+
+
+def slopes(function, names):
+    """Columns of d function / d name at zero."""
+
+    def column(name):
+        return sum(
+            c / STEP * (function(**{name: k * STEP}) - function(**{name: -k * STEP}))
+            for k, c in EIGHTH_ORDER.items()
+        )
+
+    return np.stack([column(name) for name in names], axis=-1)
+
+
+def linearised(model, speed):
+    """M, damping and stiffness: accelerations by torques, by rates and by angles."""
+
+    def by_torque(**torques):
+        return lateral_accelerations(model, speed, torques)
+
+    def by_state(**lateral):
+        return lateral_accelerations(model, speed, **lateral)
+
+    mass = np.linalg.inv(slopes(by_torque, ("lean_torque", "steer_torque")))
+    state = slopes(by_state, LATERAL)
+    return mass, -mass @ state[:, 2:], -mass @ state[:, :2]
+
+
+@pytest.mark.parametrize("speed", [0.0, 1.0, 4.2923825363, 6.0242620154, 10.0])
+def test_the_linearisation_is_the_published_one(model, speed):
+    """About upright straight running, by differences of rates on the constraint manifold."""
+    M, C1, K0, K2 = (np.array(PUBLISHED[name]) for name in ("M", "C1", "K0", "K2"))
+    published = (M, speed * C1, G * K0 + speed**2 * K2)
+    for found, expected in zip(linearised(model, speed), published, strict=True):
+        largest = np.abs(expected).max(initial=1.0)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * largest)
+
+
+def test_energy_is_kept_in_a_general_motion(model):
+    """The power of the constraint forces vanishes: none of the wheels slips."""
+    y = on_the_manifold(model, 5.0, roll=0.3, steer=0.4, roll_rate=0.7, steer_rate=-0.9)
+    rates = model.rhs(0.0, y)
+    change = sum(
+        c / 1e-3 * (model.energy(y + k * 1e-3 * rates) - model.energy(y - k * 1e-3 * rates))
+        for k, c in EIGHTH_ORDER.items()
+    )
+    assert abs(change) < 1e-8 * model.kinetic_energy(y)

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 from unittest import mock
 
 import mpmath
 import numpy as np
-from sympy import Expr, Matrix, Symbol, lambdify
+from sympy import Expr, Matrix, Rational, Symbol, lambdify, sin
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import (
     KanesMethod,
     LagrangesMethod,
+    Point,
+    System,
     dynamicsymbols,
     find_dynamicsymbols,
 )
@@ -32,36 +34,90 @@ class EnoughError(Exception):
 
 
 @contextmanager
-def catching(found: list[Any], wanted: int | None) -> Iterator[None]:
-    kane, lagrange = KanesMethod.kanes_equations, LagrangesMethod.form_lagranges_equations
+def catching(caught: Callable[[Any], None]) -> Iterator[None]:
+    """Hand over every object as soon as its equations are formed; a System, not its method."""
+    makers = {
+        KanesMethod: "kanes_equations",
+        LagrangesMethod: "form_lagranges_equations",
+        System: "form_eoms",
+    }
+    forming: list[Any] = []
 
-    def catch(method: Any, formed: Any) -> Any:
-        if method not in found and len(method.q):
-            found.append(method)
-        if len(found) == wanted:
-            raise EnoughError
-        return formed
+    def watched(form: Callable[..., Any]) -> Callable[..., Any]:
+        def run(self: Any, *arguments: Any, **named: Any) -> Any:
+            forming.append(self)
+            try:
+                formed = form(self, *arguments, **named)
+                if forming == [self] and len(self.q):
+                    caught(self)
+            finally:
+                forming.pop()
+            return formed
 
-    def kanes_equations(self: Any, *arguments: Any, **named: Any) -> Any:
-        return catch(self, kane(self, *arguments, **named))
+        return run
 
-    def lagranges_equations(self: Any) -> Any:
-        return catch(self, lagrange(self))
-
-    with (
-        mock.patch.object(KanesMethod, "kanes_equations", kanes_equations),
-        mock.patch.object(LagrangesMethod, "form_lagranges_equations", lagranges_equations),
-    ):
+    with ExitStack() as patches:
+        for kind, name in makers.items():
+            patch = mock.patch.object(kind, name, watched(getattr(kind, name)))
+            patches.enter_context(patch)
         yield
 
 
-def caught(module: str, test: str, wanted: int | None = 1) -> list[Any]:
-    """The objects whose equations a test of SymPy's forms, up to the number wanted."""
+def caught(module: str, test: str, which: int = 0) -> Any:
+    """An object whose equations a test of SymPy's forms: the first, unless said otherwise."""
     found: list[Any] = []
-    function: Callable[[], None] = getattr(importlib.import_module(TESTS + module), test)
-    with catching(found, wanted), suppress(EnoughError):
+
+    def catch(thing: Any) -> None:
+        found.append(thing)
+        if len(found) > which:
+            raise EnoughError
+
+    place = importlib.import_module(TESTS + module)
+    *group, name = test.split(".")
+    for kind in group:
+        place = getattr(place, kind)()
+    function: Callable[[], None] = getattr(place, name)
+    with catching(catch), suppress(EnoughError):
         function()
-    return found
+    return found[which]
+
+
+def method_of(thing: Any) -> Any:
+    """The method that holds the formed equations."""
+    return thing.eom_method if isinstance(thing, System) else thing
+
+
+def by_lagrange(kane: KanesMethod) -> LagrangesMethod:
+    """The same unconstrained bodies and loads by Lagrange's method; T alone makes up L.
+
+    Of points and frames the velocities are set anew, in the rates of the coordinates.
+    """
+    rates = {u: q.diff() for q, u in zip(kane.q, kane.u, strict=True)}
+    frame = kane._inertial
+    for place in (*(body.point for body in kane.bodies), *(place for place, _ in kane.loads)):
+        if isinstance(place, Point):
+            place.set_vel(frame, place.vel(frame).xreplace(rates))
+        elif place != frame:
+            place.set_ang_vel(frame, place.ang_vel_in(frame).xreplace(rates))
+    loads = [(place, load.xreplace(rates)) for place, load in kane.loads]
+    kinetic = sum(body.kinetic_energy(frame) for body in kane.bodies)
+    method = LagrangesMethod(kinetic, kane.q, loads, kane.bodies, frame)
+    method.form_lagranges_equations()
+    return method
+
+
+def by_system(kane: KanesMethod) -> System:
+    """The same bodies and loads as a System, formed by Kane's method."""
+    origin = Point("fixed")
+    origin.set_vel(kane._inertial, 0)
+    system = System(kane._inertial, origin)
+    system.add_bodies(*kane.bodies)
+    system.add_coordinates(*kane.q)
+    system.add_speeds(*kane.u)
+    system.add_kdes(*(q.diff() - u for q, u in zip(kane.q, kane.u, strict=True)))
+    system.add_loads(*kane.loads)
+    system.form_eoms()
+    return system
 
 
 def states_and_inputs(method: Any) -> tuple[list[Expr], list[Expr], list[AppliedUndef]]:
@@ -72,6 +128,50 @@ def states_and_inputs(method: Any) -> tuple[list[Expr], list[Expr], list[Applied
     known |= set(getattr(method, "_uaux", ()))
     specified = {f for f in held - known if isinstance(f, AppliedUndef)}
     return q, u, sorted(specified, key=str)
+
+
+def stand_ins(thing: Any) -> dict[AppliedUndef, Expr]:
+    """Smooth functions of time in place of specified ones."""
+    _, _, specified = states_and_inputs(method_of(thing))
+    t = dynamicsymbols._t
+    return {f: Rational(k + 1, 7) + sin((k + 2) * t) for k, f in enumerate(specified)}
+
+
+Pairs = dict[str, tuple[Any, Any]]
+
+
+def pairs(
+    model: Any, thing: Any, inputs: dict[AppliedUndef, Expr], states: int, seed: int
+) -> Iterator[Pairs]:
+    """At random states on the constraints: what the model says, and what SymPy says.
+
+    Rates, and constraint forces J^T lambda: F - M u' of the open tree by Kane's method, what
+    the full system of equations solves for by Lagrange's.
+    """
+    method = method_of(thing)
+    reference, rng = Reference(method, inputs), np.random.default_rng(seed)
+    tree = None if isinstance(method, LagrangesMethod) else reference.open_tree()
+    for _ in range(states):
+        t, y, values = random_state(model, reference, rng)
+        mine = {p: values[p] for p in model.parameters}
+        rates, multipliers = reference.rates(t, y, values)
+        found = {"rates": (model.rhs(t, y, mine), rates)}
+        jacobian = model.constraint_jacobian(y, mine, t)
+        forces = jacobian.T @ model.multipliers(y, mine, t) if len(jacobian) else 0 * y[:0]
+        if len(jacobian) and tree is not None:
+            found["forces"] = forces, tree(t, y, values, rates)
+        elif len(jacobian):  # a LagrangesMethod solves for -lambda
+            found["multipliers"] = model.multipliers(y, mine, t), -multipliers
+        yield found
+
+
+def difference(found: Pairs) -> float:
+    """The largest, relative to the largest rate, force or multiplier where that is over one."""
+    apart = 0.0
+    for one, other in found.values():
+        scale = max(1.0, np.abs(other).max(initial=0.0))
+        apart = max(apart, float(np.abs(one - other).max(initial=0.0)) / scale)
+    return apart
 
 
 def random_state(model: Any, reference: Reference, rng: Any) -> tuple[float, Any, dict[str, float]]:
@@ -132,7 +232,7 @@ class Reference:
         matrix = Matrix(matrix).xreplace(zero).xreplace(self.inputs).doit()
         return matrix.xreplace(speeds).xreplace(coordinates)
 
-    def constraint_forces(self, t: float, y: Any, values: dict[str, float], rates: Any) -> Any:
+    def open_tree(self) -> Callable[..., Any]:
         """F - M u' of the open tree: every speed independent, as KanesMethod itself has it."""
         method = self.method
         q, u, _ = states_and_inputs(method)
@@ -145,11 +245,15 @@ class Reference:
         names = sorted(set().union(*(m.free_symbols for m in terms)) - {*self.stand_ins}, key=str)
         names = [n for n in names if n != dynamicsymbols._t]
         evaluate = lambdify([dynamicsymbols._t, *self.stand_ins, *names], terms, "mpmath", cse=True)
-        numbers = [mpmath.mpf(x) for x in (t, *y, *(values[str(s)] for s in names))]
-        with mpmath.workdps(DIGITS):
-            mass, forcing = evaluate(*numbers)
-            accelerations = mpmath.matrix([mpmath.mpf(x) for x in rates[len(q) :]])
-            return np.array([float(x) for x in forcing - mass * accelerations])
+
+        def forces(t: float, y: Any, values: dict[str, float], rates: Any) -> Any:
+            numbers = [mpmath.mpf(x) for x in (t, *y, *(values[str(s)] for s in names))]
+            with mpmath.workdps(DIGITS):
+                mass, forcing = evaluate(*numbers)
+                accelerations = mpmath.matrix([mpmath.mpf(x) for x in rates[len(q) :]])
+                return np.array([float(x) for x in forcing - mass * accelerations])
+
+        return forces
 
     def rates(self, t: float, y: Any, values: dict[str, float]) -> tuple[Any, Any]:
         """(q', u'), and what else the full system solves for: minus the multipliers."""

@@ -1,14 +1,13 @@
-"""SymPy's own models, compiled: rates and constraint forces as SymPy itself evaluates them."""
+"""Objects of SymPy's, compiled: what is asked for, what is refused, what is kept."""
 
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import sympy_models
-from sympy import Rational, Symbol, sin
-from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
-from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pendulum_on_cart
+from first_units import NeverBehind
+from sympy import Symbol, sin
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc import cache, jit
@@ -20,73 +19,9 @@ from sympy_objects import four_bar_kane, four_bar_system, slider
 t = dynamicsymbols._t
 
 
-class NeverBehind:
-    """In place of the thread that compiles the integrators, which few of these tests need."""
-
-    def __init__(self, make, at_once):
-        self.result = make
-
-
 @pytest.fixture(autouse=True)
 def rates_and_outputs_alone(monkeypatch):
     monkeypatch.setattr(jit, "Pending", NeverBehind)
-
-
-def formed(method):
-    method.kanes_equations(method.bodies, method.loads)
-    return method
-
-
-def in_sympys_tests(module, test):
-    """What makes the method that one of SymPy's own tests forms first."""
-    return lambda: sympy_models.caught(module, test)[0]
-
-
-MODELS = {
-    "springs and dampers": lambda: formed(multi_mass_spring_damper(2, True, True)),
-    "pendulums on a cart": lambda: formed(n_link_pendulum_on_cart(2, True, True)),
-    "pendulum of two coordinates": in_sympys_tests(
-        "test_linearize", "test_linearize_pendulum_kane_nonminimal"
-    ),
-    "pendulum of two coordinates, by Lagrange": in_sympys_tests(
-        "test_lagrange", "test_nonminimal_pendulum"
-    ),
-    "rolling disc": in_sympys_tests("test_kane", "test_rolling_disc"),
-    "rolling disc, dependent and auxiliary speeds": in_sympys_tests("test_kane2", "test_aux_dep"),
-    "rolling disc, speeds without mass": in_sympys_tests("test_kane5", "test_kane_rolling_disc_lu"),
-    "disc on an incline, by Lagrange": in_sympys_tests(
-        "test_lagrange", "test_disc_on_an_incline_plane"
-    ),
-    "four-bar by joints": in_sympys_tests(
-        "test_jointsmethod", "test_four_bar_linkage_with_manual_constraints"
-    ),
-}
-
-
-@pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")
-@pytest.mark.parametrize("name", MODELS)
-def test_rates_and_constraint_forces_are_sympys_own(name):
-    method = MODELS[name]()
-    _, _, specified = sympy_models.states_and_inputs(method)
-    inputs = {f: Rational(k + 1, 7) + sin((k + 2) * t) for k, f in enumerate(specified)}
-    model = mechc.compile(method, inputs=inputs, outputs=("multipliers",))
-    reference = sympy_models.Reference(method, inputs)
-    rng = np.random.default_rng(7)
-    for _ in range(3):
-        time, y, values = sympy_models.random_state(model, reference, rng)
-        mine = {p: values[p] for p in model.parameters}
-        rates, multipliers = reference.rates(time, y, values)
-        scale = max(1.0, np.abs(rates).max())
-        np.testing.assert_allclose(model.rhs(time, y, mine), rates, atol=1e-12 * scale, rtol=0)
-        found = model.multipliers(y, mine, time)
-        if isinstance(method, LagrangesMethod):  # which solves for -lambda
-            expected = -multipliers
-        else:
-            forces = reference.constraint_forces(time, y, values, rates)
-            jacobian = model.constraint_jacobian(y, mine, time)
-            found, expected = jacobian.T @ found, forces
-        scale = max(1.0, np.abs(expected).max(initial=0.0))
-        np.testing.assert_allclose(found, expected, atol=1e-12 * scale, rtol=0)
 
 
 VALUES = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.5, "g": 9.81}

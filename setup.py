@@ -84,7 +84,7 @@ setup(
             "mechc._driver",
             ["src/mechc/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
-            depends=[str(RUNTIME / "model.h")],
+            depends=[str(RUNTIME / "model.h"), str(RUNTIME / "call.h")],
         ),
         Extension(
             "mechc._batch",

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechc.batch_recipe import Assembly
+from mechc.c_interface import CFunction
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -25,7 +26,7 @@ from mechc.errors import (
 )
 from mechc.events import Event, EventRecord
 from mechc.load import compile as compile
-from mechc.load import load, mechanisms
+from mechc.load import get_include, load, mechanisms
 from mechc.model import Model, Momenta
 from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
@@ -37,6 +38,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly",
     "AssemblyError",
+    "CFunction",
     "CacheError",
     "ChangePoint",
     "ChangePointError",
@@ -55,6 +57,7 @@ __all__ = [
     "UnavailableOutputError",
     "UnknownNameError",
     "ValueOutOfBoundsError",
+    "get_include",
     "load",
     "mechanisms",
     "multiplier",

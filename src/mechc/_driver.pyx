@@ -5,8 +5,11 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
-from cpython.pycapsule cimport PyCapsule_GetPointer, PyCapsule_New
+from cpython.pycapsule cimport (
+    PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
+)
 from libc.math cimport INFINITY, NAN, isfinite
+from libc.stdlib cimport free
 from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlerror, dlopen, dlsym
 
@@ -84,6 +87,28 @@ cdef extern from "model.h":
         int coordinates, speeds, holonomic, rows, parameters, constants
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
+
+cdef extern from "call.h":
+    ctypedef struct mechc_bound:
+        int states, width
+
+    ctypedef struct mechc_along:
+        pass
+
+    mechc_bound *mechc_bind(const mechc_model *, const mechc_unit *, int, const double *) nogil
+    void mechc_call(double, const double *, double *, void *) noexcept nogil
+    mechc_along *mechc_follow(mechc_bound *, int, int, const int *, const double *, double) nogil
+    double mechc_call_along(int, double *, void *) noexcept nogil
+    void mechc_let_go(mechc_along *) noexcept nogil
+
+cdef const char *CALL = "void (double, double *, double *, void *)"
+cdef const char *CALL_ALONG = "double (int, double *, void *)"
+
+cdef void release_bound(object capsule) noexcept:
+    free(PyCapsule_GetContext(capsule))
+
+cdef void release_along(object capsule) noexcept:
+    mechc_let_go(<mechc_along *>PyCapsule_GetContext(capsule))
 
 
 def capsule_of(path):
@@ -223,6 +248,45 @@ cdef class Scene:
         with nogil:
             output.evaluate(count, times, states, parameters, &view[0, 0])
         return out
+
+    cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
+        cdef int index = -1 if name == "rates" else self.indices[name]
+        cdef mechc_bound *bound
+        if p.shape[0] != self.parameters:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.parameters else NULL)
+        if bound == NULL:
+            raise MemoryError()
+        return bound
+
+    def bound(self, str name, const double[::1] p):
+        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+
+        The capsule is called by its C signature, has the data for its context and owns them;
+        the address is that of its function.
+        """
+        cdef mechc_bound *bound = self._bind(name, p)
+        capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
+        PyCapsule_SetContext(capsule, bound)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+
+    def bound_along(
+        self, str name, const double[::1] p, int component, const int[::1] places,
+        const double[::1] y, double t,
+    ):
+        """One component of it as a function of y at these places (-1: of t), as a capsule."""
+        cdef mechc_bound *bound = self._bind(name, p)
+        cdef mechc_along *along
+        if y.shape[0] != self.width or not 0 <= component < bound.width:
+            free(bound)
+            raise ValueError("no such component or no such state")
+        along = mechc_follow(bound, component, places.shape[0], &places[0], &y[0], t)
+        if along == NULL:
+            free(bound)
+            raise MemoryError()
+        capsule = PyCapsule_New(<void *>mechc_call_along, CALL_ALONG, release_along)
+        PyCapsule_SetContext(capsule, along)
+        return capsule
 
     def rates_seconds(self, double t, const double[::1] y, const double[::1] p, long repeats):
         """Seconds that `repeats` scalar evaluations of the state rates take, each fed by the last.

@@ -29,6 +29,13 @@ def of_compiler(name: str) -> Any:
     return getattr(mechc_codegen, name)
 
 
+def include_folder() -> Path:
+    """Where the headers of compiled scenes lie."""
+    import mechc_codegen
+
+    return Path(mechc_codegen.__file__).parent / "runtime"
+
+
 def shipped_options(name: str) -> dict[str, str]:
     """Option name -> what it does, of a shipped mechanism."""
     from mechc_codegen import SHIPPED

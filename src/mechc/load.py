@@ -136,6 +136,13 @@ def compile(
     )
 
 
+def get_include() -> str:
+    """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
+    from mechc.jit import include_folder
+
+    return str(include_folder())
+
+
 def fingerprint(model: Model) -> str:
     """What tells this compiled scene from any other: its cache key, or its file's hash."""
     if "key" in model.build:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import numpy as np
 
 from mechc import assemble as _assemble
+from mechc import c_interface as _c_interface
 from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
@@ -150,8 +151,14 @@ class Model:
 
     @property
     def capsule(self) -> object:
-        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``."""
+        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
+
+        Its name is that of the interface's version; :func:`mechc.get_include` has the header.
+        """
         return self._scene.capsule
+
+    c_function = _c_interface.c_function
+    integrand = _c_interface.integrand
 
     @property
     def instruction_set(self) -> str:

@@ -1,0 +1,94 @@
+/* An output with its parameters bound: what C code calls without knowing anything of the scene.
+ *
+ * A bound output lies in one block of memory from malloc and is released by free.  Calls keep
+ * nothing and change nothing in it, so threads may share it. */
+#ifndef MECHC_CALL_H
+#define MECHC_CALL_H
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "model.h"
+
+typedef struct {
+    const mechc_unit *unit;
+    mechc_evaluate *evaluate; /* NULL: the state rates */
+    int states, width;        /* lengths of y and of out */
+    const double *p, *constants;
+} mechc_bound;
+
+/* `output` is an index of unit->outputs, or -1 for the state rates; NULL where memory is out. */
+static inline mechc_bound *mechc_bind(const mechc_model *model, const mechc_unit *unit, int output,
+                                      const double *p)
+{
+    const size_t np = (size_t)model->parameters, nk = (size_t)model->constants;
+    mechc_bound *bound = malloc(sizeof *bound + (np + nk) * sizeof(double));
+    if (bound == NULL) return NULL;
+    double *values = (double *)(bound + 1);
+    if (np > 0) memcpy(values, p, np * sizeof(double));
+    unit->prepare(values, values + np);
+    bound->unit = unit;
+    bound->evaluate = output < 0 ? NULL : unit->outputs[output].evaluate;
+    bound->states = model->coordinates + model->speeds;
+    bound->width = output < 0 ? bound->states : unit->outputs[output].width;
+    bound->p = values;
+    bound->constants = values + np;
+    return bound;
+}
+
+/* out = the bound output at (t, y). */
+static inline void mechc_call(double t, const double *y, double *out, void *data)
+{
+    const mechc_bound *bound = data;
+    if (bound->evaluate == NULL) {
+        bound->unit->rates(t, y, bound->p, bound->constants, out);
+    } else {
+        const mechc_rows time = {&t, 0}, state = {y, 0}, parameters = {bound->p, 0};
+        bound->evaluate(1, time, state, parameters, out);
+    }
+}
+
+/* One component of a bound output along some of its arguments. */
+typedef struct {
+    const mechc_bound *of;
+    int component, count;
+    const int *places; /* in y; -1 is the time */
+    const double *y;
+    double t;
+} mechc_along;
+
+/* Takes `of` over; released by mechc_let_go.  NULL where memory is out. */
+static inline mechc_along *mechc_follow(mechc_bound *of, int component, int count,
+                                        const int *places, const double *y, double t)
+{
+    const size_t ny = (size_t)of->states, nplaces = (size_t)count;
+    mechc_along *along = malloc(sizeof *along + ny * sizeof(double) + nplaces * sizeof(int));
+    if (along == NULL) return NULL;
+    double *state = (double *)(along + 1);
+    int *kept = (int *)(state + ny);
+    memcpy(state, y, ny * sizeof(double));
+    memcpy(kept, places, nplaces * sizeof(int));
+    *along = (mechc_along){of, component, count, kept, state, t};
+    return along;
+}
+
+static inline void mechc_let_go(mechc_along *along)
+{
+    free((void *)along->of);
+    free(along);
+}
+
+/* The component where the arguments at `places` are x; NaN if their number is another. */
+static inline double mechc_call_along(int count, double *x, void *data)
+{
+    const mechc_along *along = data;
+    const mechc_bound *of = along->of;
+    double t = along->t, y[of->states], out[of->width];
+    if (count != along->count) return NAN;
+    memcpy(y, along->y, sizeof y);
+    for (int i = 0; i < count; i++) *(along->places[i] < 0 ? &t : &y[along->places[i]]) = x[i];
+    mechc_call(t, y, out, (void *)of);
+    return out[along->component];
+}
+
+#endif

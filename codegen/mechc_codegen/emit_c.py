@@ -16,7 +16,7 @@ from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.functions import Function, Line, plain_words
-from mechc_codegen.layout import INTERNAL, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
+from mechc_codegen.layout import INTERNAL, OWN, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
 from mechc_codegen.printer import RealPrinter
 from mechc_codegen.program import (
     Assign,
@@ -125,6 +125,7 @@ class _Emitter:
             "solved": self._solved_list(),
             "state_jacobian": int("residual_by_state" in self.outputs),
             "parameter_jacobian": int("residual_by_parameters" in self.outputs),
+            "own": len(self.wishes.expressions),
         }
         return _template("scene_sizes.h.in").substitute(values)
 
@@ -139,10 +140,13 @@ class _Emitter:
         return _entries(entries)
 
     def _jacobians(self, size: int) -> list[tuple[str, int]]:
-        by_state, by_parameters = (name in self.outputs for name in RESIDUALS)
-        widths = [("state_jacobian", size * size)] if by_state else []
-        parameters = len(self.program.symbols.parameters)
-        return [*widths, *([("parameter_jacobian", size * parameters)] if by_parameters else [])]
+        found, own = list[tuple[str, int]](), len(self.wishes.expressions)
+        columns = {"state": size, "parameter": len(self.program.symbols.parameters)}
+        for (by, width), residual in zip(columns.items(), RESIDUALS, strict=True):
+            if residual in self.outputs:
+                found.append((f"{by}_jacobian", size * width))
+                found += [(f"own_{by}_jacobian", own * width)] if own else []
+        return found
 
     def _solved_list(self) -> str:
         """Outputs that hold accelerations or multipliers."""
@@ -151,7 +155,7 @@ class _Emitter:
 
     def _needs_motion(self, output: Output) -> bool:
         """Whether it holds accelerations or multipliers, itself or by statements."""
-        if output.name in RESIDUALS:
+        if output.name in (*RESIDUALS, *OWN):
             return True
         statements = self._slice((output.name,))
         used = self._used_by((output.name,)) | symbols_of(s.value for s in statements)

@@ -14,7 +14,8 @@ from mechc_codegen.equations import Equations, Tree
 
 INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 RESIDUALS = ("residual_by_state", "residual_by_parameters")
-UNLISTED = (*RESIDUALS, "rate_by_state", "rate_by_parameters")  # parts of others
+OWN = ("own_by_state", "own_by_parameters")
+UNLISTED = (*RESIDUALS, *OWN, "rate_by_state", "rate_by_parameters")  # parts of others
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}

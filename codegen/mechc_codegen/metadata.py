@@ -51,7 +51,8 @@ def scene_metadata(
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
         "shapes": {o.name: list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, len(parameters)),
+        | _solved_shapes(mechanism, len(parameters), len(wishes.expressions)),
+        "own": list(wishes.expressions),
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
@@ -60,12 +61,13 @@ def scene_metadata(
     }
 
 
-def _solved_shapes(mechanism: Mechanism, parameters: int) -> dict[str, list[int]]:
+def _solved_shapes(mechanism: Mechanism, parameters: int, own: int) -> dict[str, list[int]]:
     """Of what the runtime makes, where the scene has it."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
     shapes |= {"state_jacobian": [states] * 2, "parameter_jacobian": [states, parameters]}
+    shapes |= {"own_state_jacobian": [own, states], "own_parameter_jacobian": [own, parameters]}
     return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
 
 
@@ -75,8 +77,8 @@ OUTPUTS = {
     "points": ("points", "point_velocities"),
     "multipliers": ("multipliers",),
     "accelerations": ("point_accelerations",),
-    "state_jacobian": ("state_jacobian", "velocity_gradient"),
-    "parameter_jacobian": ("parameter_jacobian",),
+    "state_jacobian": ("state_jacobian", "own_state_jacobian", "velocity_gradient"),
+    "parameter_jacobian": ("parameter_jacobian", "own_parameter_jacobian"),
 }
 
 

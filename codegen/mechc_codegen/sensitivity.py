@@ -25,21 +25,20 @@ from mechc_codegen.program import (
 )
 from mechc_codegen.wishes import Wishes
 
-BY_STATE = ("residual_by_state", "velocity_gradient", "rate_by_state")
-BY_PARAMETERS = ("residual_by_parameters", "rate_by_parameters")
 Gradient = Mapping[int, Expr]
 
 
 def add_sensitivities(program: Program, wishes: Wishes) -> Program:
     """Add what the Jacobians that are wished are solved from."""
+    own = tuple(wishes.expressions)
     if wishes.wants("state_jacobian"):
-        program = _by_state(program)
+        program = _by_state(program, own)
     if wishes.wants("parameter_jacobian") and program.symbols.parameters:
-        program = _by_parameters(program)
+        program = _by_parameters(program, own)
     return program.verify()
 
 
-def _by_state(program: Program) -> Program:
+def _by_state(program: Program, own: Sequence[str]) -> Program:
     symbols = program.symbols
     forward = _Forward(program, (*symbols.q, *symbols.u), "d")
     added = [forward.output("residual_by_state", "dR and dS by q and u", _residual(program))]
@@ -47,14 +46,30 @@ def _by_state(program: Program) -> Program:
     gradient = forward.of("velocity_gradient", "derivative of J u + b by q", "velocity_constraints")
     size = len(symbols.q)
     added += [_first_columns(output, size) for output in gradient]
-    return forward.finished(added)
+    return forward.finished([*added, *_of_own("own_by_state", program, forward, own)])
 
 
-def _by_parameters(program: Program) -> Program:
+def _by_parameters(program: Program, own: Sequence[str]) -> Program:
     forward = _Forward(program, program.symbols.parameters, "e")
     added = [forward.output("residual_by_parameters", "dR and dS by p", _residual(program))]
     added += forward.of("rate_by_parameters", "derivative of q' by p", "coordinate_rates")
-    return forward.finished(added)
+    return forward.finished([*added, *_of_own("own_by_parameters", program, forward, own)])
+
+
+def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:
+    """Of outputs of the user's own: derivatives at a given motion, then by u' and lambda."""
+    if not own:
+        return []
+    elements = [e for each in own for e in program.output(each).elements]
+    explicit = forward.output(name, "derivatives at a given u' and lambda", elements)
+    motion, width = program.symbols.motion, len(forward.inputs)
+    entries, labels = list[Expr](), list[str]()
+    for i, element in enumerate(elements):
+        entries += explicit.elements[i * width : (i + 1) * width]
+        entries += [diff(element, x) for x in motion]
+        labels += [f"{name}[{i}, {k}]" for k in range(width + len(motion))]
+    shape = (len(elements), width + len(motion))
+    return [Output(name, explicit.equation, tuple(entries), shape, tuple(labels))]
 
 
 def _residual(program: Program) -> list[Expr]:

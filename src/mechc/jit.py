@@ -51,20 +51,33 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
             raise UnknownNameError(f"option of {name}", option, known)
 
 
-def compile_shipped(name: str, options: Mapping[str, Any]) -> Model:
+def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
     """A variant of a shipped mechanism; its options are known to exist.
 
-    What mechanism, options and compiler package decide is looked up before anything is derived.
+    ``asked``: parameters to ``fix`` and ``outputs``, by name.  What mechanism, options and
+    compiler package decide is looked up before anything is derived.
     """
     told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
+    told |= asked
 
     def described() -> tuple[Any, Any]:
-        return _compiler_errors(lambda: _shipped(name, options)), _everything()
+        found: tuple[Any, Any] = _compiler_errors(lambda: _shipped_as_asked(name, options, asked))
+        return found
 
     if all(map(_is_plain, options.values())):
         return _compile_known(_variant_digest(name, told), described, {"options": told})
     same = _reads_again(options, told)
     return _compile(*described(), {"options": told} if same else {"custom": True})
+
+
+def _shipped_as_asked(
+    name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
+) -> tuple[Any, Any]:
+    from mechc_codegen.wishing import wishes_of
+
+    mechanism = _shipped(name, options)
+    outputs = tuple(asked["outputs"]) if "outputs" in asked else None
+    return mechanism, wishes_of(mechanism, asked.get("fix", {}), outputs, of_object=False)
 
 
 def _is_plain(value: Any) -> bool:
@@ -124,12 +137,6 @@ def _scene(
 
 def _single(outputs: Any) -> bool:
     return isinstance(outputs, (str, Mapping))
-
-
-def _everything() -> Any:
-    from mechc_codegen.wishes import EVERYTHING
-
-    return EVERYTHING
 
 
 def compiled_before(key: str, name: str) -> Model:

@@ -21,7 +21,14 @@ def mechanisms() -> tuple[str, ...]:
     return _scenes.NAMES
 
 
-def load(name: str, *, instruction_set: str | None = None, **options: Any) -> Model:
+def load(
+    name: str,
+    *,
+    instruction_set: str | None = None,
+    fix: Mapping[str, float] | None = None,
+    outputs: Iterable[str] | None = None,
+    **options: Any,
+) -> Model:
     """A shipped mechanism.
 
     Parameters
@@ -30,6 +37,9 @@ def load(name: str, *, instruction_set: str | None = None, **options: Any) -> Mo
         One of :func:`mechanisms`.
     instruction_set
         ``"baseline"``, ``"avx2"`` or ``"avx512"``; the widest of this processor when None.
+    fix, outputs
+        Parameters that become numbers, and names of the outputs wanted, as in :func:`compile`;
+        such a variant is compiled on demand too.
     options
         What the scene asks for beyond the shipped default, for instance ``friction=True`` or
         ``crank_torque="2*sin(3*t)"`` (``mechc show NAME`` lists them).  Such a variant is
@@ -47,20 +57,39 @@ def load(name: str, *, instruction_set: str | None = None, **options: Any) -> Mo
     if name not in _scenes.NAMES:
         raise UnknownNameError("mechanism", name, _scenes.NAMES)
     if options:
-        from mechc.jit import check_options, compile_shipped
+        from mechc.jit import check_options
 
         check_options(name, options)
-        asked = {key: value for key, value in options.items() if value is not False}
-        if asked and instruction_set is not None:
+    chosen = {key: value for key, value in options.items() if value is not False}
+    asked = _asked(fix, outputs)
+    if chosen or asked:
+        from mechc.jit import compile_shipped
+
+        if instruction_set is not None:
             raise ValueError(
                 "a variant is compiled for this processor alone: leave instruction_set out"
             )
-        if asked:
-            return compile_shipped(name, asked)
+        return compile_shipped(name, chosen, asked)
     key = (name, instruction_set)
     if key not in _loaded:
         _loaded[key] = Model(_scene_module(name).model, instruction_set=instruction_set)
     return _loaded[key]
+
+
+def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
+    """What a variant is asked for beside its options, as names and numbers."""
+    asked: dict[str, Any] = {}
+    if fix:
+        asked["fix"] = {str(key): float(value) for key, value in sorted(fix.items())}
+    if outputs is not None:
+        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        if not all(isinstance(each, str) for each in names):
+            raise TypeError(
+                "outputs of a shipped mechanism are asked for by name; expressions of one's own "
+                "are for mechc.compile"
+            )
+        asked["outputs"] = sorted(set(names))
+    return asked
 
 
 def reload(name: str, options: dict[str, Any], instruction_set: str | None) -> Model:

@@ -13,6 +13,8 @@ import numpy as np
 
 from mechc import assemble as _assemble
 from mechc import c_interface as _c_interface
+from mechc import inverse as _inverse
+from mechc import linearize as _linearize
 from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
@@ -261,23 +263,48 @@ class Model:
         """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
         return self._evaluate("point_accelerations", y, params, t)
 
-    def state_jacobian(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
+    def state_jacobian(
+        self,
+        y: Array,
+        params: Parameters = None,
+        t: float | Array = 0.0,
+        *,
+        of: str | None = None,
+    ) -> Array:
         """Derivative of :meth:`rhs` by the state, shape (..., nq + nu, nq + nu).
 
         Of the rates as they are written down, which off the constraints say what J u' = gamma
         asks for: along the constraints it is the mechanism's own.  Exact: M du' + J^T dlambda
-        = -d(M u' + J^T lambda - F), solved by compiled code.
+        = -d(M u' + J^T lambda - F), solved by compiled code.  ``of``: instead of an output of
+        one's own, shape (..., nq + nu).
         """
-        return self._evaluate("state_jacobian", y, params, t)
+        return self._jacobian("state_jacobian", of, y, params, t)
 
     def parameter_jacobian(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
+        self,
+        y: Array,
+        params: Parameters = None,
+        t: float | Array = 0.0,
+        *,
+        of: str | None = None,
     ) -> Array:
         """Derivative of :meth:`rhs` by the parameters at a fixed state, shape (..., nq + nu, np).
 
-        Each parameter by itself: defaults that follow others do not move.
+        Each parameter by itself: defaults that follow others do not move.  ``of``: instead of
+        an output of one's own, shape (..., np).
         """
-        return self._evaluate("parameter_jacobian", y, params, t)
+        return self._jacobian("parameter_jacobian", of, y, params, t)
+
+    def _jacobian(
+        self, name: str, of: str | None, y: Array, params: Parameters, t: float | Array
+    ) -> Array:
+        if of is None:
+            return self._evaluate(name, y, params, t)
+        own = self._data["own"]
+        if of not in own:
+            raise UnknownNameError("output of one's own", of, own)
+        whole = self._evaluate(f"own_{name}", y, params, t)
+        return np.ascontiguousarray(whole[..., own.index(of), :])
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
         values = self._parameters.resolve(params)
@@ -353,7 +380,9 @@ class Model:
     assemble = _assemble.assemble
     assemblies = _assemble.assemblies
     equilibria = _statics.equilibria
+    inverse_dynamics = _inverse.inverse_dynamics
     limits = _statics.limits
+    linearize = _linearize.linearize
     simulate = _simulate.simulate
 
     def simulate_batch(

@@ -20,6 +20,8 @@ from mechc_codegen.emit_c import BASELINE
 from mechc_codegen.extension import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
 from mechc_codegen.mechanism import Constraint, Coordinate, Drawing, Parameter, Quantity, Speed
 from mechc_codegen.printer import RealPrinter
+from mechc_codegen.terms import multiplier
+from mechc_codegen.wishes import OPTIONAL, Wishes
 from sympy import (
     Abs,
     E,
@@ -131,6 +133,18 @@ def test_scenes_are_clean_under_stricter_warnings(
         compiler,
         *("-fsyntax-only", "-Wshadow", "-Wstrict-prototypes", "-Wvla", "-Wtrigraphs"),
     )
+
+
+@pytest.mark.parametrize("scene", ["four_bar", "swing"])
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_scenes_with_jacobians_compile_without_a_warning(
+    scene: str, compiler: str, tmp_path: Path
+) -> None:
+    own = {"own": multiplier(0) * Symbol("l_0")} if scene == "four_bar" else {}
+    asked = Wishes(frozenset(OPTIONAL), expressions=own)
+    build = build_scene(scenes.SCENES[scene](), wishes=asked)
+    compiles(build, tmp_path, compiler, only="scene_avx2.c")
+    compiles(build, tmp_path, compiler, only="scene_first.c")
 
 
 def test_every_instruction_set_is_compiled_in_a_unit_of_its_own() -> None:

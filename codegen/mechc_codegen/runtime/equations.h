@@ -9,3 +9,4 @@
 #include "dynamics.h"
 #include "stage.h"
 #include "solved.h"
+#include "jacobians.h"

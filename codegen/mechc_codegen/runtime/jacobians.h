@@ -1,0 +1,105 @@
+/* Jacobians of the motion, and of outputs that hold it; generic over `real`. */
+#if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
+#define MECHC_MOTION (MECHC_NU + MECHC_NC) /* accelerations and multipliers */
+
+/* du' and dlambda of M du' + J^T dlambda = -dR and J du' = -dS, column by column of dR and dS. */
+MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)
+{
+    for (int column = 0; column < columns; column++) {
+        real right[MECHC_MOTION], x[MECHC_MOTION];
+        for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
+#if MECHC_NC > 0
+        const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU};
+        FN(solve_motion)(&terms, &place->rows, x, MECHC_OWN > 0 ? x + MECHC_NU : 0);
+        for (int i = MECHC_NU; MECHC_OWN == 0 && i < MECHC_MOTION; i++) x[i] = R(0.0);
+#else
+        for (int i = 0; i < MECHC_NU; i++) x[i] = right[i];
+        FN(forward)(&place->factored, MECHC_NU, x);
+        FN(backward)(&place->factored, MECHC_NU, x);
+#endif
+        for (int i = 0; i < MECHC_MOTION; i++) out[i * columns + column] = x[i];
+    }
+}
+
+/* partials: of each output by the columns at a given motion, then by the motion. */
+MECHC_ONCE void FN(follow)(const real *partials, const real *response, int columns, real *out)
+{
+    for (int row = 0; row < MECHC_OWN; row++) {
+        const real *own = partials + row * (columns + MECHC_MOTION);
+        for (int column = 0; column < columns; column++) {
+            real sum = own[column];
+            for (int i = 0; i < MECHC_MOTION; i++)
+                sum += own[columns + i] * response[i * columns + column];
+            out[row * columns + column] = sum;
+        }
+    }
+}
+#endif
+
+/* Of `columns` inputs called `by`: the response of the motion; rows of q' and u'; outputs. */
+#define MECHC_DEFINE_RESPONSE(by, columns)                                                        \
+    MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u, const real *p,      \
+                                        const real *k, real *a, real *l, real *response)          \
+    {                                                                                             \
+        FN(place) place;                                                                          \
+        real residual[MECHC_MOTION * (columns)];                                                  \
+        FN(solve)(t, q, u, p, k, &place, a, l);                                                   \
+        FN(solved_residual_##by)(t, q, u, p, k, a, l, residual);                                  \
+        FN(respond)(&place, residual, columns, response);                                         \
+    }
+#define MECHC_DEFINE_OWN(name, by, columns)                                                       \
+    MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u, const real *p,  \
+                                            const real *k, real *out)                             \
+    {                                                                                             \
+        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];                                        \
+        real response[MECHC_MOTION * (columns)], own[MECHC_OWN * (MECHC_MOTION + (columns))];     \
+        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
+        FN(solved_own_##by)(t, q, u, p, k, a, l, own);                                            \
+        FN(follow)(own, response, columns, out);                                                  \
+    }
+
+#if MECHC_STATE_JACOBIAN
+MECHC_DEFINE_RESPONSE(by_state, MECHC_NQ + MECHC_NU)
+
+MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u, const real *p,
+                                            const real *k, real *out)
+{
+    const int columns = MECHC_NQ + MECHC_NU;
+    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real response[MECHC_MOTION * (MECHC_NQ + MECHC_NU)];
+#if MECHC_IDENTITY_KINEMATICS
+    for (int i = 0; i < MECHC_NQ * columns; i++)
+        out[i] = R(i % columns == MECHC_NQ + i / columns);
+#else
+    FN(output_rate_by_state)(t, q, u, p, k, out);
+#endif
+    FN(response_by_state)(t, q, u, p, k, a, l, response);
+    for (int i = 0; i < MECHC_NU * columns; i++) out[MECHC_NQ * columns + i] = response[i];
+}
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(state_jacobian, by_state, MECHC_NQ + MECHC_NU)
+#endif
+#endif
+
+#if MECHC_PARAMETER_JACOBIAN
+MECHC_DEFINE_RESPONSE(by_parameters, MECHC_NP)
+
+MECHC_INLINE void FN(output_parameter_jacobian)(real t, const real *q, const real *u,
+                                                const real *p, const real *k, real *out)
+{
+    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * MECHC_NP];
+#if MECHC_IDENTITY_KINEMATICS
+    for (int i = 0; i < MECHC_NQ * MECHC_NP; i++) out[i] = R(0.0);
+#else
+    FN(output_rate_by_parameters)(t, q, u, p, k, out);
+#endif
+    FN(response_by_parameters)(t, q, u, p, k, a, l, response);
+    for (int i = 0; i < MECHC_NU * MECHC_NP; i++) out[MECHC_NQ * MECHC_NP + i] = response[i];
+}
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(parameter_jacobian, by_parameters, MECHC_NP)
+#endif
+#endif
+#undef MECHC_DEFINE_RESPONSE
+#undef MECHC_DEFINE_OWN
+#undef MECHC_MOTION

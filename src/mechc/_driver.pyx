@@ -1,6 +1,8 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """The compiled face of a scene: evaluates outputs, runs integrations, releases the GIL."""
 
+from os import fsencode
+
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
@@ -11,7 +13,7 @@ from cpython.pycapsule cimport (
 from libc.math cimport INFINITY, NAN, isfinite
 from libc.stdlib cimport free
 from libc.string cimport memcpy, memset
-from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlerror, dlopen, dlsym
+from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 
 cdef extern from "model.h":
@@ -114,16 +116,22 @@ cdef void release_along(object capsule) noexcept:
 def capsule_of(path):
     """The model in a shared object of its own, as a capsule; it stays loaded with the process.
 
-    Raises ImportError if it cannot be loaded or holds no model.
+    Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
     """
-    cdef bytes name = path.encode()
+    cdef bytes name = fsencode(path)
     cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
-    cdef void *model = NULL
+    cdef const mechc_model *model = NULL
     if library != NULL:
-        model = dlsym(library, b"mechc_scene")
+        model = <const mechc_model *>dlsym(library, b"mechc_scene")
     if model == NULL:
-        raise ImportError(f"{path} cannot be loaded: {dlerror().decode(errors='replace')}")
-    return PyCapsule_New(model, MECHC_CAPSULE, NULL)
+        why = dlerror().decode(errors="replace")
+    elif model.abi != MECHC_ABI:
+        why = f"it was compiled for ABI {model.abi}, this mechc speaks {MECHC_ABI}"
+    else:
+        return PyCapsule_New(<void *>model, MECHC_CAPSULE, NULL)
+    if library != NULL:
+        dlclose(library)  # or the name would stand for this file even after it is replaced
+    raise ImportError(f"{path} cannot be loaded: {why}")
 
 
 def largest_of(const double[::1] values, const Py_ssize_t[::1] which):

@@ -1,74 +1,83 @@
-"""A folder of compiled scenes that only its owner can write, safe between processes.
+"""Compiled scenes in a folder that only its owner can write, safe between processes.
 
 An entry is a folder named by the hash of all that decides the binary; it holds the shared object
-and its checksum.  It is written aside and moved in place under a lock, verified on every load,
-and made again when damaged.
+and a seal, the hash of that name and of the content.  It is written aside and moved in place
+under a lock, verified on every load, and made again when damaged.
 """
 
 from __future__ import annotations
 
-import fcntl
-import grp
+import errno
 import hashlib
 import os
-import pwd
 import re
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
-from mechc.errors import CacheError
+from mechc.cache_folder import (
+    UnwritableError,
+    folder_of_process,
+    is_chosen,
+    refuse_foreign,
+    refuse_open_parents,
+    refuse_unsafe,
+    unwritable,
+    writable,
+)
+from mechc.cache_folder import cache_folder as cache_folder
+from mechc.cache_lock import locked
+from mechc.errors import CacheError, CompilerError
 
-SHARED_OBJECT, CHECKSUM = "scene.so", "scene.sha256"
+SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _FIRST, _NOTE = ".first", ".note"
 _KEY = re.compile(r"[0-9a-f]{64}")
-
-
-def cache_folder() -> Path:
-    """``$MECHC_CACHE_DIR``, else ``mechc`` in the user's cache folder."""
-    if chosen := os.environ.get("MECHC_CACHE_DIR"):
-        return _resolved(Path(chosen))
-    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return _resolved(Path(base) / "mechc")
-
-
-def _resolved(folder: Path) -> Path:
-    """With ``~`` expanded and symbolic links followed: what is there in the end is judged."""
-    try:
-        return folder.expanduser().resolve()
-    except (RuntimeError, OSError) as error:
-        raise CacheError(f"the cache folder {folder} cannot be found: {error}") from None
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def entry(key: str, make: Callable[[Path], None]) -> Path:
     """The shared object of an entry, made by ``make(folder)`` if it is not there and sound.
 
+    Where the user's own cache folder cannot be written, in a folder that goes with the process,
+    with a :class:`CacheWarning`; one that ``$MECHC_CACHE_DIR`` names has to be usable.
+
     Raises
     ------
     CacheError
         If the cache folder cannot be used safely; the message says why.
     """
-    root = _safe_folder(cache_folder())
-    target = root / key
-    with _locked(root / f"{key}.lock"):
-        if not _sound(target):
-            _replace(root, target, make)
-    return target / SHARED_OBJECT
+    try:
+        return _entry(writable(cache_folder()), key, make)
+    except UnwritableError as error:
+        if is_chosen():
+            raise
+        return _entry(folder_of_process(error), key, make)
 
 
 def find(key: str) -> Path | None:
-    """The shared object of an entry that is there and sound.
+    """The shared object of an entry that is there and sound; nothing is written.
 
     Raises
     ------
     CacheError
         If the cache folder cannot be used safely; the message says why.
     """
-    target = _safe_folder(cache_folder()) / key
-    return target / SHARED_OBJECT if _sound(target) else None
+    root = cache_folder()
+    try:
+        refuse_unsafe(root)
+    except OSError:
+        return None
+    return root / key / SHARED_OBJECT if _sound(root / key) else None
+
+
+def discard(key: str) -> None:
+    """Remove an entry that turned out to be of no use here."""
+    root = cache_folder()
+    with suppress(OSError), locked(root / f"{key}.lock"):
+        shutil.rmtree(root / key, ignore_errors=True)
 
 
 def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
@@ -76,24 +85,17 @@ def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
 
     A note that cannot be read or written is no matter: it only saves time.
     """
-    note = _safe_folder(cache_folder()) / f"{what}{_NOTE}"
+    root = cache_folder()
+    note = root / f"{what}{_NOTE}"
     with suppress(OSError, UnicodeDecodeError):
-        known, _, value = note.read_text("ascii").partition(" ")
+        refuse_unsafe(root)
+        known, _, value = _content(note).decode("ascii").partition(" ")
         if known == stamp and is_key(value):
             return value
     value = make()
-    with suppress(OSError):
-        _write_aside(note, f"{stamp} {value}")
+    with suppress(OSError, UnwritableError):
+        _write_aside(writable(root), note, f"{stamp} {value}")
     return value
-
-
-def _write_aside(path: Path, text: str) -> None:
-    """Write a file that others may read meanwhile: they find the old one or the new one."""
-    with tempfile.NamedTemporaryFile(
-        "w", dir=path.parent, prefix=f".new-{path.name}-", delete=False
-    ) as file:
-        file.write(text)
-    os.replace(file.name, path)
 
 
 def is_key(text: object) -> bool:
@@ -114,17 +116,18 @@ def first_key(key: str) -> str:
 
 
 def clear() -> int:
-    """Remove every entry, and first units of entries; how many entries there were."""
+    """Remove every entry, and what lies beside entries; how many there were."""
     found = entries()
     root = cache_folder()
     firsts = [p for p in root.glob(f"*{_FIRST}") if _KEY.fullmatch(p.stem) and p.is_dir()]
     if found or firsts:
-        _refuse_foreign(root)
+        refuse_foreign(root)
     for folder in (*found, *firsts):
         lock = folder.with_name(f"{folder.name}.lock")
-        with _locked(lock):
+        with locked(lock):
             shutil.rmtree(folder, ignore_errors=True)
             lock.unlink()
+    (root / f"compiler{_NOTE}").unlink(missing_ok=True)
     return len(found)
 
 
@@ -133,111 +136,86 @@ def check() -> Path:
     root = cache_folder()
     existing = next(path for path in (root, *root.absolute().parents) if path.exists())
     if existing == root:
-        _refuse_foreign(root)
-    _refuse_open_parents(root)
+        refuse_foreign(root)
+    refuse_open_parents(root)
     if not os.access(existing, os.W_OK):
         raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
     return root
 
 
-def _replace(root: Path, target: Path, make: Callable[[Path], None]) -> None:
-    for left_behind in root.glob(f".new-{target.name}-*"):  # by a process that was killed
-        shutil.rmtree(left_behind)
+def _entry(root: Path, key: str, make: Callable[[Path], None]) -> Path:
+    target = root / key
+    try:
+        with locked(root / f"{key}.lock") as alone:
+            if not _sound(target):
+                _replace(root, target, make, alone)
+    except OSError as error:
+        raise unwritable(root, error) from None
+    except CompilerError as error:
+        full = next((n for n in _FULL if os.strerror(n) in str(error)), None)
+        if full is None:
+            raise
+        raise unwritable(root, OSError(full, os.strerror(full))) from error
+    return target / SHARED_OBJECT
+
+
+def _replace(root: Path, target: Path, make: Callable[[Path], None], alone: bool) -> None:
+    for left_behind in root.glob(f".new-{target.name}-*") if alone else ():  # by a killed process
+        shutil.rmtree(left_behind, ignore_errors=True)
     aside = Path(tempfile.mkdtemp(prefix=f".new-{target.name}-", dir=root))
     try:
         make(aside)
-        (aside / CHECKSUM).write_text(_checksum(aside / SHARED_OBJECT))
+        shared, seal = aside / SHARED_OBJECT, aside / SEAL
+        seal.write_text(_seal(target.name, shared.read_bytes()))
+        for file in (shared, seal):
+            file.chmod(0o600)  # whatever the umask
         if target.exists():
             shutil.rmtree(target)
-        aside.rename(target)
+        _move(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
 
+def _move(aside: Path, target: Path) -> None:
+    try:
+        aside.rename(target)
+    except OSError:
+        if not _sound(target):  # where there are no locks, another may have been first
+            raise
+
+
 def _sound(folder: Path) -> bool:
-    """Whether the entry is whole and ours."""
+    """Whether the entry is whole, ours, and the one of its name."""
     try:
-        _refuse_foreign(folder)
-        return (folder / CHECKSUM).read_text() == _checksum(folder / SHARED_OBJECT)
-    except (OSError, UnicodeDecodeError):
+        refuse_foreign(folder)
+        seal = _content(folder / SEAL)
+        return seal == _seal(folder.name, _content(folder / SHARED_OBJECT)).encode()
+    except OSError:
         return False
 
 
-def _checksum(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest()
+def _seal(name: str, content: bytes) -> str:
+    """Of an entry's name too: under another one the same file would be another scene's."""
+    return hashlib.sha256(f"{name}\n".encode() + content).hexdigest()
 
 
-def _safe_folder(root: Path) -> Path:
+def _content(path: Path) -> bytes:
+    """A file that is the user's and that nobody else can write, not what a link leads to."""
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    with open(os.open(path, flags), "rb") as file:
+        status = os.fstat(file.fileno())
+        others = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.getuid() or others:
+            raise PermissionError(errno.EPERM, "not a file of the user's alone", str(path))
+        return file.read()
+
+
+def _write_aside(root: Path, path: Path, text: str) -> None:
+    """Write a file that others may read meanwhile: they find the old one or the new one."""
+    descriptor, aside = tempfile.mkstemp(prefix=f".new-{path.name}-", dir=root)
     try:
-        root.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        raise CacheError(
-            f"the cache folder {root} cannot be made ({error.strerror}); set MECHC_CACHE_DIR to "
-            "a folder of yours"
-        ) from None
-    _refuse_foreign(root)
-    _refuse_open_parents(root)
-    if not os.access(root, os.W_OK):
-        raise CacheError(
-            f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder of yours"
-        )
-    return root
-
-
-def _refuse_foreign(folder: Path) -> None:
-    """Compiled code is loaded from here, so nobody else may be able to write it."""
-    status = folder.lstat()
-    if not stat.S_ISDIR(status.st_mode):
-        raise CacheError(f"{folder} is not a folder; remove it or set MECHC_CACHE_DIR")
-    if status.st_uid != os.getuid():
-        raise CacheError(f"{folder} belongs to another user; set MECHC_CACHE_DIR to one of yours")
-    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
-        raise CacheError(f"{folder} can be written by others: chmod 700 it, or set MECHC_CACHE_DIR")
-
-
-def _refuse_open_parents(folder: Path) -> None:
-    """Who can write a folder above can put another one in place, unless it is sticky."""
-    for parent in folder.parents:
-        if not parent.exists():
-            continue
-        status = parent.stat()
-        by_group = status.st_mode & stat.S_IWGRP and not _private_group(status.st_gid)
-        writable = by_group or status.st_mode & stat.S_IWOTH
-        if writable and not status.st_mode & stat.S_ISVTX:
-            raise CacheError(
-                f"{parent}, above the cache folder {folder}, can be written by others, who could "
-                "put code of theirs there: chmod go-w it, or set MECHC_CACHE_DIR"
-            )
-        if status.st_uid not in (0, os.getuid()):
-            raise CacheError(
-                f"{parent}, above the cache folder {folder}, belongs to another user; set "
-                "MECHC_CACHE_DIR to a folder of yours"
-            )
-
-
-def _private_group(group: int) -> bool:
-    """Whether it is the user's own group, as many systems make one for every user."""
-    try:
-        told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
-    except KeyError:
-        return False
-    return told.gr_name == user.pw_name and set(told.gr_mem) <= {user.pw_name}
-
-
-@contextmanager
-def _locked(path: Path) -> Iterator[None]:
-    """One process at a time; the lock goes with the process that holds it."""
-    while True:
-        with path.open("w") as file:
-            fcntl.flock(file, fcntl.LOCK_EX)
-            if _names(path, file.fileno()):
-                yield
-                return
-
-
-def _names(path: Path, descriptor: int) -> bool:
-    """Whether the path still is the open file; :func:`clear` may have removed it meanwhile."""
-    try:
-        return os.path.samestat(path.stat(), os.fstat(descriptor))
-    except FileNotFoundError:
-        return False
+        with open(descriptor, "w") as file:
+            file.write(text)
+        os.replace(aside, path)
+    finally:
+        Path(aside).unlink(missing_ok=True)

@@ -77,6 +77,10 @@ class CacheError(MechcError):
     """The cache folder cannot be used safely."""
 
 
+class CacheWarning(UserWarning):
+    """What is compiled cannot be kept for later processes."""
+
+
 def _unpickled(kind: type[UnknownNameError], message: str) -> UnknownNameError:
     error = kind.__new__(kind, message)
     error.message = message

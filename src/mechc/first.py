@@ -23,7 +23,7 @@ class Pending:
     """Something that is made in the background; whoever asks for it waits.
 
     Not begun at once, it is made when it is asked for.  In a process that was forked meanwhile,
-    where the thread is missing, it is made anew.
+    where the thread is missing, it is made anew; so it is after it failed, when asked for again.
     """
 
     def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
@@ -45,10 +45,12 @@ class Pending:
         """What was made; an error of the making is raised here."""
         if self._begun and self._process == os.getpid():
             self._thread.join()
-        elif self._made is None:
-            self._run()
-        if self._error is not None:
-            raise self._error
+            self._begun, error = False, self._error
+            self._error = None
+            if error is not None:
+                raise error
+        if self._made is None:
+            self._made = self._make()
         return self._made
 
 

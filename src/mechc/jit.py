@@ -14,7 +14,7 @@ from typing import Any
 
 from mechc import cache, toolchain
 from mechc._driver import Scene, capsule_of
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import CacheError, MechcError, UnknownNameError
 from mechc.first import FirstScene, Pending
 from mechc.load import load
 from mechc.model import Model
@@ -150,14 +150,14 @@ def compiled_before(key: str, name: str) -> Model:
     if key not in _compiled:
         if not cache.is_key(key):
             raise MechcError(f"{key!r} is not the key of a compiled scene")
-        path = cache.find(key)
-        if path is None:
+        scene = _found(key)
+        if scene is None:
             raise MechcError(
                 f"{name!r} (cache key {key[:16]}) is not in the cache {cache.cache_folder()} of "
                 "this process: compile it here first, or let MECHC_CACHE_DIR name a folder that "
                 "all share"
             )
-        _compiled[key] = Model(capsule_of(str(path)), build={"custom": True, "key": key})
+        _compiled[key] = Model(None, build={"custom": True, "key": key}, scene=scene)
     return _compiled[key]
 
 
@@ -232,9 +232,9 @@ def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: f
         return _compiled[key]
     seconds: dict[str, float] = {}
     told = {**build, "seconds": seconds, "key": key}
-    path = cache.find(key)
-    if path is not None:
-        model = Model(capsule_of(str(path)), build=told)
+    scene = _found(key)
+    if scene is not None:
+        model = Model(None, build=told, scene=scene)
         seconds["load"] = time.perf_counter() - started
     else:
         model = _begun(key, lru_cache(built), told, started)
@@ -245,34 +245,72 @@ def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: f
 def _begun(key: str, built: Callable[[], Any], told: dict[str, Any], started: float) -> Model:
     """A model with its first unit, and the whole of it on the way.
 
-    The first unit is kept too: a program that never integrates never waits for the whole.
+    The first unit is kept too: a program that never integrates never waits for the whole.  Of
+    processes that want the same at once, one derives and compiles it, and the others wait.
     """
-    seconds, beside = told["seconds"], cache.first_key(key)
-    kept = cache.find(beside)
-    if kept is None:
+    seconds: dict[str, float] = told["seconds"]
+
+    def make_first(folder: Path) -> None:
+        scene = _timed(seconds, "emit", built)
+        _timed(seconds, "first unit", lambda: _make_first(scene, folder))
+
+    def make(folder: Path) -> None:
         scene = built()
-        emitted = time.perf_counter()
-        seconds["emit"] = emitted - started
-        path = cache.entry(beside, lambda folder: _make_first(scene, folder))
-        seconds["first unit"] = time.perf_counter() - emitted
-    else:
-        path = kept
-        seconds["load"] = time.perf_counter() - started
+        _timed(seconds, "compile", lambda: _make(scene, folder))
 
     def whole() -> Scene:
-        scene, begun = built(), time.perf_counter()
-        path = cache.entry(key, lambda folder: _make(scene, folder))
-        seconds["compile"] = time.perf_counter() - begun
-        finished = Scene(capsule_of(str(path)), None)
+        finished = _entry(key, make)
         ready.wait()
         model._scene = finished
         return finished
 
+    beside = cache.first_key(key)
+    first = _found(beside) or _entry(beside, make_first)
+    made = "first unit" in seconds
+    if not made:
+        seconds["load"] = time.perf_counter() - started
     ready = Event()
-    behind = Pending(whole, at_once=kept is None)
-    model = Model(None, build=told, scene=FirstScene(Scene(capsule_of(str(path)), None), behind))
+    model = Model(None, build=told, scene=FirstScene(first, Pending(whole, at_once=made)))
     ready.set()
     return model
+
+
+def _found(key: str) -> Scene | None:
+    """The scene of an entry that is there and can be loaded."""
+    path = cache.find(key)
+    try:
+        return None if path is None else _scene_in(path)
+    except ImportError:
+        cache.discard(key)
+        return None
+
+
+def _entry(key: str, make: Callable[[Path], None]) -> Scene:
+    """The scene of an entry, made if need be; once more if it is gone again before it is loaded."""
+    try:
+        return _scene_in(cache.entry(key, make))
+    except ImportError:
+        cache.discard(key)
+    path = cache.entry(key, make)
+    try:
+        return _scene_in(path)
+    except ImportError as error:
+        raise CacheError(
+            f"what was just compiled cannot be loaded: {error}. If programs may not run from "
+            f"{path.parents[1]} (a file system mounted noexec), set MECHC_CACHE_DIR to a folder "
+            "elsewhere; else it is the compiler that does not work for this machine"
+        ) from None
+
+
+def _scene_in(path: Path) -> Scene:
+    return Scene(capsule_of(str(path)), None)
+
+
+def _timed(seconds: dict[str, float], stage: str, run: Callable[[], Any]) -> Any:
+    started = time.perf_counter()
+    done = run()
+    seconds[stage] = time.perf_counter() - started
+    return done
 
 
 def _compiler_errors(run: Any) -> Any:

@@ -8,11 +8,13 @@ import os
 import re
 import shlex
 import shutil
+import signal
 import subprocess
 import sysconfig
 from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from mechc.errors import CompilerError
 
@@ -116,7 +118,8 @@ def compile_all(
     def one(source: tuple[str, Sequence[str]]) -> Path:
         name, flags = source
         target = folder / f"{name}.o"
-        _run([*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)])
+        told = [*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)]
+        _run(told, folder)
         return target
 
     if not side_by_side:
@@ -133,12 +136,13 @@ def compile_shared(
     """Compile and link one source into a shared object, in one run of the compiler."""
     paths = [f"-I{path}" for path in includes]
     command = [*compiler(), *flags, "-fPIC", "-shared", *paths, str(folder / source)]
-    _run([*command, "-lm", "-o", str(target)])
+    _run([*command, "-lm", "-o", str(target)], folder)
 
 
 def link(objects: Sequence[Path], target: Path) -> None:
     """Link object files into a shared object."""
-    _run([*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)])
+    command = [*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)]
+    _run(command, target.parent)
 
 
 _running: set[subprocess.Popen[str]] = set()
@@ -151,10 +155,16 @@ def _stop_running() -> None:
         process.kill()
 
 
-def _output(command: list[str]) -> subprocess.CompletedProcess[str]:
+os.register_at_fork(after_in_child=_running.clear)  # they are the other process's
+
+
+def _output(command: list[str], **where: Any) -> subprocess.CompletedProcess[str]:
     pipe = subprocess.PIPE
     try:
-        process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, errors="replace")
+        process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True,
+            errors="replace", **where,
+        )  # fmt: skip
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
     _running.add(process)
@@ -169,10 +179,21 @@ def _output(command: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.CompletedProcess(command, process.returncode, out, told)
 
 
-def _run(command: list[str]) -> None:
-    done = _output(command)
+def _run(command: list[str], folder: Path) -> None:
+    """What the compiler writes meanwhile goes to ``folder`` too, and goes with it."""
+    done = _output(command, env={**os.environ, "TMPDIR": str(folder), "LC_ALL": "C"})
     if done.returncode != 0:
         raise CompilerError(
-            f"the C compiler failed (exit {done.returncode}).\n{shlex.join(command)}\n"
+            f"the C compiler {_ending(done.returncode)}.\n{shlex.join(command)}\n"
             f"{done.stderr.strip()}"
         )
+
+
+def _ending(code: int) -> str:
+    if code >= 0:
+        return f"failed (exit {code})"
+    try:
+        name = signal.Signals(-code).name
+    except ValueError:
+        name = f"signal {-code}"
+    return f"was ended by {name}" + (", perhaps for want of memory" if name == "SIGKILL" else "")

@@ -1,7 +1,12 @@
 """The cache: nobody else's code, nothing damaged, made once, and nothing else touched."""
 
+import errno
+import fcntl
 import multiprocessing
 import os
+import shutil
+import signal
+import stat
 import time
 from pathlib import Path
 
@@ -63,12 +68,12 @@ def damage_bits(entry):
 
 
 def truncate_checksum(entry):
-    checksum = entry / "scene.sha256"
+    checksum = entry / "scene.seal"
     checksum.write_text(checksum.read_text()[:-1])
 
 
 def scramble_checksum(entry):
-    (entry / "scene.sha256").write_bytes(b"\xff\xfe")
+    (entry / "scene.seal").write_bytes(b"\xff\xfe")
 
 
 def remove_code(entry):
@@ -76,7 +81,7 @@ def remove_code(entry):
 
 
 def remove_checksum(entry):
-    (entry / "scene.sha256").unlink()
+    (entry / "scene.seal").unlink()
 
 
 @pytest.mark.parametrize(
@@ -242,21 +247,156 @@ def make_slowly(folder):
     (folder / cache.SHARED_OBJECT).write_bytes(b"code")
 
 
-def take(queue):
+def take(queue, together):
+    together.wait()
     queue.put(cache.entry(KEY, make_slowly).read_bytes())
 
 
-def test_processes_at_once_make_an_entry_once(root):
+def test_fifty_processes_at_once_make_an_entry_once(root):
     """Each waits for the one that makes it, and then finds it whole."""
     context = multiprocessing.get_context("fork")
-    queue = context.Queue()
-    workers = [context.Process(target=take, args=(queue,)) for _ in range(4)]
+    queue, together = context.Queue(), context.Barrier(50)
+    workers = [context.Process(target=take, args=(queue, together)) for _ in range(50)]
     for worker in workers:
         worker.start()
-    assert [queue.get(timeout=60) for _ in workers] == [b"code"] * 4
+    assert [queue.get(timeout=60) for _ in workers] == [b"code"] * 50
     for worker in workers:
         worker.join()
     assert Path(root / "log").read_text() == "made\n"
+
+
+def test_what_is_forked_meanwhile_does_not_keep_the_lock(root):
+    """A child shares its parent's open files, and locks are held as long as one is open."""
+    children = []
+
+    def fork(folder):
+        children.append(os.fork())
+        if children[-1] == 0:
+            time.sleep(60)
+            os._exit(0)
+        (folder / cache.SHARED_OBJECT).write_bytes(b"code")
+
+    try:
+        cache.entry(KEY, fork)
+        with (root / f"{KEY}.lock").open() as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    finally:
+        os.kill(children[0], signal.SIGKILL)
+        os.waitpid(children[0], 0)
+
+
+def test_a_killed_process_leaves_no_lock_although_its_child_lives(root):
+    """What a child inherited it closes, so that the kernel frees the lock with the parent."""
+    reading, writing = os.pipe()
+
+    def fork_and_die(folder):
+        child = os.fork()
+        if child == 0:
+            os.write(writing, b"%d\n" % os.getpid())
+            time.sleep(60)
+            os._exit(0)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    parent = os.fork()
+    if parent == 0:
+        cache.entry(KEY, fork_and_die)
+    os.waitpid(parent, 0)
+    orphan = int(os.read(reading, 20))
+    try:
+        with (root / f"{KEY}.lock").open() as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        assert cache.entry(KEY, Maker()).read_bytes() == b"code"
+        assert not list(root.glob(".new-*"))
+    finally:
+        os.kill(orphan, signal.SIGKILL)
+        os.close(reading)
+        os.close(writing)
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EOPNOTSUPP])
+def test_a_file_system_without_locks_will_do(root, monkeypatch, number):
+    """Then two may make the same at once; the one that is later keeps the other's."""
+
+    def refuse(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    make = Maker()
+
+    def make_while_another_does(folder):
+        make(folder)
+        if make.made == 1:
+            cache.entry(KEY, make_while_another_does)
+
+    assert cache.entry(KEY, make_while_another_does).read_bytes() == b"code"
+    assert make.made == 2
+    assert cache.find(KEY) is not None
+
+
+def test_an_entry_of_another_name_is_not_taken(root):
+    """Whole and sealed, but another scene's: copied or renamed by whoever tidied up."""
+    cache.entry(KEY, Maker(b"one"))
+    other = KEY[::-1]
+    shutil.copytree(root / KEY, root / other)
+    assert cache.find(other) is None
+    assert cache.entry(other, Maker(b"two")).read_bytes() == b"two"
+    assert cache.entry(KEY, Maker()).read_bytes() == b"one"
+
+
+def link_code(entry, elsewhere):
+    (entry / "scene.so").rename(elsewhere)
+    (entry / "scene.so").symlink_to(elsewhere)
+
+
+def share_code(entry, elsewhere):
+    (entry / "scene.so").chmod(0o606)
+
+
+def pipe_code(entry, elsewhere):
+    (entry / "scene.so").unlink()
+    os.mkfifo(entry / "scene.so")
+
+
+@pytest.mark.parametrize("change", [link_code, share_code, pipe_code])
+def test_code_that_is_not_a_file_of_the_users_alone_is_made_again(root, tmp_path, change):
+    """What a link leads to, or what others write, could be another thing when it is loaded."""
+    cache.entry(KEY, Maker())
+    change(root / KEY, tmp_path / "elsewhere")
+    assert cache.find(KEY) is None
+    path = cache.entry(KEY, Maker())
+    assert path.read_bytes() == b"code"
+    assert stat.S_ISREG(path.lstat().st_mode)
+
+
+def test_a_link_in_place_of_an_entry_is_told(root, tmp_path):
+    cache.entry(KEY, Maker())
+    (root / KEY).rename(tmp_path / "moved")
+    (root / KEY).symlink_to(tmp_path / "moved")
+    with pytest.raises(CacheError, match=f"{KEY} is not a folder; remove it"):
+        cache.entry(KEY, Maker())
+
+
+def test_a_link_in_place_of_a_lock_is_not_followed(root, tmp_path):
+    root.mkdir(mode=0o700)
+    (root / f"{KEY}.lock").symlink_to(tmp_path / "precious")
+    with pytest.raises(CacheError, match="cannot be made or written"):
+        cache.entry(KEY, Maker())
+    assert not (tmp_path / "precious").exists()
+
+
+@pytest.mark.parametrize("mask", [0o000, 0o022, 0o077])
+def test_the_umask_is_no_matter(tmp_path, monkeypatch, mask):
+    """Folders made on the way are the user's alone; code can be read again."""
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "a" / "b" / "cache"))
+    make, before = Maker(), os.umask(mask)
+    try:
+        for _ in range(2):
+            cache.entry(KEY, make)
+    finally:
+        os.umask(before)
+    assert make.made == 1
+    for folder in ("a", "a/b", "a/b/cache", f"a/b/cache/{KEY}"):
+        assert (tmp_path / folder).stat().st_mode & 0o777 == 0o700
 
 
 def clear_often(seconds):

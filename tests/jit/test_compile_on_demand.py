@@ -166,7 +166,7 @@ def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch
     assert model.capsule, "waits for the whole of it"
     key = model.build["key"]
     shared = cache.cache_folder() / key / cache.SHARED_OBJECT
-    assert {path.name for path in shared.parent.iterdir()} == {"scene.so", "scene.sha256"}
+    assert {path.name for path in shared.parent.iterdir()} == {"scene.so", "scene.seal"}
     whole = shared.read_bytes()
     replaced = shared.with_name("new")  # the one in place is mapped into this process
     replaced.write_bytes(whole[: len(whole) // 2])

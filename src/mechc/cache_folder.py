@@ -1,0 +1,142 @@
+"""Where compiled scenes are kept, and whether nobody else can put code of theirs there."""
+
+from __future__ import annotations
+
+import atexit
+import grp
+import os
+import pwd
+import shutil
+import stat
+import tempfile
+import warnings
+from pathlib import Path
+
+from mechc.errors import CacheError, CacheWarning
+
+_temporary: dict[int, Path] = {}
+
+
+class UnwritableError(CacheError):
+    """The cache folder is safe, but nothing can be put into it."""
+
+
+def cache_folder() -> Path:
+    """``$MECHC_CACHE_DIR``, else ``mechc`` in the user's cache folder."""
+    if chosen := os.environ.get("MECHC_CACHE_DIR"):
+        return _resolved(Path(chosen))
+    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return _resolved(Path(base) / "mechc")
+
+
+def _resolved(folder: Path) -> Path:
+    """With ``~`` expanded and symbolic links followed: what is there in the end is judged."""
+    try:
+        return folder.expanduser().resolve()
+    except (RuntimeError, OSError) as error:
+        raise CacheError(f"the cache folder {folder} cannot be found: {error}") from None
+
+
+def writable(root: Path) -> Path:
+    """The folder, made if it is not there; raises :class:`CacheError` unless it is safe."""
+    try:
+        _make_private(root)
+    except OSError as error:
+        raise unwritable(root, error) from None
+    refuse_unsafe(root)
+    if not os.access(root, os.W_OK):
+        raise UnwritableError(
+            f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder of yours"
+        )
+    return root
+
+
+def _make_private(folder: Path) -> None:
+    """Those above it too are the user's alone, whatever the umask."""
+    if folder.exists() and folder.is_dir():
+        return
+    if not folder.parent.exists():
+        _make_private(folder.parent)
+    folder.mkdir(mode=0o700, exist_ok=True)
+
+
+def unwritable(root: Path, error: OSError) -> UnwritableError:
+    """What the operating system says, with what to do about it."""
+    return UnwritableError(
+        f"the cache folder {root} cannot be made or written ({error.strerror or error}): make "
+        "room or mend that, or set MECHC_CACHE_DIR to a folder of yours"
+    )
+
+
+def is_chosen() -> bool:
+    """Whether the user said where compiled scenes are to be kept."""
+    return bool(os.environ.get("MECHC_CACHE_DIR"))
+
+
+def folder_of_process(why: CacheError) -> Path:
+    """A private folder that goes with this process, for where nothing can be kept; it warns."""
+    process = os.getpid()
+    if process not in _temporary:
+        try:
+            _temporary[process] = Path(tempfile.mkdtemp(prefix="mechc-")).resolve()
+        except OSError as error:
+            raise CacheError(f"{why}; nor is there a temporary folder ({error})") from None
+        atexit.register(_remove, process)
+        warnings.warn(
+            f"{why}. Until then what is compiled is kept as long as this process runs.",
+            CacheWarning,
+            stacklevel=2,
+        )
+    return refuse_unsafe(_temporary[process])
+
+
+def _remove(process: int) -> None:
+    if os.getpid() == process:  # and not in one that was forked from it
+        shutil.rmtree(_temporary[process], ignore_errors=True)
+
+
+def refuse_unsafe(root: Path) -> Path:
+    """Raise :class:`CacheError` where others could put code in place."""
+    refuse_foreign(root)
+    refuse_open_parents(root)
+    return root
+
+
+def refuse_foreign(folder: Path) -> None:
+    """Compiled code is loaded from here, so nobody else may be able to write it."""
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode):
+        raise CacheError(f"{folder} is not a folder; remove it or set MECHC_CACHE_DIR")
+    if status.st_uid != os.getuid():
+        raise CacheError(f"{folder} belongs to another user; set MECHC_CACHE_DIR to one of yours")
+    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+        raise CacheError(f"{folder} can be written by others: chmod 700 it, or set MECHC_CACHE_DIR")
+
+
+def refuse_open_parents(folder: Path) -> None:
+    """Who can write a folder above can put another one in place, unless it is sticky."""
+    for parent in folder.parents:
+        if not parent.exists():
+            continue
+        status = parent.stat()
+        by_group = status.st_mode & stat.S_IWGRP and not _private_group(status.st_gid)
+        writable = by_group or status.st_mode & stat.S_IWOTH
+        if writable and not status.st_mode & stat.S_ISVTX:
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, can be written by others, who could "
+                "put code of theirs there: chmod go-w it, or set MECHC_CACHE_DIR"
+            )
+        if status.st_uid not in (0, os.getuid()):
+            raise CacheError(
+                f"{parent}, above the cache folder {folder}, belongs to another user; set "
+                "MECHC_CACHE_DIR to a folder of yours"
+            )
+
+
+def _private_group(group: int) -> bool:
+    """Whether it is the user's own group, as many systems make one for every user."""
+    try:
+        told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
+    except KeyError:
+        return False
+    return told.gr_name == user.pw_name and set(told.gr_mem) <= {user.pw_name}

@@ -14,6 +14,7 @@ from mechc.c_interface import CFunction
 from mechc.errors import (
     AssemblyError,
     CacheError,
+    CacheWarning,
     ChangePointError,
     CompilerError,
     EventError,
@@ -40,6 +41,7 @@ __all__ = [
     "AssemblyError",
     "CFunction",
     "CacheError",
+    "CacheWarning",
     "ChangePoint",
     "ChangePointError",
     "CompilerError",

@@ -53,7 +53,7 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
         return _entry(writable(cache_folder()), key, make)
     except UnwritableError as error:
         if is_chosen():
-            raise
+            raise CacheError(str(error)) from None
         return _entry(folder_of_process(error), key, make)
 
 

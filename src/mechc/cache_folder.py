@@ -81,7 +81,7 @@ def folder_of_process(why: CacheError) -> Path:
             _temporary[process] = Path(tempfile.mkdtemp(prefix="mechc-")).resolve()
         except OSError as error:
             raise CacheError(f"{why}; nor is there a temporary folder ({error})") from None
-        atexit.register(_remove, process)
+        atexit.register(_remove, _temporary[process], process)
         warnings.warn(
             f"{why}. Until then what is compiled is kept as long as this process runs.",
             CacheWarning,
@@ -90,9 +90,9 @@ def folder_of_process(why: CacheError) -> Path:
     return refuse_unsafe(_temporary[process])
 
 
-def _remove(process: int) -> None:
+def _remove(folder: Path, process: int) -> None:
     if os.getpid() == process:  # and not in one that was forked from it
-        shutil.rmtree(_temporary[process], ignore_errors=True)
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def refuse_unsafe(root: Path) -> Path:

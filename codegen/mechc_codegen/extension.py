@@ -11,7 +11,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TypeVar
@@ -19,12 +19,13 @@ from typing import TypeVar
 from mechc_codegen.derive import derive
 from mechc_codegen.differentiate import differentiate
 from mechc_codegen.emit_c import BASELINE, WIDER, InstructionSet, emit
+from mechc_codegen.emit_numpy import Listing, emit_numpy
 from mechc_codegen.equations import Equations
 from mechc_codegen.lower import lower
 from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
 from mechc_codegen.optimize import optimize
-from mechc_codegen.program import symbols_of
+from mechc_codegen.program import Program, symbols_of
 from mechc_codegen.sensitivity import add_sensitivities
 from mechc_codegen.tree.frames import NotATreeError
 from mechc_codegen.tree.recursion import derive_tree
@@ -58,6 +59,7 @@ class Build:
     name: str
     texts: Mapping[str, str]
     flags: Mapping[str, tuple[str, ...]]
+    seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
 
     @property
     def first_flags(self) -> tuple[str, ...]:
@@ -77,6 +79,15 @@ class Build:
                 path.write_text(text, "utf-8")
 
 
+@dataclass(frozen=True)
+class Optimised:
+    """What both ways of emitting begin with."""
+
+    equations: Equations
+    program: Program
+    metadata: str
+
+
 def build_scene(
     mechanism: Mechanism,
     sets: tuple[InstructionSet, ...] | None = None,
@@ -85,6 +96,26 @@ def build_scene(
     """Derive, optimise and emit a mechanism; nothing is compiled yet."""
     sets = instruction_sets() if sets is None else sets
     seconds: dict[str, float] = {}
+    made = optimised(mechanism, wishes, seconds)
+    told = (made.program, made.equations, made.metadata)
+    texts = _timed(seconds, "emit", lambda: emit(*told, sets, wishes))
+    texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
+    flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
+    return Build(mechanism.name, texts, flags, seconds)
+
+
+def build_listing(
+    mechanism: Mechanism, wishes: Wishes = EVERYTHING
+) -> tuple[Listing, dict[str, float]]:
+    """The same for machines without a C compiler; with the seconds that each stage took."""
+    seconds: dict[str, float] = {}
+    made = optimised(mechanism, wishes, seconds)
+    told = (made.program, made.equations, made.metadata)
+    return _timed(seconds, "emit", lambda: emit_numpy(*told, wishes)), seconds
+
+
+def optimised(mechanism: Mechanism, wishes: Wishes, seconds: dict[str, float]) -> Optimised:
+    """Derive, differentiate, lower and optimise."""
     equations = _timed(seconds, "derive", lambda: equations_of(mechanism, wishes))
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, wishes)
@@ -92,11 +123,7 @@ def build_scene(
     optimized = _timed(seconds, "optimize", lambda: optimize(lowered))
     program = _timed(seconds, "sensitivity", lambda: add_sensitivities(optimized, wishes))
     told = scene_metadata(mechanism, parameters, (lowered, program), wishes)
-    metadata = json.dumps(told, sort_keys=True)
-    texts = _timed(seconds, "emit", lambda: emit(program, equations, metadata, sets, wishes))
-    texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
-    flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
-    return Build(mechanism.name, texts, flags)
+    return Optimised(equations, program, json.dumps(told, sort_keys=True))
 
 
 def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:

@@ -49,8 +49,8 @@ class Function:
         return _definition(comment, name, self.signature, body, storage)
 
     def _cut(self) -> str:
-        pieces = list(_pieces(_as_soon_as_possible(self.lines)))
-        shared = _Shared(pieces)
+        pieces = list(pieces_of(as_soon_as_possible(self.lines)))
+        shared = Shared(pieces)
         texts, calls = list[str](), list[str]()
         arguments = ", ".join(argument_names(self.signature))
         for number, piece in enumerate(pieces):
@@ -61,7 +61,7 @@ class Function:
         texts.append(_definition(self.comment, self.name, self.signature, body, "MECHC_ONCE"))
         return "\n".join(texts)
 
-    def _piece(self, name: str, piece: Sequence[Line], shared: _Shared, number: int) -> str:
+    def _piece(self, name: str, piece: Sequence[Line], shared: Shared, number: int) -> str:
         used = {symbol for line in piece for symbol in line.uses}
         defined = {symbol for line in piece for symbol in line.defines}
         body = [_load(symbol, place) for symbol, place in self.loads.items() if symbol in used]
@@ -74,7 +74,7 @@ class Function:
         return _definition(f"{self.comment} Piece {number}.", name, signature, body, "MECHC_ONCE")
 
 
-class _Shared:
+class Shared:
     """Places for the values that one piece hands to later ones."""
 
     def __init__(self, pieces: Sequence[Sequence[Line]]) -> None:
@@ -95,7 +95,7 @@ class _Shared:
         return self.size - 1
 
 
-def _as_soon_as_possible(lines: Sequence[Line]) -> Iterator[Line]:
+def as_soon_as_possible(lines: Sequence[Line]) -> Iterator[Line]:
     """Lines that define nothing right after the last value they use."""
     defined = {symbol for line in lines for symbol in line.defines}
     order = {s: n for n, line in enumerate(lines) for s in line.defines}
@@ -111,7 +111,7 @@ def _as_soon_as_possible(lines: Sequence[Line]) -> Iterator[Line]:
             yield from after.get(number, ())
 
 
-def _pieces(lines: Iterable[Line]) -> Iterator[list[Line]]:
+def pieces_of(lines: Iterable[Line]) -> Iterator[list[Line]]:
     piece: list[Line] = []
     for line in lines:
         piece.append(line)

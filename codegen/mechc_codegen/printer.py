@@ -7,12 +7,13 @@ printed; everything else is refused by name, never handed to the C compiler.
 from __future__ import annotations
 
 import math
+import re
 
 from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, Symbol, exp
 from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
-from mechc_codegen.errors import MechanismError
+from mechc_codegen.errors import InternalError, MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
 _EXACT = 2**53  # integers up to here are doubles
@@ -96,3 +97,47 @@ def _number(expression: Expr) -> str:
     if value.imag != 0 or not math.isfinite(value.real):
         raise MechanismError(f"{str(expression)[:80]!r} is not a real number of double range")
     return repr(value.real)
+
+
+class NumpyPrinter(RealPrinter):
+    """Python, over floats or NumPy arrays alike; functions by the names that C has for them."""
+
+    _MOST_TERMS = 40  # of a sum in one bracket: Python's own compiler walks down them one by one
+
+    def _print_Symbol(self, expr: Symbol) -> str:
+        if not re.fullmatch(r"[a-z]+[0-9]*x?", expr.name):
+            raise InternalError(f"{expr.name!r} is no name of ours")
+        return str(expr.name)
+
+    def _print_Pow(self, expr: Pow) -> str:
+        base, exponent = expr.as_base_exp()
+        if exponent == Rational(1, 2):
+            return f"sqrt({self._print(base)})"
+        if exponent == Rational(-1, 2):
+            return f"(1.0/sqrt({self._print(base)}))"
+        if not (exponent.is_Integer and 0 < abs(int(exponent)) <= _MOST_FACTORS):
+            return f"pow({self._print(base)}, {self._print(exponent)})"
+        power = self._product(base, abs(int(exponent)))
+        return power if exponent > 0 else f"(1.0/{power})"
+
+    def _product(self, base: Expr, factors: int) -> str:
+        if base.is_Symbol or factors == 1:
+            return f"({'*'.join([self.parenthesize(base, 100)] * factors)})"
+        return f"({self.parenthesize(base, 100)}**{factors})"
+
+    def _print_Add(self, expr: Expr, order: object = None) -> str:
+        terms = self._as_ordered_terms(expr, order=order)
+        if len(terms) <= self._MOST_TERMS:
+            return str(super()._print_Add(expr, order=order))
+        size = max(self._MOST_TERMS, -(-len(terms) // self._MOST_TERMS))
+        parts = [Add(*terms[i : i + size], evaluate=False) for i in range(0, len(terms), size)]
+        return " + ".join(f"({self._print(part)})" for part in parts)
+
+    def _print_Function(self, expr: Expr) -> str:
+        return f"{type(expr).__name__}({', '.join(map(self._print, expr.args))})"
+
+    def _print_Abs(self, expr: Expr) -> str:
+        return f"fabs({self._print(expr.args[0])})"
+
+    def _real(self, expression: Expr) -> str:
+        return str(self._print(expression))

@@ -57,8 +57,7 @@ def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, A
     ``asked``: parameters to ``fix`` and ``outputs``, by name.  What mechanism, options and
     compiler package decide is looked up before anything is derived.
     """
-    told = {key: v if isinstance(v, bool) else str(v) for key, v in options.items()}
-    told |= asked
+    told = _told(options, asked)
 
     def described() -> tuple[Any, Any]:
         found: tuple[Any, Any] = _compiler_errors(lambda: _shipped_as_asked(name, options, asked))
@@ -78,6 +77,30 @@ def _shipped_as_asked(
     mechanism = _shipped(name, options)
     outputs = tuple(asked["outputs"]) if "outputs" in asked else None
     return mechanism, wishes_of(mechanism, asked.get("fix", {}), outputs, of_object=False)
+
+
+def shipped_without_c(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
+    """A shipped mechanism, or a variant, with NumPy in place of compiled code."""
+    told = _told(options, asked)
+    described = _compiler_errors(lambda: _shipped_as_asked(name, options, asked))
+    same = all(map(_is_plain, options.values())) or _reads_again(options, told)
+    return _without_c(described, {"options": told} if same else {"custom": True})
+
+
+def _without_c(described: tuple[Any, Any], build: dict[str, Any]) -> Model:
+    """Derived in this process, and kept nowhere: what is executed was written here."""
+    from mechc_codegen.extension import build_listing
+
+    from mechc.numpy_scene import NumpyScene
+
+    listing, seconds = _compiler_errors(lambda: build_listing(*described))
+    told = {**build, "backend": "numpy", "seconds": seconds}
+    return Model(None, build=told, scene=NumpyScene(listing))
+
+
+def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """What says the same to another process."""
+    return {k: v if isinstance(v, bool) else str(v) for k, v in options.items()} | dict(asked)
 
 
 def _is_plain(value: Any) -> bool:
@@ -106,9 +129,11 @@ def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
     return hashlib.sha256("".join(f"{len(p)}:{p}" for p in parts).encode()).hexdigest()
 
 
-def compile_any(thing: Any, **asked: Any) -> Model:
+def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> Model:
     """A mechanism of the user's own, or an object of SymPy's; see :func:`mechc.compile`."""
     scene = _compiler_errors(lambda: _scene(thing, **asked))
+    if backend == "numpy":
+        return _without_c(_compiler_errors(scene.described), {"custom": True})
     known = scene.digest
     if known is None:
         mechanism, wishes = _compiler_errors(scene.described)

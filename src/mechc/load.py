@@ -13,6 +13,7 @@ from mechc import _scenes
 from mechc.errors import UnknownNameError
 from mechc.model import Model
 
+BACKENDS = ("c", "numpy")
 _loaded: dict[tuple[str, str | None], Model] = {}
 
 
@@ -27,6 +28,7 @@ def load(
     instruction_set: str | None = None,
     fix: Mapping[str, float] | None = None,
     outputs: Iterable[str] | None = None,
+    backend: str = "c",
     **options: Any,
 ) -> Model:
     """A shipped mechanism.
@@ -40,6 +42,9 @@ def load(
     fix, outputs
         Parameters that become numbers, and names of the outputs wanted, as in :func:`compile`;
         such a variant is compiled on demand too.
+    backend
+        ``"c"``, or ``"numpy"``: derived and evaluated in this process without any compiled code,
+        slowly (docs/backends.md says how and what is missing).
     options
         What the scene asks for beyond the shipped default, for instance ``friction=True`` or
         ``crank_torque="2*sin(3*t)"`` (``mechc show NAME`` lists them).  Such a variant is
@@ -62,6 +67,8 @@ def load(
         check_options(name, options)
     chosen = {key: value for key, value in options.items() if value is not False}
     asked = _asked(fix, outputs)
+    if checked_backend(backend) == "numpy":
+        return _without_c(name, instruction_set, chosen, asked)
     if chosen or asked:
         from mechc.jit import compile_shipped
 
@@ -92,9 +99,31 @@ def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> di
     return asked
 
 
-def reload(name: str, options: dict[str, Any], instruction_set: str | None) -> Model:
+def checked_backend(backend: str) -> str:
+    """``"c"`` or ``"numpy"``."""
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS)
+    return backend
+
+
+def _without_c(
+    name: str,
+    instruction_set: str | None,
+    options: Mapping[str, Any],
+    asked: Mapping[str, Any],
+) -> Model:
+    from mechc.jit import shipped_without_c
+
+    if instruction_set is not None:
+        raise ValueError("backend='numpy' has no instruction sets: leave instruction_set out")
+    return shipped_without_c(name, options, asked)
+
+
+def reload(
+    name: str, options: dict[str, Any], instruction_set: str | None, backend: str = "c"
+) -> Model:
     """What unpickles a model."""
-    return load(name, instruction_set=instruction_set, **options)
+    return load(name, instruction_set=instruction_set, backend=backend, **options)
 
 
 def compile(
@@ -107,8 +136,9 @@ def compile(
     units: Mapping[Any, str] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
+    backend: str = "c",
 ) -> Model:
-    """Compile a mechanism of one's own; cached, needs a C compiler.
+    """Compile a mechanism of one's own; cached, needs a C compiler unless ``backend="numpy"``.
 
     Parameters
     ----------
@@ -136,6 +166,9 @@ def compile(
         time, coordinates, speeds and parameters.
     configuration_constraints
         Added to those that the object holds, where it was given their rates alone.
+    backend
+        ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
+        pass change points and makes no batches (docs/backends.md).
 
     In all of these a key is a symbol or its printed name; all but ``fix`` and ``outputs`` are
     for objects of SymPy's.
@@ -162,6 +195,7 @@ def compile(
         configuration_constraints=None
         if configuration_constraints is None
         else tuple(configuration_constraints),
+        backend=checked_backend(backend),
     )
 
 

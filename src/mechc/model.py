@@ -163,6 +163,11 @@ class Model:
     integrand = _c_interface.integrand
 
     @property
+    def backend(self) -> str:
+        """``"c"``, or ``"numpy"`` where there is no compiled code."""
+        return str(self.build.get("backend", "c"))
+
+    @property
     def instruction_set(self) -> str:
         """The compilation in use, chosen for this processor."""
         return str(self._scene.instruction_set)
@@ -406,7 +411,8 @@ class Model:
             )
         from mechc.load import reload
 
-        return reload, (self.name, self.options, self._asked_for)
+        backend = self.build.get("backend", "c")
+        return reload, (self.name, self.options, self._asked_for, backend)
 
     def __repr__(self) -> str:
         return (

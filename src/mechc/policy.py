@@ -63,10 +63,15 @@ def checked_change_point(policy: str) -> str:
 
 
 def _chosen_method(model: Model, method: str) -> str:
+    without_c = model.backend == "numpy"
     if method == "auto":
-        return "gauss8" if model._data.get("smooth", True) else "dop853"
+        return "gauss8" if model._data.get("smooth", True) and not without_c else "dop853"
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
+    if without_c and method != "dop853":
+        raise ValueOutOfBoundsError(
+            f"method={method!r} is compiled code; backend='numpy' has 'dop853' alone"
+        )
     return method
 
 

@@ -117,6 +117,13 @@ CODES = {
         "sol.change_points holds its time and configuration; continue past it with "
         "on_change_point='continue'",
     ),
+    11: (
+        "undecided",
+        "the constraints become nearly dependent here: a change point, or a near miss of one, is "
+        "close by, and backend='numpy' does not pass these",
+        "Install a C compiler and compile without backend; sol.stats['least_singular'] says how "
+        "near it came",
+    ),
     109: ("stopped by an event", "", ""),
     110: (
         "event failed",

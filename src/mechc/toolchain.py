@@ -60,7 +60,7 @@ def compiler() -> list[str]:
         raise CompilerError(
             "no C compiler was found: install gcc or clang (Debian and Ubuntu: apt install gcc; "
             "Fedora: dnf install gcc; conda: conda install c-compiler), or set CC. Shipped "
-            "mechanisms run without one"
+            "mechanisms run without one, and any other with backend='numpy', slowly"
         )
     return command
 

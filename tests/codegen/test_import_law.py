@@ -21,7 +21,8 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
 DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"}
-STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c", "metadata"}
+STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c", "emit_numpy"}
+STAGES |= {"metadata"}
 ALLOWED = {
     "errors": set[str](),
     "wishes": set[str](),
@@ -37,6 +38,7 @@ ALLOWED = {
     "functions": set[str](),
     "layout": DATA,
     "emit_c": DATA | {"printer", "functions", "layout"},
+    "emit_numpy": DATA | {"printer", "functions", "layout"},
     "tree": DATA | {"tree"},
     "mechanisms": BASE | {"mechanism", "mechanisms", "expression"},
 }

@@ -41,9 +41,9 @@ cdef extern from "batch.h":
     ctypedef struct mechc_batch:
         const mechc_unit *unit
         mechc_options options
-        int coordinates, width, parameters
+        int coordinates, width, parameters, abreast
         double open_at_most
-        ptrdiff_t count, block
+        ptrdiff_t count
         const double *y0
         const double *p
         const double *length
@@ -161,7 +161,7 @@ cdef class Runs(Job):
 
     def __init__(self, Unit unit, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
-                 const double[::1] t_eval, quantities, double open_at_most, ptrdiff_t block):
+                 const double[::1] t_eval, quantities, double open_at_most):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
         cdef const double[::1] atol
@@ -178,7 +178,8 @@ cdef class Runs(Job):
         batch.coordinates, batch.width = unit.model.coordinates, y0.shape[1]
         batch.parameters = unit.model.parameters
         batch.open_at_most = open_at_most
-        batch.count, batch.block = count, max(block, 1)
+        batch.count = count
+        batch.abreast = options["abreast"]
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
         if count:
             batch.y0, batch.length = &y0[0, 0], &length[0]

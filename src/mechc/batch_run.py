@@ -22,10 +22,9 @@ from mechc.start import OFF_BY_ROUNDING
 if TYPE_CHECKING:
     from mechc.model import Model
 
-BLOCK = 8  # members a thread takes at a time
 LOOK = 0.1  # s between looks at how far the threads are
 COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
-EXPLICIT = ("dopri5", "dop853")
+ABREAST = "dop853"  # the method that runs members side by side, a lane each
 Report = Callable[[int], None]
 
 
@@ -54,7 +53,7 @@ def run_members(
     primitives += [read_stop(model, recipe.until)] if recipe.until else []
     runs = Runs(
         unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
-        model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING, BLOCK,
+        model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -107,8 +106,8 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "max_step": policy.max_step,
         "max_steps": policy.max_steps,
         "method": METHODS[policy.method],
-        # the explicit pairs take stages of their own for it, on which their steps may depend
-        "dense": reduces or len(recipe.t_eval) > 0 or policy.method in EXPLICIT,
+        "dense": reduces or len(recipe.t_eval) > 0,
+        "abreast": policy.method == ABREAST,
         "may_stiffen": policy.stiff_switch,
         "on_change_point": policy.on_change_point != "continue",
     }

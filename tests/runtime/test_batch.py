@@ -7,9 +7,14 @@ import pytest
 
 import mechc
 
-METHOD = "gauss8"
 TIMES = np.linspace(0, 2, 9)
 REDUCTIONS = ("max(theta_2)", "min(omega_0)", "mean(theta_1)", "first(theta_0 > 100deg)")
+
+
+@pytest.fixture(scope="module", params=["gauss8", "dop853"])
+def method(request):
+    """Stages of one trajectory in the lanes, or trajectories abreast."""
+    return request.param
 
 
 @pytest.fixture(scope="module")
@@ -22,10 +27,10 @@ def drawn():
 
 
 @pytest.fixture(scope="module")
-def batch(model, drawn):
+def batch(model, drawn, method):
     start, params = drawn
     return model.simulate_batch(
-        2.0, start, params, t_eval=TIMES, reduce=REDUCTIONS, method=METHOD, threads=1
+        2.0, start, params, t_eval=TIMES, reduce=REDUCTIONS, method=method, threads=1
     )
 
 
@@ -33,10 +38,10 @@ def one(params, member):
     return {n: float(v[member]) if np.ndim(v) else v for n, v in params.items()}
 
 
-def test_a_member_is_the_run_that_simulate_makes_to_the_last_bit(model, drawn, batch):
+def test_a_member_is_the_run_that_simulate_makes_to_the_last_bit(model, drawn, batch, method):
     _, params = drawn
     for member in np.flatnonzero(batch.ok):
-        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=METHOD)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
         assert np.array_equal(sol.y[-1], batch.y[member])
         assert np.array_equal(sol(TIMES), batch["y_eval"][member])
         assert batch["steps"][member] == sol.stats["steps"]
@@ -49,6 +54,26 @@ def test_every_method_is_the_same_in_a_batch(model, regular, method):
     batch = model.simulate_batch((0, -1), start, params, method=method, rtol=1e-7)
     sol = model.simulate((0, -1), start, params, method=method, rtol=1e-7)
     assert np.array_equal(sol.y[-1], batch.y[0])
+
+
+def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model):
+    """l_3 = 4 m passes one; beside it runs leave the lanes, each when it must, and come back."""
+    length = np.concatenate([np.linspace(3.5, 4.5, 11), 4 + np.logspace(-3, -7, 5), [4.0, 4.0]])
+    theta = np.radians(np.linspace(75, 100, len(length)))
+    start = mechc.Assembly({"theta_0": theta})
+    asked = {"method": "dop853", "rtol": 1e-8}
+    batch = model.simulate_batch(10.0, start, {"l_3": length}, threads=1, **asked)
+    dense = model.simulate_batch(
+        10.0, start, {"l_3": length}, t_eval=[5.0], reduce="max(theta_2)", threads=2, **asked
+    )
+    assert batch["change_points"][-1] >= 4
+    for name in ("y", "t", "status", "steps", "rejected", "rhs_evaluations", "least_singular"):
+        assert np.array_equal(batch[name], dense[name]), name
+    for member in range(len(batch)):
+        sol = model.simulate(10.0, batch["y0"][member], {"l_3": length[member]}, **asked)
+        assert np.array_equal(sol.y[-1], batch.y[member])
+        assert sol.stats["rejected"] == batch["rejected"][member]
+        assert len(sol.change_points) == batch["change_points"][member]
 
 
 def test_members_start_as_assemble_would_have_them(model, drawn, batch):
@@ -74,15 +99,15 @@ def test_near_dead_points_too_what_assemble_prefers_is_taken(model):
 
 
 @pytest.mark.parametrize("instruction_set", ["baseline", "avx2"])
-def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, drawn, batch):
+def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, drawn, batch, method):
     try:
         model = mechc.load("four_bar", instruction_set=instruction_set)
     except ValueError:
         pytest.skip(f"no {instruction_set} here")
     start, params = drawn
-    narrow = model.simulate_batch(2.0, start, params, method=METHOD)
+    narrow = model.simulate_batch(2.0, start, params, method=method)
     for member in np.flatnonzero(narrow.ok)[:4]:
-        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=METHOD)
+        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=method)
         assert np.array_equal(sol.y[-1], narrow.y[member])
     np.testing.assert_allclose(narrow.y[narrow.ok], batch.y[batch.ok], atol=1e-7)
 
@@ -96,23 +121,23 @@ def test_a_member_that_cannot_be_assembled_has_a_status_and_harms_nobody(batch):
     assert "1 not assembled" in batch.warnings[0]
 
 
-def test_results_do_not_depend_on_threads_chunks_or_order(model, drawn, batch):
+def test_results_do_not_depend_on_threads_chunks_or_order(model, drawn, batch, method):
     start, params = drawn
     order = np.random.default_rng(0).permutation(13)
     turned = mechc.Assembly({"theta_0": start.coordinates["theta_0"][order]}, start.speeds)
     again = model.simulate_batch(
         2.0, turned, params | {"l_3": params["l_3"][order]}, t_eval=TIMES, reduce=REDUCTIONS,
-        method=METHOD, threads=3, chunk=5,
+        method=method, threads=3, chunk=5,
     )  # fmt: skip
     for name, values in batch.arrays.items():
         assert np.array_equal(values[order], again[name], equal_nan=True), name
 
 
-def test_reductions_are_those_of_the_dense_output(model, drawn, batch):
+def test_reductions_are_those_of_the_dense_output(model, drawn, batch, method):
     _, params = drawn
     t = np.linspace(0, 2, 20_001)
     for member in np.flatnonzero(batch.ok):
-        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=METHOD)
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
         y = sol(t)
         high, low = batch["max(theta_2)"][member], batch["min(omega_0)"][member]
         assert y[:, 2].max() - 1e-9 <= high <= y[:, 2].max() + 1e-6
@@ -130,14 +155,14 @@ def test_reductions_are_those_of_the_dense_output(model, drawn, batch):
             assert np.isnan(when)
 
 
-def test_outputs_are_reduced_and_kept(model, regular):
+def test_outputs_are_reduced_and_kept(model, regular, method):
     params, start = regular
     asked = ("range(energy)", "max(norm(multipliers))", "max(abs(points[3, 1]))", "final(theta_0)")
     batch = model.simulate_batch(
         2.0, start, params, t_eval=TIMES, states=False, outputs=["points"], reduce=asked,
-        method=METHOD,
+        method=method,
     )  # fmt: skip
-    sol = model.simulate(2.0, start, params, method=METHOD)
+    sol = model.simulate(2.0, start, params, method=method)
     y = sol(np.linspace(0, 2, 20_001))
     assert "y_eval" not in batch.arrays
     assert np.array_equal(batch["points"][0], model.points(sol(TIMES), params))
@@ -149,23 +174,23 @@ def test_outputs_are_reduced_and_kept(model, regular):
     assert batch["final(theta_0)"][0] == sol["theta_0"][-1]
 
 
-def test_change_points_are_counted_and_warned_about_once(model):
+def test_change_points_are_counted_and_warned_about_once(model, method):
     start = model.assemble({"theta_0": np.radians(85)})
-    batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), method=METHOD)
-    sol = model.simulate(3.0, start, method=METHOD)
+    batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), method=method)
+    sol = model.simulate(3.0, start, method=method)
     assert (batch["change_points"] == len(sol.change_points)).all()
     assert len(sol.change_points) > 0
     assert len(batch.warnings) == 1
-    stopped = model.simulate_batch(3.0, start, method=METHOD, on_change_point="stop")
+    stopped = model.simulate_batch(3.0, start, method=method, on_change_point="stop")
     assert stopped.status(0).code == "stopped at a change point"
 
 
-def test_a_start_that_is_open_or_not_finite_has_a_status(model, regular):
+def test_a_start_that_is_open_or_not_finite_has_a_status(model, regular, method):
     params, start = regular
     starts = np.tile(start, (3, 1))
     starts[1, 1] += 1e-3
     starts[2, 4] = np.nan
-    batch = model.simulate_batch(1.0, starts, params, method=METHOD)
+    batch = model.simulate_batch(1.0, starts, params, method=method)
     assert batch["status"].tolist() == [1, 111, 111]
 
 
@@ -237,18 +262,18 @@ def test_loops_with_a_choice_need_a_guess(model):
         model.simulate_batch(1.0, mechc.Assembly({}), {"l_3": [3.5, 3.6]})
 
 
-def test_a_guess_chooses_the_assembly(model):
+def test_a_guess_chooses_the_assembly(model, method):
     theta, params = np.array([1.0, 1.2]), {"l_3": 3.5}
     guess = {"theta_1": -1.0}
     batch = model.simulate_batch(
-        0.0, mechc.Assembly({"theta_0": theta}, guess=guess), params, method=METHOD
+        0.0, mechc.Assembly({"theta_0": theta}, guess=guess), params, method=method
     )
     for y, angle in zip(batch["y0"], theta, strict=True):
         alone = model.assemble({"theta_0": angle}, guess=guess, params=params)
         np.testing.assert_allclose(y, alone, atol=1e-13)
 
 
-def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch):
+def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch, method):
     from mechc import batch
 
     params, start = regular
@@ -260,7 +285,7 @@ def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch):
 
     monkeypatch.setattr(batch.CountBar, "update_count", interrupt)
     cut = model.simulate_batch(
-        1.0, np.tile(start, (40, 1)), params, method=METHOD, chunk=10, threads=2
+        1.0, np.tile(start, (40, 1)), params, method=method, chunk=10, threads=2
     )
     assert not cut.complete
     assert 0 < cut.counts["finished"] < 40

@@ -1,8 +1,8 @@
 /* Many runs of one compiled scene, each exactly the run that one trajectory makes.
  *
- * Threads take blocks of members from a common counter.  A member's trajectory is drained every
- * few steps into what was asked for (reductions, states at given times), so that memory does not
- * grow with its length.
+ * Threads take members from a common counter, as many at a time as run abreast in the lanes; one
+ * that ends makes room for the next.  A member's trajectory is drained every few steps into what
+ * was asked for (reductions, states at given times), so that memory does not grow with its length.
  */
 #ifndef MECHC_BATCH_H
 #define MECHC_BATCH_H
@@ -30,7 +30,8 @@ typedef struct {
     mechc_options options; /* t0, t1, tolerances and policy; y0, p, scale are set per member */
     int coordinates, width, parameters;
     double open_at_most; /* closure gap of a start that is rounding, of the model's length */
-    ptrdiff_t count, block;
+    ptrdiff_t count;
+    int abreast; /* whether members run side by side, rather than one by one */
     const double *y0, *p, *length;
     const unsigned char *pure, *assembled;
     ptrdiff_t times;
@@ -45,29 +46,56 @@ typedef struct {
     int stop;
 } mechc_batch;
 
-/* What one thread works with. */
+/* A member under way. */
 typedef struct {
     mechc_run *run;
     double *state, *scale;
     mechc_reducer reducer;
+    ptrdiff_t member;  /* -1: none */
+    ptrdiff_t reached; /* times of t_eval that are behind it */
+    long taken;        /* attempted steps whose results are taken in */
+} mechc_batch_slot;
+
+/* What one thread works with. */
+typedef struct {
+    int width;
+    mechc_batch_slot *slot;
+    mechc_run **busy;
 } mechc_batch_worker;
+
+static int mechc_batch_slot_make(const mechc_batch *batch, mechc_batch_slot *slot)
+{
+    slot->member = -1;
+    slot->run = malloc(batch->unit->run_size);
+    slot->state = malloc((size_t)batch->width * sizeof(double));
+    slot->scale = malloc((size_t)batch->width * sizeof(double));
+    const int made = mechc_reducer_make(&slot->reducer, batch->unit, batch->width,
+                                        batch->quantities, batch->quantity);
+    return slot->run && slot->state && slot->scale && made;
+}
 
 static int mechc_batch_worker_make(const mechc_batch *batch, mechc_batch_worker *worker)
 {
-    worker->run = malloc(batch->unit->run_size);
-    worker->state = malloc((size_t)batch->width * sizeof(double));
-    worker->scale = malloc((size_t)batch->width * sizeof(double));
-    const int made = mechc_reducer_make(&worker->reducer, batch->unit, batch->width,
-                                        batch->quantities, batch->quantity);
-    return worker->run && worker->state && worker->scale && made;
+    const int width = batch->abreast ? batch->unit->lanes : 1;
+    worker->slot = calloc((size_t)width, sizeof *worker->slot);
+    worker->busy = calloc((size_t)width, sizeof *worker->busy);
+    if (!worker->slot || !worker->busy) return 0;
+    worker->width = width;
+    for (int i = 0; i < width; i++)
+        if (!mechc_batch_slot_make(batch, worker->slot + i)) return 0;
+    return 1;
 }
 
 static void mechc_batch_worker_free(mechc_batch_worker *worker)
 {
-    free(worker->run);
-    free(worker->state);
-    free(worker->scale);
-    mechc_reducer_free(&worker->reducer);
+    for (int i = 0; i < worker->width; i++) {
+        free(worker->slot[i].run);
+        free(worker->slot[i].state);
+        free(worker->slot[i].scale);
+        mechc_reducer_free(&worker->slot[i].reducer);
+    }
+    free(worker->slot);
+    free(worker->busy);
 }
 
 /* Whether the start is on the constraints but for rounding; it is moved onto them. */
@@ -127,13 +155,14 @@ static long mechc_batch_passages(const mechc_batch *batch, const mechc_trajector
 }
 
 /* The results of a run that came to its end, or to a terminal crossing. */
-static void mechc_batch_report(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker)
+static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
 {
-    const mechc_run *run = worker->run;
+    const ptrdiff_t member = slot->member;
+    const mechc_run *run = slot->run;
     const mechc_trajectory *steps = &run->trajectory;
     const mechc_stats *stats = &run->stats;
-    const int stopped = !isnan(worker->reducer.stop);
-    const double t = stopped ? worker->reducer.stop : run->t;
+    const int stopped = !isnan(slot->reducer.stop);
+    const double t = stopped ? slot->reducer.stop : run->t;
     double *y = batch->y + member * batch->width;
     long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
     if (stopped)
@@ -142,7 +171,7 @@ static void mechc_batch_report(mechc_batch *batch, ptrdiff_t member, mechc_batch
     else
         memcpy(y, steps->y + (steps->count - 1) * batch->width,
                (size_t)batch->width * sizeof(double));
-    mechc_reducer_end(&worker->reducer, t, y, batch->reduced + member * batch->quantities);
+    mechc_reducer_end(&slot->reducer, t, y, batch->reduced + member * batch->quantities);
     batch->t[member] = t;
     batch->least[2 * member] = stats->least_singular;
     batch->least[2 * member + 1] = stats->critical_gap;
@@ -153,79 +182,130 @@ static void mechc_batch_report(mechc_batch *batch, ptrdiff_t member, mechc_batch
     counts[4] = stopped ? mechc_batch_passages(batch, steps, t) : (long)steps->passage_count;
 }
 
-/* Take in the steps at hand; the status after them. */
-static int mechc_batch_take(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker,
-                            int status, ptrdiff_t *reached)
+static long mechc_batch_attempts(const mechc_run *run)
 {
-    const mechc_trajectory *steps = &worker->run->trajectory;
+    return run->stats.steps + run->stats.rejected;
+}
+
+/* Take in the steps at hand; the status after them. */
+static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
+{
+    mechc_trajectory *steps = &slot->run->trajectory;
     double end = steps->t[steps->count - 1];
-    mechc_reducer_take(&worker->reducer, steps);
-    if (!isnan(worker->reducer.stop)) {
-        end = worker->reducer.stop;
+    int status = slot->run->status;
+    slot->taken = mechc_batch_attempts(slot->run);
+    mechc_reducer_take(&slot->reducer, steps);
+    if (!isnan(slot->reducer.stop)) {
+        end = slot->reducer.stop;
         status = MECHC_STOPPED_BY_EVENT;
     }
-    mechc_batch_at_times(batch, member, steps, end, status != MECHC_RUNNING, reached);
+    mechc_batch_at_times(batch, slot->member, steps, end, status != MECHC_RUNNING, &slot->reached);
+    if (status == MECHC_RUNNING) mechc_batch_drain(steps, batch->width);
     return status;
 }
 
-/* Run one member to its end; 0 where the stop flag came first. */
-static int mechc_batch_run(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker)
+static void mechc_batch_end(mechc_batch *batch, ptrdiff_t member, int status)
 {
-    mechc_options options = batch->options;
-    mechc_run *run = worker->run;
-    const long piece = batch->stopping ? MECHC_BATCH_STOPPING : MECHC_BATCH_PIECE;
-    ptrdiff_t reached = 0;
-    int status = MECHC_RUNNING;
-    for (int i = 0; i < batch->width; i++)
-        worker->scale[i] = batch->pure[i] ? 1.0 : batch->length[member];
-    options.y0 = worker->state;
-    options.p = batch->p + member * batch->parameters;
-    options.scale = worker->scale;
-    memset(run, 0, batch->unit->run_size);
-    batch->unit->start(run, &options);
-    mechc_reducer_begin(&worker->reducer, options.t0, options.p);
-    if (run->trajectory.count < 1) { /* not even the start could be kept */
-        batch->unit->release(run);
-        batch->status[member] = MECHC_NO_MEMORY;
-        return 1;
-    }
-    while (status == MECHC_RUNNING && !__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) {
-        mechc_batch_drain(&run->trajectory, batch->width);
-        status = batch->unit->advance(run, piece);
-        status = mechc_batch_take(batch, member, worker, status, &reached);
-    }
-    if (status != MECHC_RUNNING) mechc_batch_report(batch, member, worker);
-    batch->unit->release(run);
     batch->status[member] = status;
-    return status != MECHC_RUNNING;
+    if (status != MECHC_NOT_RUN) __atomic_fetch_add(&batch->done, 1, __ATOMIC_RELAXED);
 }
 
-static void mechc_batch_member(mechc_batch *batch, ptrdiff_t member, mechc_batch_worker *worker)
+/* The member's run is over, or given up where the stop flag came first. */
+static void mechc_batch_release(mechc_batch *batch, mechc_batch_slot *slot, int status)
 {
+    batch->unit->release(slot->run);
+    mechc_batch_end(batch, slot->member, status);
+    slot->member = -1;
+}
+
+/* Begin a member's run; it is not under way where it ended at once. */
+static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_slot *slot)
+{
+    mechc_options options = batch->options;
     if (batch->assembled && !batch->assembled[member]) {
-        batch->status[member] = MECHC_NOT_ASSEMBLED;
-    } else if (!mechc_batch_start_state(batch, member, worker->state)) {
-        batch->status[member] = MECHC_OPEN_AT_START;
-    } else if (!mechc_batch_run(batch, member, worker)) {
-        batch->status[member] = MECHC_NOT_RUN;
+        mechc_batch_end(batch, member, MECHC_NOT_ASSEMBLED);
         return;
     }
-    __atomic_fetch_add(&batch->done, 1, __ATOMIC_RELAXED);
+    if (!mechc_batch_start_state(batch, member, slot->state)) {
+        mechc_batch_end(batch, member, MECHC_OPEN_AT_START);
+        return;
+    }
+    for (int i = 0; i < batch->width; i++)
+        slot->scale[i] = batch->pure[i] ? 1.0 : batch->length[member];
+    options.y0 = slot->state;
+    options.p = batch->p + member * batch->parameters;
+    options.scale = slot->scale;
+    memset(slot->run, 0, batch->unit->run_size);
+    batch->unit->start(slot->run, &options);
+    mechc_reducer_begin(&slot->reducer, options.t0, options.p);
+    slot->member = member;
+    slot->reached = 0;
+    slot->taken = 0;
+    if (slot->run->trajectory.count < 1) /* not even the start could be kept */
+        mechc_batch_release(batch, slot, MECHC_NO_MEMORY);
+}
+
+/* Put members into the slots that are free, while there are some; how many are under way. */
+static int mechc_batch_fill(mechc_batch *batch, mechc_batch_worker *worker)
+{
+    int busy = 0;
+    for (int i = 0; i < worker->width; i++) {
+        mechc_batch_slot *slot = worker->slot + i;
+        while (slot->member < 0 && !__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) {
+            const ptrdiff_t next = __atomic_fetch_add(&batch->next, 1, __ATOMIC_RELAXED);
+            if (next >= batch->count) break;
+            mechc_batch_begin(batch, next, slot);
+        }
+        if (slot->member >= 0) worker->busy[busy++] = slot->run;
+    }
+    return busy;
+}
+
+/* Attempted steps until the results of some run are to be taken in. */
+static long mechc_batch_ahead(const mechc_batch_worker *worker, long piece)
+{
+    long ahead = piece;
+    for (int i = 0; i < worker->width; i++) {
+        const mechc_batch_slot *slot = worker->slot + i;
+        if (slot->member < 0) continue;
+        const long left = piece - (mechc_batch_attempts(slot->run) - slot->taken);
+        if (left < ahead) ahead = left;
+    }
+    return ahead > 0 ? ahead : 1;
+}
+
+/* Take in what has come so far of runs that ended or went a piece of the way.  Which steps are
+ * taken in together must not depend on other members where a crossing among them ends the run. */
+static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, long piece)
+{
+    for (int i = 0; i < worker->width; i++) {
+        mechc_batch_slot *slot = worker->slot + i;
+        if (slot->member < 0) continue;
+        const int whole = mechc_batch_attempts(slot->run) - slot->taken >= piece;
+        if (batch->stopping && !whole && slot->run->status == MECHC_RUNNING) continue;
+        const int status = mechc_batch_take(batch, slot);
+        if (status == MECHC_RUNNING) continue;
+        mechc_batch_report(batch, slot);
+        mechc_batch_release(batch, slot, status);
+    }
 }
 
 /* One thread's share of the batch; 0 without memory.  Any number may work at once. */
 static int mechc_batch_work(mechc_batch *batch)
 {
     mechc_batch_worker worker = {0};
+    const long piece = batch->stopping ? MECHC_BATCH_STOPPING : MECHC_BATCH_PIECE;
     const int made = mechc_batch_worker_make(batch, &worker);
-    while (made) {
-        const ptrdiff_t first = __atomic_fetch_add(&batch->next, batch->block, __ATOMIC_RELAXED);
-        if (first >= batch->count) break;
-        for (ptrdiff_t i = first; i < first + batch->block && i < batch->count; i++) {
-            if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
-            mechc_batch_member(batch, i, &worker);
-        }
+    for (int busy; made && (busy = mechc_batch_fill(batch, &worker)) > 0;) {
+        if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
+        const long ahead = mechc_batch_ahead(&worker, piece);
+        if (batch->abreast) batch->unit->advance_abreast(worker.busy, busy, ahead);
+        else batch->unit->advance(worker.busy[0], ahead);
+        mechc_batch_collect(batch, &worker, piece);
     }
+    for (int i = 0; i < worker.width; i++)
+        if (worker.slot[i].member >= 0)
+            mechc_batch_release(batch, worker.slot + i, MECHC_NOT_RUN);
     mechc_batch_worker_free(&worker);
     return made;
 }

@@ -35,6 +35,9 @@ typedef struct {
     struct mechc_gauss *collocation; /* work space of that method */
     int may_stiffen;           /* go over to the implicit method where stability limits the step */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
+    int alone;                 /* too near a critical configuration to run abreast of others */
+    double last_step, last_factor; /* of the last step taken so: its length, and by which its error
+                                      would have let it grow; 0: none */
 } mechc_rk_run;
 
 /* Share of the tolerance that one step may use: local errors accumulate over a run, and what was
@@ -61,6 +64,10 @@ MECHC_STATIC double mechc_rk_approach(mechc_rk_run *run, double open);
 MECHC_STATIC int mechc_rk_step_aside(mechc_rk_run *run, double h);
 MECHC_STATIC void mechc_rk_leave_to_pair(mechc_rk_run *run, double h);
 MECHC_STATIC void mechc_rk_come_back(mechc_rk_run *run);
+
+/* In abreast.h. */
+MECHC_STATIC int mechc_abreast_fits(const mechc_rk_run *run);
+MECHC_STATIC void mechc_abreast_come_back(mechc_rk_run *run);
 
 /* In stiffness.h. */
 MECHC_STATIC void mechc_rk_watch_stiffness(mechc_rk_run *run, double h, const double *end,
@@ -266,11 +273,13 @@ MECHC_STATIC int mechc_rk_finish(mechc_rk_run *run, double h, const double *end)
     mechc_trajectory *trajectory = &run->head.trajectory;
     const int crosses = run->passing.action == MECHC_CROSSES;
     double unused[MECHC_NX], own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
-    if (!trajectory->dense_rows && !crosses) return MECHC_RUNNING;
+    const int wanted = trajectory->dense_rows || crosses;
+    if (!wanted && MECHC_NH == 0) return MECHC_RUNNING;
     if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
+    /* whether its stages close decides about the step, so they are taken in any case */
     const int status =
         mechc_rk_rates(run, run->tableau->stages + 1, run->tableau->rates - 1, h, unused);
-    if (status != MECHC_RUNNING) return status;
+    if (status != MECHC_RUNNING || !wanted) return status;
     if (trajectory->dense_rows)
         rows = trajectory->dense
              + (trajectory->count - 1) * trajectory->width * trajectory->dense_rows;
@@ -315,6 +324,7 @@ MECHC_STATIC int mechc_rk_accept(mechc_rk_run *run, double h, double t, const do
     run->dip.ahead = NAN;
     if (run->stiff >= 15) mechc_rk_use(run, &mechc_radau5);
     mechc_rk_widen_scale(run);
+    mechc_abreast_come_back(run);
     run->head.stats.steps++;
     return mechc_append(&run->head.trajectory, t, run->y) ? MECHC_RUNNING : MECHC_NO_MEMORY;
 }
@@ -452,16 +462,17 @@ MECHC_STATIC int mechc_rk_attempt(mechc_rk_run *run)
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }
 
-static int mechc_rk_advance(mechc_run *head, long steps)
+/* Up to `steps` attempts, fewer where the run is fit to go on abreast; the attempts made. */
+MECHC_STATIC long mechc_rk_advance_alone(mechc_rk_run *run, long steps)
 {
-    mechc_rk_run *run = (mechc_rk_run *)head;
-    while (head->status == MECHC_RUNNING && steps-- > 0) {
-        if (head->stats.steps + head->stats.rejected >= run->max_steps)
-            head->status = MECHC_TOO_MANY_STEPS;
-        else
-            head->status = mechc_rk_attempt(run);
-    }
-    return head->status;
+    mechc_run *head = &run->head;
+    long made = 0;
+    do {
+        const int most = head->stats.steps + head->stats.rejected >= run->max_steps;
+        head->status = most ? MECHC_TOO_MANY_STEPS : mechc_rk_attempt(run);
+        made++;
+    } while (head->status == MECHC_RUNNING && made < steps && !mechc_abreast_fits(run));
+    return made;
 }
 
 static void mechc_rk_release(mechc_run *head)

@@ -4,8 +4,8 @@
 
 #include <stddef.h>
 
-#define MECHC_ABI 2
-#define MECHC_CAPSULE "mechc.model.2"
+#define MECHC_ABI 3
+#define MECHC_CAPSULE "mechc.model.3"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -101,6 +101,9 @@ typedef struct {
     void (*start)(mechc_run *run, const mechc_options *options);
     /* At most `steps` attempted steps; returns run->status. */
     int (*advance)(mechc_run *run, long steps);
+    /* The same for up to `lanes` runs side by side, where the method and the scene allow it: each
+       is the run that it is by itself.  Returns early where one of them ends. */
+    void (*advance_abreast)(mechc_run **runs, int count, long steps);
     void (*release)(mechc_run *run);
     /* Dense output, projected onto the constraints. */
     void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,

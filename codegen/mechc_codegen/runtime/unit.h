@@ -30,6 +30,7 @@
 #include "approach.h"
 #include "stiffness.h"
 #include "rk_dense.h"
+#include "abreast.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
                              double *out)
@@ -57,7 +58,8 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     mechc_unit_project,
     sizeof(mechc_rk_run),
     mechc_rk_start,
-    mechc_rk_advance,
+    mechc_unit_advance,
+    mechc_unit_advance_abreast,
     mechc_rk_release,
     mechc_rk_interpolate,
 };

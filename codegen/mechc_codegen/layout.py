@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from mechc_codegen.equations import Equations, Tree
+from mechc_codegen.closing import RowPlan, plan_rows
 
 INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 RESIDUALS = ("residual_by_state", "residual_by_parameters")
@@ -57,7 +58,7 @@ def _written_out(present: Collection[str]) -> Layout:
         {**ROWS, solved_with("mass_matrix"): "mass"},
         {solved_with("forcing"): "forcing", "gamma": "gamma"},
         "",
-        {"links": 0, "planar": 0},
+        {"links": 0, "planar": 0, "carried": 0, "factors": 0},
         (),
         0,
         "MECHC_INLINE",
@@ -69,6 +70,7 @@ def _walked(equations: Equations, tree: Tree) -> Layout:
     first = [0, *accumulate(len(own) for own in tree.columns)]
     size, rows = len(columns), len(tree.cuts)
     kept = [name for name in TREE if name in equations.outputs]
+    plan = plan_rows(tree)
     solved = [("mass_matrix", size**2), ("forcing", size)]
     if rows:
         solved.append(("constraint_jacobian", rows * size))
@@ -79,11 +81,27 @@ def _walked(equations: Equations, tree: Tree) -> Layout:
         _table("mechc_parent", tree.parents)
         + _table("mechc_first_column", first)
         + _table("mechc_column_speed", columns)
-        + (_table("mechc_cut", [link for cut in tree.cuts for link in cut]) if rows else ""),
-        {"links": len(tree.parents), "planar": int(tree.planar)},
+        + (_table("mechc_cut", [link for cut in tree.cuts for link in cut]) if rows else "")
+        + (_row_tables(plan) if plan else ""),
+        {
+            "links": len(tree.parents),
+            "planar": int(tree.planar),
+            "carried": plan.first[-1] if plan else 0,
+            "factors": plan.first_factor[-1] if plan else 0,
+        },
         tuple(solved),
         sum(len(equations.outputs[name].elements) for name in kept),
         "MECHC_ONCE",
+    )
+
+
+def _row_tables(plan: RowPlan) -> str:
+    return (
+        _table("mechc_first_row", plan.first)
+        + _table("mechc_cut_place", plan.cut_place)
+        + _table("mechc_handed_to", plan.handed_to)
+        + _table("mechc_row_taken", plan.taken)
+        + _table("mechc_first_factor", plan.first_factor)
     )
 
 

@@ -75,6 +75,24 @@ MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
     }
 }
 
+/* Rows over speeds that are measured by the mass they move; in trees, by the mass matrix. */
+MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double *a)
+{
+#if MECHC_LINKS > 0
+    mechc_scalar_mass_factors metric;
+    mechc_scalar_factor_mass(mass, MECHC_NU, &metric);
+    memcpy(a, jacobian, MECHC_NH * MECHC_NU * sizeof *a);
+    for (int i = 0; i < MECHC_NH; i++) {
+        mechc_scalar_forward(&metric, MECHC_NU, a + i * MECHC_NU);
+        for (int j = 0; j < MECHC_NU; j++) a[i * MECHC_NU + j] *= sqrt(metric.inverse[j]);
+    }
+#else
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int j = 0; j < MECHC_NU; j++)
+            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(mass[j * MECHC_NU + j]);
+#endif
+}
+
 /* Singular values by one-sided Jacobi rotations, speeds weighted by the mass each moves.  The
  * smallest is counted up to the rank given, or up to the rank found where that is 0. */
 MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, int rank,
@@ -82,11 +100,8 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
 {
     double a[MECHC_NH * MECHC_NU];
     memset(out, 0, sizeof *out);
-    for (int i = 0; i < MECHC_NH; i++) {
-        out->basis[i * MECHC_NH + i] = 1.0;
-        for (int j = 0; j < MECHC_NU; j++)
-            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(mass[j * MECHC_NU + j]);
-    }
+    for (int i = 0; i < MECHC_NH; i++) out->basis[i * MECHC_NH + i] = 1.0;
+    mechc_weigh_rows(jacobian, mass, a);
     for (int sweep = 0; sweep < 30; sweep++) {
         double worst = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
@@ -108,6 +123,26 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
     for (int j = 0; j < MECHC_NU; j++)
         out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
+}
+
+/* The same of a place that was located to be solved, where rows may not have been written out. */
+MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
+{
+#if MECHC_LINKS > 0
+    double jacobian[MECHC_NC * MECHC_NU], mass[MECHC_NU * MECHC_NU];
+    mechc_scalar_cut_rows(place->saved, jacobian);
+    mechc_scalar_composite_mass(place->saved, mass);
+    mechc_find_weakest(jacobian, mass, rank, out);
+#else
+    mechc_find_weakest(place->jacobian, place->mass, rank, out);
+#endif
+}
+
+MECHC_STATIC double mechc_weakest_ratio(const mechc_scalar_place *place, int rank)
+{
+    mechc_weakest weakest;
+    mechc_weakest_of(place, rank, &weakest);
+    return weakest.ratio;
 }
 
 MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
@@ -172,8 +207,7 @@ MECHC_STATIC void mechc_displace(double t, const double *q, const double *p, con
 MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const double *k,
                                mechc_scalar_place *place)
 {
-    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
-                               place->saved, 0, 0);
+    mechc_scalar_locate_all(t, q, p, k, place);
 }
 
 /* J^T w at q moved by `step` along speed j; step 0: at q. */

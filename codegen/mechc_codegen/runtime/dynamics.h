@@ -7,6 +7,7 @@
  * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
  */
 
+#if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
 #define MECHC_MOST_FREE 3
 #define MECHC_FREE (MECHC_NU - MECHC_NC)
@@ -325,5 +326,6 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
     }
 }
+#endif
 #endif
 #endif

@@ -4,9 +4,11 @@
 #include MECHC_PROGRAM
 #include "tree.h"
 #include "linear.h"
+#include "loop_rows.h"
 #include "least_multipliers.h"
 #include "one_freedom.h"
 #include "dynamics.h"
+#include "loop_motion.h"
 #include "stage.h"
 #include "solved.h"
 #include "jacobians.h"

@@ -114,9 +114,15 @@ MECHC_ONCE int mechc_rk_not_finite(const mechc_scalar_place *place, mechc_stats 
     stats->coordinate = place->bad;
 #else
     mechc_scalar_mass_factors unused;
+    const double *mass = place->mass;
+#if MECHC_LINKS > 0
+    double written_out[MECHC_NU * MECHC_NU];
+    mechc_scalar_composite_mass(place->saved, written_out);
+    mass = written_out;
+#endif
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++)
-        if (!(fabs(place->mass[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
-    stats->coordinate = mechc_scalar_factor_mass(place->mass, MECHC_NU, &unused);
+        if (!(fabs(mass[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    stats->coordinate = mechc_scalar_factor_mass(mass, MECHC_NU, &unused);
 #endif
     return stats->coordinate >= 0 ? MECHC_SINGULAR_MASS : MECHC_NOT_FINITE;
 }

@@ -228,9 +228,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, 
         return sqrt(g->least[stage]);
     mechc_scalar_place place;
     mechc_weakest weakest;
-    mechc_scalar_configuration(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k,
-                               place.gap, place.jacobian, place.bias, place.mass, place.saved, 0,
-                               0);
+    mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
     return weakest.ratio;
 #else

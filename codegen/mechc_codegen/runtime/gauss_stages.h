@@ -120,7 +120,7 @@ MECHC_INLINE void mechc_gauss_unclosed(struct mechc_gauss *g, double t, const do
 #if MECHC_NH > 0
     if (!first) return;
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
-    mechc_put(mechc_lanes_conditioning_squared(&place.rows, place.mass), g->least, block);
+    mechc_put(mechc_lanes_conditioning_at(&place), g->least, block);
 #endif
 }
 
@@ -157,7 +157,7 @@ MECHC_ONCE void mechc_gauss_stages(struct mechc_gauss *g, double t, const double
     mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
     mechc_gauss_close(g, time, block, &place, state, moved);
-    mechc_put(mechc_lanes_conditioning_squared(&place.rows, place.mass), g->least, block);
+    mechc_put(mechc_lanes_conditioning_at(&place), g->least, block);
 #else
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);
 #endif

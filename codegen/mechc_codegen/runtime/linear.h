@@ -63,6 +63,9 @@ MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
  * scale[i-1] rows[k]: scaling by near-one numbers instead of dividing by a norm keeps the
  * divisions out of the chain of dependent operations. */
 typedef struct {
+#if MECHC_LINKS > 0
+    FN(mass_factors) metric;
+#endif
     real weight[MECHC_NU];
     real rows[MECHC_NC * MECHC_NU]; /* orthogonal */
     real mix[MECHC_NC * MECHC_NC];
@@ -155,6 +158,24 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows)
     }
 }
 
+#if MECHC_LINKS > 0
+/* Rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for weights: along
+ * a chain its diagonal says little of how the speeds act together. */
+MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, FN(factors) *f)
+{
+    FN(factor_mass)(mass, MECHC_NU, &f->metric);
+    for (int i = 0; i < MECHC_NU; i++) f->weight[i] = f->metric.inverse[i];
+    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
+    for (int i = 0; i < rows; i++) FN(forward)(&f->metric, MECHC_NU, f->rows + i * MECHC_NU);
+    FN(orthogonalise)(f, rows);
+}
+
+/* From there to speeds. */
+MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
+{
+    FN(backward)(&f->metric, MECHC_NU, x);
+}
+#else
 /* The first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
 MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows,
                                   FN(factors) *f)
@@ -164,6 +185,13 @@ MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int ro
     for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
     FN(orthogonalise)(f, rows);
 }
+
+/* From there to speeds. */
+MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
+{
+    for (int k = 0; k < MECHC_NU; k++) x[k] *= f->weight[k];
+}
+#endif
 
 /* Values wanted of the rows as given -> of the orthogonal rows. */
 MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real *values,
@@ -188,7 +216,7 @@ MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *v
         const real part = wanted[i] * f->inverse_norm[i];
         for (int k = 0; k < MECHC_NU; k++) x[k] += part * f->rows[i * MECHC_NU + k];
     }
-    for (int k = 0; k < MECHC_NU; k++) x[k] *= f->weight[k];
+    FN(to_speeds)(f, x);
 }
 
 /* Multipliers of the rows as given, from the multiples of the orthogonal rows. */

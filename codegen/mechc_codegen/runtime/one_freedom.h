@@ -7,7 +7,8 @@
  * is one division and no choice of rows or of speeds to go wrong; n is rounded like J itself, by
  * eps over the conditioning, and the error that this makes is a reaction, M^-1 J^T, not motion.
  */
-#define MECHC_ONE_FREEDOM (MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
+#define MECHC_ONE_FREEDOM \
+    (MECHC_LINKS == 0 && MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
 
 #if MECHC_ONE_FREEDOM
 typedef struct {

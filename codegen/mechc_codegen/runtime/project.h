@@ -37,8 +37,7 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, con
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     int weak = 0;
-    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
-                               place->saved, 0, 0);
+    mechc_scalar_locate_all(t, q, p, k, place);
     mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, rows);
     for (int i = 1; i < MECHC_NC; i++)
         if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
@@ -87,7 +86,8 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
     mechc_scalar_velocity_residual(place, u, values);
     mechc_scalar_values_of_rows(rows, MECHC_NC, values, each);
     for (int j = 0; j < MECHC_NU; j++)
-        direction[j] = rows->weight[j] * rows->rows[last * MECHC_NU + j] / sqrt(rows->norm[last]);
+        direction[j] = rows->rows[last * MECHC_NU + j] / sqrt(rows->norm[last]);
+    mechc_scalar_to_speeds(rows, direction);
     return each[last];
 }
 

@@ -6,9 +6,7 @@ MECHC_STATIC double mechc_rk_conditioning(const mechc_rk_run *run, const mechc_s
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->dip.rank == 0 || run->dip.rank == MECHC_NH))
         return mechc_scalar_conditioning(place);
-    mechc_weakest weakest;
-    mechc_find_weakest(place->jacobian, place->mass, run->dip.rank, &weakest);
-    return weakest.ratio;
+    return mechc_weakest_ratio(place, run->dip.rank);
 #else
     (void)run, (void)place;
     return 1.0;
@@ -38,8 +36,8 @@ MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
 #if MECHC_NH > 0
     for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
         double values[MECHC_NC], step[MECHC_NU];
-        for (int i = 0; i < MECHC_NC; i++)
-            values[i] = -mechc_dot(place->jacobian + i * MECHC_NU, error + part, MECHC_NU);
+        mechc_scalar_rates_of_rows(place, error + part, values);
+        for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
         mechc_scalar_least_step_at(place, values, step);
         for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
     }
@@ -141,7 +139,7 @@ MECHC_STATIC int mechc_rk_generic_rank(const mechc_rk_run *run, const mechc_span
         if (mechc_scalar_close_loops(run->head.t, q, span->p, span->k, &place, &unused)
             != MECHC_RUNNING)
             continue;
-        mechc_find_weakest(place.jacobian, place.mass, 0, &weakest);
+        mechc_weakest_of(&place, 0, &weakest);
         if (weakest.rank > rank) rank = weakest.rank;
     }
     return rank;

@@ -28,14 +28,18 @@ typedef struct {
 MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const real *k,
                                   FN(place) *place, real *turns, int near, int regular)
 {
-#if MECHC_ARTICULATED
-    real *const mass = 0;
+#if MECHC_LINKS > 0
+    real *const jacobian = 0, *const mass = 0;
 #else
-    real *const mass = place->mass;
+    real *const jacobian = place->jacobian, *const mass = place->mass;
 #endif
-    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, mass, place->saved,
-                      turns, near);
-#if MECHC_NC > 0
+    FN(configuration)(t, q, p, k, place->gap, jacobian, place->bias, mass, place->saved, turns,
+                      near);
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    (void)regular;
+    place->bad = -1;
+    FN(prepare_rows)(place->saved, place->jacobian, place->mass, &place->rows);
+#elif MECHC_NC > 0
     place->bad = -1;
     FN(prepare_rows)(place->jacobian, place->mass, regular, &place->rows);
 #elif MECHC_ARTICULATED
@@ -52,9 +56,22 @@ MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k
     FN(locate_near)(t, q, p, k, place, 0, 0, 0);
 }
 
+#if MECHC_NC > 0
+/* Gap, rows and mass matrix, whatever they are solved with. */
+MECHC_ONCE void FN(locate_all)(real t, const real *q, const real *p, const real *k,
+                               FN(place) *place)
+{
+    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
+                      place->saved, 0, 0);
+}
+#endif
+
 /* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
 MECHC_INLINE int FN(find_massless)(FN(place) *place)
 {
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    if (!place->rows.together) return place->bad;
+#endif
 #if !MECHC_ARTICULATED
     for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
         if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] > 0.0))) place->bad = i;
@@ -76,28 +93,69 @@ MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, 
 #if MECHC_NC > 0
 MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, real *step)
 {
+#if MECHC_LINKS > 0
+    FN(least_step)(place->saved, &place->rows, values, step);
+#else
     FN(least_step)(place->jacobian, place->mass, &place->rows, values, step);
+#endif
+}
+
+/* Squared. */
+MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
+{
+#if MECHC_LINKS > 0
+    return FN(conditioning_squared)(&place->rows);
+#else
+    return FN(conditioning_squared)(&place->rows, place->mass);
+#endif
 }
 
 MECHC_INLINE real FN(conditioning)(const FN(place) *place)
 {
-    return R_SQRT(FN(conditioning_squared)(&place->rows, place->mass));
+    return R_SQRT(FN(conditioning_at)(place));
+}
+
+/* J x */
+MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real *rates)
+{
+#if MECHC_LINKS > 0
+    FN(cut_rates)(place->saved, x, rates);
+#else
+    for (int i = 0; i < MECHC_NC; i++) {
+        rates[i] = R(0.0);
+        for (int j = 0; j < MECHC_NU; j++) rates[i] += place->jacobian[i * MECHC_NU + j] * x[j];
+    }
+#endif
 }
 #endif
 
 #if MECHC_NH > 0
 MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
 
-/* Largest gap of the configuration constraints, and the rounding that it is measured against. */
-MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
+/* The largest sum of a row's entries. */
+MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
-    real gap = R(0.0), terms = R(0.0), turn = R(1.0);
+#if MECHC_LINKS > 0
+    return FN(most_partials)(place->saved);
+#else
+    real terms = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) {
         real sum = R(0.0);
         for (int j = 0; j < MECHC_NU; j++) sum += FN(size)(place->jacobian[i * MECHC_NU + j]);
+        terms = R_SELECT(R_MASK(sum > terms), sum, terms);
+    }
+    return terms;
+#endif
+}
+
+/* Largest gap of the configuration constraints, and the rounding that it is measured against. */
+MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
+{
+    real gap = R(0.0), turn = R(1.0);
+    const real terms = FN(sum_of_partials)(place);
+    for (int i = 0; i < MECHC_NH; i++) {
         const real size = FN(size)(place->gap[i]);
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
-        terms = R_SELECT(R_MASK(sum > terms), sum, terms);
     }
     for (int j = 0; j < MECHC_NQ; j++) {
         const real size = FN(size)(q[j]);
@@ -195,11 +253,8 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, 
 #if MECHC_NC > 0
 MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, real *residual)
 {
-    for (int i = 0; i < MECHC_NC; i++) {
-        residual[i] = place->bias[i];
-        for (int j = 0; j < MECHC_NU; j++)
-            residual[i] += place->jacobian[i * MECHC_NU + j] * u[j];
-    }
+    FN(rates_of_rows)(place, u, residual);
+    for (int i = 0; i < MECHC_NC; i++) residual[i] += place->bias[i];
 }
 #endif
 
@@ -221,7 +276,12 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const real *p, const real *k,
                                  const FN(place) *place, real *accelerations, real *lambda)
 {
-#if MECHC_NC > 0
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    real gamma[MECHC_NC], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
+    FN(take_bias)(place->saved, bias, wrench);
+    FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
+#elif MECHC_NC > 0
     real forcing[MECHC_NU], gamma[MECHC_NC];
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma};
     FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);

@@ -177,9 +177,8 @@ MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
     }
 }
 
-/* F: what the wrenches, and the inertia of the motion that u' = 0 leaves, do along each speed. */
-MECHC_ONCE void FN(recursive_forcing)(const real *tree, const real *bias, real *wrench,
-                                      real *forcing)
+/* Takes from each wrench what the motion that u' = 0 leaves needs. */
+MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 {
     real motion[MECHC_LINKS * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
     for (int link = 0; link < MECHC_LINKS; link++) {
@@ -193,6 +192,11 @@ MECHC_ONCE void FN(recursive_forcing)(const real *tree, const real *bias, real *
         FN(times_inertia)(rigid, own, needed);
         for (int i = 0; i < MECHC_DIM; i++) wrench[link * MECHC_DIM + i] -= needed[i];
     }
+}
+
+/* What the wrenches do along each speed; they are overwritten. */
+MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
+{
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
             forcing[mechc_column_speed[c]] = FN(along_motion)(
@@ -303,7 +307,85 @@ MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
 }
 #endif
 
-/* The same functions that the equations of other scenes are written out as. */
+#if MECHC_NC > 0
+/* J x: how fast the cuts open, from link to link. */
+MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
+{
+    real motion[MECHC_LINKS * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        real *own = motion + link * MECHC_DIM;
+        const int parent = mechc_parent[link];
+        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
+        if (parent >= 0)
+            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
+            for (int i = 0; i < MECHC_DIM; i++)
+                own[i] += x[mechc_column_speed[c]] * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
+    }
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *axis = point + 2 * MECHC_ARM;
+        rates[i] = R(0.0);
+        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+            const int link = mechc_cut[2 * i + end];
+            if (link < 0) continue;
+            for (int j = 0; j < MECHC_ARM; j++)
+                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
+            for (int j = 0; j < MECHC_ARM; j++) {
+                const real part = axis[j] * moved[MECHC_DIM - MECHC_ARM + j];
+                rates[i] += end ? -part : part;
+            }
+        }
+    }
+}
+
+MECHC_INLINE real FN(sum_of_sizes)(const real *x, int count)
+{
+    real sum = R(0.0);
+    for (int i = 0; i < count; i++) sum += R_SELECT(R_MASK(x[i] < 0.0), -x[i], x[i]);
+    return sum;
+}
+
+/* A bound on the sum of a cut's partial velocities, without walking its path: a column's arm is no
+ * longer than what lies between on the way. */
+MECHC_ONCE real FN(most_partials)(const real *tree)
+{
+    real length[MECHC_LINKS], turning[MECHC_LINKS], sliding[MECHC_LINKS], most = R(0.0);
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        const int parent = mechc_parent[link];
+        length[link] = FN(sum_of_sizes)(tree + link * MECHC_ARM, MECHC_ARM);
+        if (parent >= 0) length[link] += length[parent];
+        turning[link] = parent >= 0 ? turning[parent] : R(0.0);
+        sliding[link] = parent >= 0 ? sliding[parent] : R(0.0);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            const real *column = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
+            const real turn = FN(sum_of_sizes)(column, MECHC_DIM - MECHC_ARM);
+            turning[link] += turn;
+            sliding[link] += FN(sum_of_sizes)(column + MECHC_DIM - MECHC_ARM, MECHC_ARM)
+                           - turn * length[link];
+        }
+    }
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        real sum = R(0.0);
+        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+            const int link = mechc_cut[2 * i + end];
+            real arm[MECHC_ARM];
+            if (link < 0) continue;
+            for (int j = 0; j < MECHC_ARM; j++)
+                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            sum += sliding[link]
+                 + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
+        }
+        most = R_SELECT(R_MASK(sum > most), sum, most);
+    }
+    return most;
+}
+#endif
+
+/* The same functions that the equations of other scenes are written out as; jacobian and mass may
+ * be NULL. */
 MECHC_INLINE void FN(configuration)(real t, const real *q, const real *p, const real *k, real *gap,
                                     real *jacobian, real *bias, real *mass, real *saved,
                                     real *turns, int near)
@@ -312,7 +394,7 @@ MECHC_INLINE void FN(configuration)(real t, const real *q, const real *p, const 
     FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
                            saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
-    FN(cut_rows)(saved, jacobian);
+    if (jacobian) FN(cut_rows)(saved, jacobian);
     for (int i = 0; i < MECHC_NC; i++) bias[i] = R(0.0);
 #else
     (void)jacobian, (void)bias;
@@ -327,7 +409,8 @@ MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const real *p
 {
     real bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
     FN(tree_motion)(t, q, u, p, k, saved + MECHC_AT_SAVED, bias, wrench, gamma);
-    FN(recursive_forcing)(saved, bias, wrench, forcing);
+    FN(take_bias)(saved, bias, wrench);
+    FN(along_speeds)(saved, wrench, forcing);
 }
 
 /* Any of the three may be NULL. */
@@ -335,8 +418,8 @@ MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const real 
                                real *rows, real *mass, real *forcing)
 {
     real saved[MECHC_SAVED], gap[MECHC_AT_LEAST_ONE(MECHC_NH)], bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)], gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    FN(configuration)(t, q, p, k, gap, rows ? rows : jacobian, bias, mass, saved, 0, 0);
+    real gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    FN(configuration)(t, q, p, k, gap, rows, bias, mass, saved, 0, 0);
     if (forcing) FN(motion)(t, q, u, p, k, saved, forcing, gamma);
 }
 

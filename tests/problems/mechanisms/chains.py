@@ -1,0 +1,57 @@
+"""Open chains of N links on a fixed pivot: in a plane, and with axes that alternate."""
+
+from __future__ import annotations
+
+from mechc_codegen.mechanism import Mechanism
+from sympy import Symbol
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
+
+from mechanisms.parts import coordinates, fixed_point, parameter, speeds
+
+l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
+
+
+def planar_chain(count: int) -> Mechanism:
+    """``count`` uniform rods, one hinged to the end of the other, all in one plane."""
+    return _chain(count, spatial=False)
+
+
+def spatial_chain(count: int) -> Mechanism:
+    """``count`` uniform bars of square section; hinge axes across and along in turn."""
+    return _chain(count, spatial=True)
+
+
+def _chain(count: int, *, spatial: bool) -> Mechanism:
+    q, u = dynamicsymbols(f"q_0:{count}"), dynamicsymbols(f"u_0:{count}")
+    r = ReferenceFrame("r")
+    origin = end = fixed_point("O", r)
+    on, bodies, ends = r, list[RigidBody](), list[Point]()
+    for k in range(count):
+        axis = on.y if spatial and k % 2 else on.z
+        frame = on.orientnew(f"link_{k}", "Axis", (q[k], axis))
+        frame.set_ang_vel(on, u[k] * axis)
+        centre = end.locatenew(f"centre_{k}", l / 2 * frame.x)
+        across = m * l**2 / 12
+        along = m * l**2 / 600 if spatial else 0
+        about = inertia(frame, along, across if spatial else 0, across)
+        bodies.append(RigidBody(f"link_{k}", centre, frame, m, (about, centre)))
+        end = end.locatenew(f"E_{k}", l * frame.x)
+        ends.append(end)
+        on = frame
+    return Mechanism(
+        name=f"{'spatial' if spatial else 'planar'}_chain_{count}",
+        title=f"chain of {count} links",
+        frame=r,
+        origin=origin,
+        coordinates=coordinates(q, "rad", *[f"angle at hinge {k}" for k in range(count)]),
+        speeds=speeds(u, "rad/s", *[f"rate at hinge {k}" for k in range(count)]),
+        kinematics=tuple(u),
+        parameters=(
+            parameter(l, 1.0, "m", "length of every link", positive=True),
+            parameter(m, 1.0, "kg", "mass of every link", positive=True),
+            parameter(g, 9.81, "m/s^2", "acceleration of free fall, along -y"),
+        ),
+        bodies=tuple(bodies),
+        gravity=-g * r.y,
+        points=tuple(ends),
+    )

@@ -10,8 +10,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import accumulate
 
-from mechc_codegen.equations import Equations, Tree
 from mechc_codegen.closing import RowPlan, plan_rows
+from mechc_codegen.equations import Equations, Tree
 
 INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 RESIDUALS = ("residual_by_state", "residual_by_parameters")

@@ -15,7 +15,7 @@
  */
 #if MECHC_LINKS > 0 && MECHC_NC > 0
 
-/* What each speed of the links on the way to the ground does to a point, along an axis. */
+/* What is kept of the elimination, column by column. */
 typedef struct {
     real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */
     real along[MECHC_NU], inverse[MECHC_NU]; /* D and 1 / D */

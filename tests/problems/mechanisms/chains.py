@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Mechanism
+from dataclasses import replace
+
+from mechc_codegen.mechanism import Closure, Mechanism
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
@@ -54,4 +56,21 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
         bodies=tuple(bodies),
         gravity=-g * r.y,
         points=tuple(ends),
+    )
+
+
+def closed_chain(count: int, *, spatial: bool) -> Mechanism:
+    """The same with its end held on the ground, three links' lengths from the pivot.
+
+    In space the end is held in all three directions and may turn.
+    """
+    chain = _chain(count, spatial=spatial)
+    end, r = chain.points[-1], chain.frame
+    held = chain.origin.locatenew("held", 3 * l * r.x)
+    axes = (r.x, r.y, r.z) if spatial else (r.x, r.y)
+    return replace(
+        chain,
+        name=f"closed_{chain.name}",
+        title=f"ring of {count} links",
+        closures=(Closure("end", end, held, axes),),
     )

@@ -137,7 +137,7 @@ class _Emitter:
         if rows and self.wishes.wants("multipliers"):
             entries.append(("multipliers", rows))
         entries += self._jacobians(size)
-        return _entries(entries)
+        return self._entries(entries)
 
     def _jacobians(self, size: int) -> list[tuple[str, int]]:
         found, own = list[tuple[str, int]](), len(self.wishes.expressions)
@@ -151,7 +151,14 @@ class _Emitter:
     def _solved_list(self) -> str:
         """Outputs that hold accelerations or multipliers."""
         solved = [o for o in self._listed() if self._needs_motion(o)]
-        return _entries((o.name, len(o.elements)) for o in solved)
+        return self._entries((o.name, len(o.elements)) for o in solved)
+
+    def _entries(self, outputs: Iterable[tuple[str, int]]) -> str:
+        """Label, what the user calls it, width."""
+        return " \\\n".join(
+            f"    X({label}, {_in_one_line(self.wishes.name_of(label))}, {width})"
+            for label, width in outputs
+        )
 
     def _needs_motion(self, output: Output) -> bool:
         """Whether it holds accelerations or multipliers, itself or by statements."""
@@ -356,10 +363,6 @@ class _Emitter:
         return lines
 
 
-def _entries(outputs: Iterable[tuple[str, int]]) -> str:
-    return " \\\n".join(f"    X({name}, {width})" for name, width in outputs)
-
-
 def _choice(each: InstructionSet) -> str:
     wanted = f'!strcmp(instruction_set, "{each.name}")'
     features = [f[2:] for f in each.flags if f.startswith("-m") and "=" not in f]
@@ -374,11 +377,15 @@ def _pointers(targets: Mapping[str, str]) -> str:
     return "".join(f" real *{target}," for target in targets.values())
 
 
+def _in_one_line(name: str) -> str:
+    return _string_literal(name).replace("\n    ", " ")
+
+
 def _string_literal(text: str) -> str:
     """A C string literal in lines of bounded length; anything but plain ASCII is escaped."""
     escaped = [
         chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
-        for byte in text.encode()
+        for byte in text.encode("utf-8", "surrogatepass")
     ]
     chunks = ["".join(escaped[i : i + 80]) for i in range(0, len(escaped), 80)] or [""]
     return "\n    ".join(f'"{chunk}"' for chunk in chunks)

@@ -50,14 +50,15 @@ def scene_metadata(
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
-        "shapes": {o.name: list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, len(parameters), len(wishes.expressions)),
-        "own": list(wishes.expressions),
+        "shapes": {wishes.name_of(o.name): list(o.shape) for o in program.outputs}
+        | _solved_shapes(mechanism, len(parameters), len(wishes.expressions))
+        | {wishes.name_of(label): [] for label in wishes.expressions},
+        "own": [wishes.name_of(label) for label in wishes.expressions],
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
         "smooth": not any(statement.value.has(Abs) for statement in program.body),
-        "operations": _operation_counts(lowered, program),
+        "operations": _operation_counts(lowered, program, wishes),
     }
 
 
@@ -132,9 +133,12 @@ def _finite(bound: float) -> float | None:
     return bound if math.isfinite(bound) else None
 
 
-def _operation_counts(lowered: Program, program: Program) -> dict[str, Any]:
+def _operation_counts(lowered: Program, program: Program, wishes: Wishes) -> dict[str, Any]:
     outputs = {
-        output.name: [_cost(lowered, [output]), _cost(program, [program.output(output.name)])]
+        wishes.name_of(output.name): [
+            _cost(lowered, [output]),
+            _cost(program, [program.output(output.name)]),
+        ]
         for output in lowered.outputs
     }
     return {

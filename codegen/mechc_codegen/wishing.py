@@ -16,6 +16,15 @@ from mechc_codegen.source import Key
 from mechc_codegen.terms import Multiplier
 from mechc_codegen.wishes import OPTIONAL, USUAL, Wishes
 
+RESERVED = frozenset(
+    (
+        *(*OPTIONAL, "rates", "mass_matrix", "forcing", "constraints", "velocity_constraints"),
+        *("constraint_jacobian", "kinetic_energy", "potential_energy", "linear_momenta"),
+        *("angular_momenta", "point_velocities", "point_accelerations", "own_state_jacobian"),
+        *("own_parameter_jacobian", "velocity_gradient", "preference"),
+    )
+)
+
 
 def wishes_of(
     mechanism: Mechanism,
@@ -45,12 +54,14 @@ def wishes_of(
     if outputs is None:
         chosen = ("energy",) if of_object else USUAL
         return Wishes(frozenset(chosen), fixed)
-    names, expressions = _outputs(outputs)
+    names, own = _outputs(outputs)
     if of_object and {"momenta", "points", "accelerations"} & set(names):
         _refuse_unplaced(mechanism)
-    for name, expression in expressions.items():
+    for name, expression in own.items():
         _refuse_unknown(name, expression, mechanism)
-    return Wishes(frozenset(names), fixed, expressions)
+    labels = {f"own_{k}": name for k, name in enumerate(own)}
+    expressions = {label: own[name] for label, name in labels.items()}
+    return Wishes(frozenset(names), fixed, expressions, labels)
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
@@ -102,7 +113,9 @@ def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
     expressions: dict[str, Expr] = {}
     for item in asked:
         if isinstance(item, Mapping):
-            expressions.update({str(name): sympify(value) for name, value in item.items()})
+            for name, value in item.items():
+                _refuse_name(name, expressions)
+                expressions[name] = sympify(value)
         elif item in OPTIONAL:
             names.append(item)
         else:
@@ -111,3 +124,11 @@ def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
                 "own is asked for as {name: expression}"
             )
     return names, expressions
+
+
+def _refuse_name(name: Any, taken: Iterable[str]) -> None:
+    """Any text can be the name of an output that no other output has."""
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise MechanismError(f"outputs: {name!r} is no name: a text is, without null characters")
+    if name in RESERVED or name in taken:
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")

@@ -191,7 +191,7 @@ cdef class Scene:
         self.holonomic = self.model.holonomic
         self.parameters = self.model.parameters
         self.indices = {
-            self.unit.outputs[i].name.decode(): i for i in range(self.unit.output_count)
+            self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
 
     @property

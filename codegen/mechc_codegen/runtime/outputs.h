@@ -3,7 +3,7 @@
  * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, out).
  */
 
-#define MECHC_DEFINE_OUTPUT(label, width)                                                        \
+#define MECHC_DEFINE_OUTPUT(label, name, width)                                                  \
     static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
                                        mechc_rows p, double *out)                                \
     {                                                                                            \
@@ -12,6 +12,6 @@
 MECHC_OUTPUTS(MECHC_DEFINE_OUTPUT)
 MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_OUTPUT)
 
-#define MECHC_LIST_OUTPUT(label, width) {#label, width, mechc_evaluate_##label},
+#define MECHC_LIST_OUTPUT(label, name, width) {name, width, mechc_evaluate_##label},
 static const mechc_output mechc_output_list[] = {
     MECHC_OUTPUTS(MECHC_LIST_OUTPUT) MECHC_SOLVED_OUTPUTS(MECHC_LIST_OUTPUT)};

@@ -19,7 +19,7 @@ MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u, c
 }
 #endif
 
-#define MECHC_DEFINE_SOLVED(label, width)                                                         \
+#define MECHC_DEFINE_SOLVED(label, name, width)                                                   \
     MECHC_INLINE void FN(output_##label)(real t, const real *q, const real *u, const real *p,     \
                                          const real *k, real *out)                                \
     {                                                                                             \

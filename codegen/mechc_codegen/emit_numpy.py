@@ -38,7 +38,7 @@ class Listing:
     ``configuration`` and ``motion``: array -> its length, of what the functions of these names
     fill.  ``written``: what is a function of its own -> its name and length; ``outputs`` of these;
     ``of_motion`` of these: what holds accelerations or multipliers; ``solved``: outputs that the
-    runtime makes itself; ``own``: how many outputs of the user's own there are.
+    runtime makes itself; ``names``: of outputs of the user's own, what the user calls them.
     """
 
     text: str
@@ -50,7 +50,7 @@ class Listing:
     parameters: int
     constants: int
     saved: int
-    own: int
+    names: Mapping[str, str]
     identity_kinematics: bool
     configuration: Mapping[str, int]
     motion: Mapping[str, int]
@@ -89,7 +89,8 @@ class _Emitter:
         return Listing(
             self.text(), metadata, len(symbols.q), len(symbols.u), equations.holonomic,
             equations.holonomic + equations.nonholonomic, len(symbols.parameters),
-            len(self.constants), len(self.saved), len(self.wishes.expressions),
+            len(self.constants), len(self.saved),
+            {label: self.wishes.name_of(label) for label in self.wishes.expressions},
             equations.identity_kinematics,
             self._lengths(self.layout.configuration), self._lengths(self.layout.motion),
             {o.name: (f"output_{k}", len(o.elements)) for k, o in enumerate(self._asked())},

@@ -21,7 +21,8 @@ RESERVED = frozenset(
         *(*OPTIONAL, "rates", "mass_matrix", "forcing", "constraints", "velocity_constraints"),
         *("constraint_jacobian", "kinetic_energy", "potential_energy", "linear_momenta"),
         *("angular_momenta", "point_velocities", "point_accelerations", "own_state_jacobian"),
-        *("own_parameter_jacobian", "velocity_gradient", "preference"),
+        *("own_parameter_jacobian", "velocity_gradient", "preference", "coordinate_rates"),
+        "kinematic_matrix",
     )
 )
 

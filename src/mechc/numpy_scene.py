@@ -40,10 +40,13 @@ class NumpyScene:
             "rates": self.width, "mass_matrix": self.speeds**2, "forcing": self.speeds,
             "constraint_jacobian": self.rows * self.speeds, "multipliers": self.rows,
             "state_jacobian": self.width**2, "parameter_jacobian": self.width * self.parameters,
-            "own_state_jacobian": listing.own * self.width,
-            "own_parameter_jacobian": listing.own * self.parameters,
+            "own_state_jacobian": len(listing.names) * self.width,
+            "own_parameter_jacobian": len(listing.names) * self.parameters,
         }  # fmt: skip
-        written = {name: listing.written[name][1] for name in listing.outputs}
+        written = {
+            listing.names.get(name, name): listing.written[name][1] for name in listing.outputs
+        }
+        self._labels = {name: label for label, name in listing.names.items()}
         self.outputs = written | {name: size[name] for name in listing.solved}
 
     def _refuse(self, *_: Any) -> NoReturn:
@@ -69,7 +72,7 @@ class NumpyScene:
         for first in range(0, len(y), BLOCK):
             own = slice(first, first + BLOCK)
             times, values = (x[own] if len(x) > 1 else x for x in (t, p))
-            out[own] = self._evaluate(name, times, y[own], values)
+            out[own] = self._evaluate(self._labels.get(name, name), times, y[own], values)
         return out
 
     def _evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:

@@ -25,7 +25,7 @@ STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c
 STAGES |= {"metadata"}
 ALLOWED = {
     "errors": set[str](),
-    "wishes": set[str](),
+    "wishes": BASE,
     "source": {"terms"},
     "terms": set[str](),
     "expression": BASE,

@@ -15,7 +15,7 @@ MECHC_INLINE mechc_lane mechc_abreast_rates_at(const struct mechc_abreast *a, me
     mechc_lanes_coordinate_rates_of(t, state, state + MECHC_NQ, a->p, a->k, rates);
     mechc_lanes_accelerate(t, state, state + MECHC_NQ, a->p, a->k, &place, rates + MECHC_NQ, 0);
 #if MECHC_NH > 0
-    if (!regular) return mechc_lanes_conditioning_squared(&place.rows, place.mass);
+    if (!regular) return mechc_lanes_conditioning_at(&place);
 #endif
     return mechc_spread(1.0);
 }

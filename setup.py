@@ -87,6 +87,13 @@ setup(
             depends=[str(RUNTIME / "model.h"), str(RUNTIME / "call.h")],
         ),
         Extension(
+            "mechc._inputs",
+            ["src/mechc/_inputs.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[str(RUNTIME / name) for name in ("model.h", "inputs.h", "signals.h")],
+        ),
+        Extension(
             "mechc._batch",
             ["src/mechc/_batch.pyx"],
             include_dirs=[str(RUNTIME)],

@@ -40,7 +40,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     inputs = _inputs(source, settings, read)
     parameters = _parameter_symbols(source, settings, read, inputs)
     kinematics = _kinematics(source)
-    rates = Rates((source.q, source.u), kinematics, parameters, inputs)
+    rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
     bodies = tuple(b for b in source.bodies if not _fixed(b, source.frame))
     refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
@@ -66,7 +66,6 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         auxiliary=source.auxiliary,
         lagrangian=source.lagrangian,
         potential=potential.value,
-        unspecified=tuple(f for f in _unknown_functions(source, read) if f not in inputs),
         unknown_potentials=potential.unknown,
     )
 
@@ -151,20 +150,24 @@ def _unknown_functions(source: Source, read: Walk) -> list[AppliedUndef]:
     return sorted(found, key=str)
 
 
-def _inputs(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr]:
-    known = {f: f for f in _unknown_functions(source, read)}
-    chosen = {}
+def _inputs(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr | None]:
+    """Every specified function of time; without an expression it is given at run time."""
+    chosen = dict[AppliedUndef, Expr | None].fromkeys(_unknown_functions(source, read))
     for key, value in settings.inputs.items():
-        function = find_symbol(key, list(known), "inputs", "specified function of time")
-        chosen[function] = sympify(value)
+        function = find_symbol(key, list(chosen), "inputs", "specified function of time")
+        chosen[function] = None if value is None else sympify(value)
     return chosen
 
 
+def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUndef, Expr]:
+    return {f: expression for f, expression in inputs.items() if expression is not None}
+
+
 def _parameter_symbols(
-    source: Source, settings: Settings, read: Walk, inputs: Mapping[AppliedUndef, Expr]
+    source: Source, settings: Settings, read: Walk, inputs: Mapping[AppliedUndef, Expr | None]
 ) -> list[Symbol]:
     found = {x for x in read.leaves if isinstance(x, Symbol)}
-    for expression in inputs.values():
+    for expression in _expressions(inputs).values():
         found |= expression.free_symbols
     for expression in settings.configuration_constraints or ():
         found |= sympify(expression).free_symbols

@@ -89,4 +89,6 @@ def _augmented(output: Output, added: Sequence[Expr], scale: Expr, equation: str
 def directional(expression: Expr, symbols: Symbols, rates: Sequence[Expr]) -> Expr:
     """Time derivative of an expression of t and q (speeds held) along the coordinates' rates."""
     terms = [expression.diff(q) * rate for q, rate in zip(symbols.q, rates, strict=True)]
+    driven = symbols.rates_of_inputs(expression)
+    terms += [expression.diff(value) * rate for value, rate in driven]
     return sum(terms, expression.diff(symbols.time) + S.Zero)

@@ -98,6 +98,7 @@ class _Emitter:
         self.constants = [symbol for symbol in targets_of(program.hoisted) if symbol in running]
         self.hoisted = hoisted
         self.loads = self._array_places()
+        self.inputs = [value.symbol for value in program.input_values()]
 
     # -- sizes ------------------------------------------------------------------------------
 
@@ -119,7 +120,7 @@ class _Emitter:
             "turns": sum(isinstance(s, SineCosine) for s in self.configuration_statements),
             "identity": int(equations.identity_kinematics),
             **self.layout.sizes,
-            "tables": self.layout.tables,
+            "tables": self._inputs_size() + self.layout.tables,
             "widest": max([*widths, len(symbols.q) + len(symbols.u), rows]),
             "outputs": self._output_list(rows),
             "solved": self._solved_list(),
@@ -128,6 +129,11 @@ class _Emitter:
             "own": len(self.wishes.expressions),
         }
         return _template("scene_sizes.h.in").substitute(values)
+
+    def _inputs_size(self) -> str:
+        return (
+            f"#define MECHC_NI {len(self.inputs)} /* values of inputs */\n" if self.inputs else ""
+        )
 
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
@@ -250,16 +256,32 @@ class _Emitter:
     ) -> str:
         """A function that the runtime calls at every stage of a step."""
         own, storage = self.layout.prefix + name, self.layout.storage
+        body = self._with_inputs(body, "u" if name == "motion" else "0")
         return Function(comment, own, signature, body, loads, storage).text()
 
     def _output(self, output: Output) -> str:
         body = self._statements(self._slice((output.name,)))
         body += self._assignments(output, "out")
+        body = self._with_inputs(body, "u")
         state = "real t, const real *q, const real *u, const real *p, const real *k"
         signature, name = f"{state}, real *out", f"output_{output.name}"
         if self._needs_motion(output):
             signature, name = f"{state}{_SOLVED}, real *out", f"solved_{output.name}"
         return Function(output.equation, name, signature, body, self.loads).text()
+
+    def _with_inputs(self, body: Sequence[Line], speeds: str) -> list[Line]:
+        """The lines, and before them one that reads the inputs they use."""
+        used = {symbol for line in body for symbol in line.uses}
+        places = [i for i, symbol in enumerate(self.inputs) if symbol in used]
+        if not places:
+            return list(body)
+        first, last = places[0], places[-1] + 1
+        read = [f"real inputs[{last - first}];"]
+        read.append(f"FN(read_inputs)(t, q, {speeds}, p, {first}, {last}, inputs);")
+        taken = [self.inputs[i] for i in places]
+        for i, symbol in zip(places, taken, strict=True):
+            read.append(f"const real {symbol.name} = inputs[{i - first}];")
+        return [Line(tuple(read), tuple(taken)), *body]
 
     # -- pieces -----------------------------------------------------------------------------
 

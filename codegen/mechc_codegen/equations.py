@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 from sympy import Expr, S, Symbol
+
+from mechc_codegen.errors import MechanismError
 
 
 @dataclass(frozen=True)
@@ -18,6 +21,9 @@ class Symbols:
 
     Accelerations and multipliers stand in outputs only, which are evaluated once the motion is
     solved.
+
+    ``inputs``: of each specified function of time that is given at run time its value and its
+    derivatives by time, in their order.
     """
 
     time: Symbol
@@ -26,11 +32,31 @@ class Symbols:
     parameters: tuple[Symbol, ...]
     accelerations: tuple[Symbol, ...] = ()
     multipliers: tuple[Symbol, ...] = ()
+    inputs: tuple[tuple[Symbol, ...], ...] = ()
 
     @property
     def motion(self) -> tuple[Symbol, ...]:
         """What is known only once the motion is solved."""
         return (*self.accelerations, *self.multipliers)
+
+    def rates_of_inputs(self, expression: Expr) -> list[tuple[Symbol, Symbol]]:
+        """Of each value of an input in the expression: the value and its rate.
+
+        Raises
+        ------
+        MechanismError
+            Where a rate is needed of the last derivative there is.
+        """
+        found = []
+        held = expression.free_symbols if self.inputs else ()
+        for chain in self.inputs:
+            if chain[-1] in held:
+                raise MechanismError(
+                    "the equations need the time derivative of order "
+                    f"{len(chain)} of an input; {len(chain) - 1} is the highest that can be given"
+                )
+            found += [pair for pair in pairwise(chain) if pair[0] in held]
+        return found
 
 
 @dataclass(frozen=True)

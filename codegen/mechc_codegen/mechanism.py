@@ -143,7 +143,8 @@ class Mechanism:
         The named points whose positions and velocities can be asked for.
     inputs
         Specified functions of time that are no state, each with the expression that it stands
-        for: of time, and where no derivative of it appears also of coordinates and speeds.
+        for: of time, and where no derivative of it appears also of coordinates and speeds.  With
+        None it is given at run time; one that no equation holds then is not asked for.
     auxiliary
         Auxiliary speeds: zero, and so are their rates.
     lagrangian
@@ -151,9 +152,6 @@ class Mechanism:
         rates must then be the speeds.
     potential
         The potential energy, where it is not the sum of that of the bodies.
-    unspecified
-        Functions of time that may stand in descriptions but in no equation that comes out: a
-        contact force that acts on an auxiliary speed alone.
     unknown_potentials
         The loads of which it is not known whether they have a potential, in words; where there
         are any, no potential energy is given out.
@@ -184,11 +182,10 @@ class Mechanism:
     preference: Expr | None = None
     notes: Notes | None = None
     skipped: tuple[str, ...] = ()
-    inputs: Mapping[AppliedUndef, Expr] = field(default_factory=dict)
+    inputs: Mapping[AppliedUndef, Expr | None] = field(default_factory=dict)
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
     potential: Expr | None = None
-    unspecified: tuple[AppliedUndef, ...] = ()
     unknown_potentials: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
     gravity: Vector | None = None
@@ -205,6 +202,11 @@ class Mechanism:
     @property
     def u(self) -> tuple[AppliedUndef, ...]:
         return tuple(s.symbol for s in self.speeds)
+
+    @property
+    def open_inputs(self) -> tuple[AppliedUndef, ...]:
+        """The inputs that are given at run time."""
+        return tuple(f for f, expression in self.inputs.items() if expression is None)
 
     @property
     def holonomic(self) -> tuple[tuple[str, str], ...]:
@@ -251,6 +253,7 @@ def _check_lengths(mechanism: Mechanism) -> None:
 
 def _check_names(mechanism: Mechanism) -> None:
     symbols = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+    symbols += mechanism.open_inputs
     _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
     _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
 
@@ -267,7 +270,7 @@ def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
 def _check_symbols(mechanism: Mechanism) -> None:
     known = {*mechanism.q, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
     known |= {p.symbol for p in mechanism.parameters}
-    specified = {*mechanism.inputs, *mechanism.auxiliary, *mechanism.unspecified}
+    specified = {*mechanism.inputs, *mechanism.auxiliary}
     known |= specified
     for place, expression in _expressions(mechanism):
         unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}

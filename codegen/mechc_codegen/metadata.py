@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs
+from sympy import Abs, Symbol
 
 from mechc_codegen.equations import Output
 from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
@@ -57,9 +57,46 @@ def scene_metadata(
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
+        **_inputs(mechanism, program),
         "smooth": not any(statement.value.has(Abs) for statement in program.body),
         "operations": _operation_counts(lowered, program, wishes),
     }
+
+
+TIME_ALONE = (  # computed without the speeds, or at other speeds than the state's
+    *("constraints", "constraint_jacobian", "constraint_gradient", "velocity_bias"),
+    *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference"),
+    *("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut"),
+)
+
+
+def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
+    """Inputs given at run time: what of them is needed, and which outputs hold none of them.
+
+    ``orders``: the derivatives, each a place in the array of values.
+    """
+    values = program.input_values()
+    if not values:
+        return {}
+    of_time = _used(program, TIME_ALONE)
+    told = [
+        {
+            "name": printed_name(mechanism.open_inputs[number]),
+            "orders": [value.order for value in values if value.input == number],
+            "of_time": any(v.symbol in of_time for v in values if v.input == number),
+        }
+        for number in sorted({value.input for value in values})
+    ]
+    symbols = {value.symbol for value in values}
+    free = [o.name for o in program.outputs if symbols.isdisjoint(_used(program, (o.name,)))]
+    return {"inputs": told, "free_of_inputs": free}
+
+
+def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
+    """Every symbol that the outputs depend on."""
+    elements = [e for o in program.outputs if o.name in names for e in o.elements]
+    needed = symbols_of(elements)
+    return needed | symbols_of(s.value for s in slice_statements(program.body, needed))
 
 
 def _solved_shapes(mechanism: Mechanism, parameters: int, own: int) -> dict[str, list[int]]:

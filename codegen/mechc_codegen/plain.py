@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import replace
 
 from sympy import Derivative, Expr, Symbol, sympify
@@ -14,6 +14,8 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism, printed_name
 from mechc_codegen.terms import Multiplier
 from mechc_codegen.wishes import Wishes
+
+MOST_RATES = 5  # derivatives of an input given at run time: what a quintic spline can give
 
 
 def plain_symbols(mechanism: Mechanism) -> Symbols:
@@ -27,6 +29,7 @@ def plain_symbols(mechanism: Mechanism) -> Symbols:
         numbered("p", len(mechanism.parameters)),
         numbered("a", len(mechanism.speeds)),
         numbered("l", len(mechanism.rows)),
+        tuple(numbered(f"r{k}_", MOST_RATES + 1) for k in range(len(mechanism.open_inputs))),
     )
 
 
@@ -39,7 +42,10 @@ class Plain:
         self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
         self.symbols |= wishes.fixed
         self.motion = _solved_motion(mechanism, symbols)
-        self.inputs = mechanism.inputs
+        for function, chain in zip(mechanism.open_inputs, symbols.inputs, strict=True):
+            self.symbols |= {_rate(function, n): value for n, value in enumerate(chain)}
+        self.inputs = {f: e for f, e in mechanism.inputs.items() if e is not None}
+        self.open = frozenset(mechanism.open_inputs)
         self.rates, self.second_rates = mechanism.rates, mechanism.second_rates
 
     def output(self, output: Output) -> Output:
@@ -48,7 +54,8 @@ class Plain:
 
     def expression(self, value: Expr) -> Expr:
         if self.inputs:
-            value = value.xreplace(specified_values(value, self.inputs)).xreplace(self.rates)
+            specified = specified_values(value, self.inputs, self.open)
+            value = value.xreplace(specified).xreplace(self.rates)
         _refuse_functions(value, self.symbols)
         return value.xreplace(self.symbols)
 
@@ -72,7 +79,13 @@ def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
     return found
 
 
-def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[Expr, Expr]:
+def _rate(function: AppliedUndef, order: int) -> Expr:
+    return function.diff((dynamicsymbols._t, order)) if order else function
+
+
+def specified_values(
+    value: Expr, inputs: Mapping[AppliedUndef, Expr], open_inputs: Set[AppliedUndef] = frozenset()
+) -> dict[Expr, Expr]:
     """What specified functions and their derivatives in ``value`` stand for.
 
     Raises
@@ -86,7 +99,7 @@ def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[E
         function = derivative.expr
         if function not in inputs:
             continue
-        if inputs[function].atoms(AppliedUndef):
+        if inputs[function].atoms(AppliedUndef) - open_inputs:
             raise MechanismError(
                 f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "
                 "must be given as an expression of time and parameters alone, not of "
@@ -97,7 +110,8 @@ def specified_values(value: Expr, inputs: Mapping[AppliedUndef, Expr]) -> dict[E
 
 
 def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
-    left = value.atoms(Derivative) or value.atoms(AppliedUndef) - known.keys()
+    outside = value.xreplace({x: known[x] for x in value.atoms(Derivative) if x in known})
+    left = outside.atoms(Derivative) or outside.atoms(AppliedUndef) - known.keys()
     if not left:
         return
     what = min(left, key=str)

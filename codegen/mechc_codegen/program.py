@@ -54,6 +54,15 @@ Statement = Assign | SineCosine
 
 
 @dataclass(frozen=True)
+class InputValue:
+    """Value (order 0) or derivative of one input that is given at run time."""
+
+    symbol: Symbol
+    input: int
+    order: int
+
+
+@dataclass(frozen=True)
 class Program:
     """See the module's description."""
 
@@ -72,12 +81,26 @@ class Program:
     def output(self, name: str) -> Output:
         return next(o for o in self.outputs if o.name == name)
 
+    def input_values(self) -> list[InputValue]:
+        """What a run has to be given of the inputs that are left open, in the order of arrays."""
+        if not self.symbols.inputs:
+            return []
+        used = symbols_of(s.value for s in self.body)
+        used |= symbols_of(e for o in self.outputs for e in o.elements)
+        return [
+            InputValue(symbol, number, order)
+            for number, chain in enumerate(self.symbols.inputs)
+            for order, symbol in enumerate(chain)
+            if symbol in used
+        ]
+
     def verify(self) -> Program:
         """Raise :class:`InternalError` if the invariant does not hold; return the program."""
         known = set(self.symbols.parameters)
         for statement in self.hoisted:
             _check_statement(statement, known)
         known |= {self.symbols.time, *self.symbols.q, *self.symbols.u, *self.symbols.motion}
+        known |= {value for chain in self.symbols.inputs for value in chain}
         for statement in self.body:
             _check_statement(statement, known)
         for output in self.outputs:

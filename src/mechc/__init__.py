@@ -18,7 +18,9 @@ from mechc.errors import (
     ChangePointError,
     CompilerError,
     EventError,
+    InputError,
     MechcError,
+    MissingInputError,
     MissingPackageError,
     MissingParameterError,
     UnavailableOutputError,
@@ -29,6 +31,7 @@ from mechc.events import Event, EventRecord
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
 from mechc.model import Model, Momenta
+from mechc.signals import Signal
 from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
 from mechc.storage import open_saved as open  # noqa: F401
@@ -48,12 +51,15 @@ __all__ = [
     "Event",
     "EventError",
     "EventRecord",
+    "InputError",
     "Mechanism",
     "MechcError",
+    "MissingInputError",
     "MissingPackageError",
     "MissingParameterError",
     "Model",
     "Momenta",
+    "Signal",
     "Solution",
     "Status",
     "UnavailableOutputError",

@@ -82,6 +82,7 @@ cdef extern from "model.h":
         void (*interpolate)(
             int, const mechc_trajectory *, const double *, ptrdiff_t, const double *, double *
         ) noexcept nogil
+        void (*extend)(mechc_run *, double, double) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi
@@ -89,6 +90,7 @@ cdef extern from "model.h":
         int coordinates, speeds, holonomic, rows, parameters, constants
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
+        int inputs
 
 cdef extern from "call.h":
     ctypedef struct mechc_bound:
@@ -166,7 +168,8 @@ cdef class Scene:
     cdef const mechc_unit *unit
     cdef dict indices
     cdef readonly object capsule
-    cdef readonly int width, coordinates, speeds, rows, holonomic, parameters
+    cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
+    cdef int passed  # parameters, and behind them where the inputs are
 
     def __init__(self, capsule, instruction_set=None):
         self.capsule = capsule
@@ -190,6 +193,8 @@ cdef class Scene:
         self.rows = self.model.rows
         self.holonomic = self.model.holonomic
         self.parameters = self.model.parameters
+        self.inputs = self.model.inputs
+        self.passed = self.parameters + (self.inputs > 0)
         self.indices = {
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
@@ -236,11 +241,12 @@ cdef class Scene:
     def evaluate(self, str name, const double[::1] t, const double[:, ::1] y, const double[:, ::1] p):
         """Output `name` of y.shape[0] states; t and p have as many rows or one.
 
-        Returns a fresh array (states, width).
+        Returns a fresh array (states, width).  Where the scene has inputs, p has one column more
+        than there are parameters: see :class:`mechc._inputs.Inputs`.
         """
         cdef mechc_output output = self.unit.outputs[self.indices[name]]
         cdef ptrdiff_t count = y.shape[0]
-        if y.shape[1] != self.width or p.shape[1] != self.parameters:
+        if y.shape[1] != self.width or p.shape[1] != self.passed:
             raise ValueError("wrong number of state components or parameters")
         if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
             raise ValueError("times and parameters must be given once or once a state")
@@ -251,8 +257,8 @@ cdef class Scene:
             return out
         times.data, times.stride = &t[0], t.shape[0] > 1
         states.data, states.stride = &y[0, 0], self.width
-        parameters.data = &p[0, 0] if self.parameters else NULL
-        parameters.stride = self.parameters if p.shape[0] > 1 else 0
+        parameters.data = &p[0, 0] if self.passed else NULL
+        parameters.stride = self.passed if p.shape[0] > 1 else 0
         with nogil:
             output.evaluate(count, times, states, parameters, &view[0, 0])
         return out
@@ -323,8 +329,8 @@ cdef class Scene:
         cdef double[::1] state = out
         cdef double[2] moved
         cdef int i
-        if y.shape[0] != self.width:
-            raise ValueError(f"a state has {self.width} components")
+        if y.shape[0] != self.width or p.shape[0] != self.passed:
+            raise ValueError("wrong number of state components or parameters")
         memcpy(&state[0], &y[0], self.width * sizeof(double))
         status = self.unit.project(t, &state[0], &p[0], moved)
         for i in range(self.width):
@@ -342,13 +348,15 @@ cdef class Scene:
         run.scene = self
         run.unit = self.unit
         run.method = method
+        if p.shape[0] != self.passed:
+            raise ValueError("wrong number of parameters")
         run.p = np.array(p)
         run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
         if run.run == NULL:
             raise MemoryError()
         memset(run.run, 0, self.unit.run_size)
         options.t0, options.t1 = t0, t1
-        options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
+        options.y0, options.p = &y0[0], &p[0] if self.passed else NULL
         options.rtol = rtol
         options.atol = NULL
         if atol is not None:
@@ -388,6 +396,17 @@ cdef class Run:
             status = self.scene.unit.advance(self.run, steps)
         PyErr_CheckSignals()
         return status
+
+    def extend(self, double t1, double inputs):
+        """Go on to t1, from the end of the run or while it is under way, with other inputs."""
+        if self.unit.extend == NULL:
+            raise ValueError("this scene has no inputs")
+        with nogil:
+            self.unit.extend(self.run, t1, inputs)
+
+    def read_with(self, double inputs):
+        """The inputs that :meth:`interpolate` takes, of the whole run."""
+        self.p[self.scene.parameters] = inputs
 
     @property
     def status(self):
@@ -465,7 +484,7 @@ cdef class Run:
         out = np.empty((t.shape[0], self.scene.width))
         cdef double[:, ::1] view = out
         cdef double[::1] p = self.p
-        cdef const double *parameters = &p[0] if self.scene.parameters else NULL
+        cdef const double *parameters = &p[0] if self.scene.passed else NULL
         if t.shape[0]:
             with nogil:
                 self.scene.unit.interpolate(

@@ -39,6 +39,10 @@ class MissingParameterError(MechcError, ValueError):
     """A parameter without a default was not given."""
 
 
+class MissingInputError(MissingParameterError):
+    """An input that was left open when compiling was not given."""
+
+
 class AssemblyError(MechcError, ValueError):
     """The loops cannot be closed, or the speeds asked for contradict each other."""
 
@@ -56,6 +60,20 @@ class ChangePointError(MechcError):
 
 class EventError(MechcError):
     """An event function failed; ``solution`` is the run until then, ``__cause__`` its error."""
+
+    def __init__(self, message: str, solution: object) -> None:
+        super().__init__(message)
+        self.solution = solution
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), None)  # a compiled run stays in its process
+
+
+class InputError(MechcError):
+    """A function that gives an input failed; ``__cause__`` is its error.
+
+    ``solution`` is the run until then, None outside a run.
+    """
 
     def __init__(self, message: str, solution: object) -> None:
         super().__init__(message)

@@ -13,7 +13,7 @@ from typing import Any
 
 FIRST = frozenset(
     (
-        *("coordinates", "speeds", "rows", "holonomic", "parameters", "width"),
+        *("coordinates", "speeds", "rows", "holonomic", "parameters", "inputs", "width"),
         *("metadata", "instruction_set", "outputs", "complete", "complete_rows", "evaluate"),
     )
 )

@@ -286,7 +286,7 @@ def _begun(key: str, built: Callable[[], Any], told: dict[str, Any], started: fl
     def whole() -> Scene:
         finished = _entry(key, make)
         ready.wait()
-        model._scene = finished
+        model._use(finished)
         return finished
 
     beside = cache.first_key(key)

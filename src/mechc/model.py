@@ -20,7 +20,9 @@ from mechc import report as _report
 from mechc import simulate as _simulate
 from mechc import statics as _statics
 from mechc._driver import Scene
-from mechc.errors import UnavailableOutputError, UnknownNameError
+from mechc.driven import DrivenScene
+from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
+from mechc.inputs import InputSlot
 from mechc.parameters import Array, Parameters, ParameterSet, Quantity
 
 if TYPE_CHECKING:
@@ -62,8 +64,9 @@ class Model:
         scene: Any = None,
     ) -> None:
         self._asked_for = instruction_set
-        self._scene: Any = Scene(capsule, instruction_set) if scene is None else scene
-        self._data: dict[str, Any] = json.loads(self._scene.metadata)
+        compiled: Any = Scene(capsule, instruction_set) if scene is None else scene
+        self._data: dict[str, Any] = json.loads(compiled.metadata)
+        self._use(compiled)
         self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
         self._no_time = np.zeros(1)
         self.build = MappingProxyType(dict(build or {}))
@@ -78,6 +81,14 @@ class Model:
         self._all_pure = bool(self._pure.all())
         self._ones = np.ones(len(units))
         self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
+
+    def _use(self, scene: Any) -> None:
+        """Take a compiled scene, with room for inputs where it has any."""
+        slots = [InputSlot.from_metadata(data) for data in self._data.get("inputs", ())]
+        free = self._data.get("free_of_inputs", ())
+        self._driven = DrivenScene(scene, slots, free) if slots else None
+        self._scene: Any = scene if self._driven is None else self._driven
+        self.inputs = tuple(slot.name for slot in slots)
 
     # -- what it is -------------------------------------------------------------------------
 
@@ -175,16 +186,57 @@ class Model:
     redundant_constraints = _redundancy.redundant_constraints
     report = _report.model_report
 
+    # -- inputs -----------------------------------------------------------------------------
+
+    def with_inputs(self, inputs: Mapping[str, Any]) -> Model:
+        """This model driven by inputs, for everything that it can be asked.
+
+        Parameters
+        ----------
+        inputs
+            Name -> a number, a :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)`` of
+            floats and arrays (nq,), (nu,), or a tuple of functions of t: value, rate, second rate.
+            :attr:`inputs` names those that were left open when compiling.
+
+        Raises
+        ------
+        UnknownNameError, ValueOutOfBoundsError, MissingInputError
+            For inputs that do not exist, that cannot be what they are given for, or that are
+            left out.
+
+        Notes
+        -----
+        A function is called back from compiled code: a microsecond or so each time, some thousand
+        times a run; ``sol.status.warnings`` say how often and how long.
+        """
+        if self._driven is None:
+            for name in inputs:
+                raise UnknownNameError("input", name, self.inputs)
+            return self
+        driven = object.__new__(Model)
+        driven.__dict__.update(self.__dict__)
+        driven._scene = driven._driven = self._driven.with_inputs(inputs)
+        return driven
+
     # -- outputs ----------------------------------------------------------------------------
 
     def rhs(
-        self, t: float | Array, y: Array, params: Parameters = None, out: Array | None = None
+        self,
+        t: float | Array,
+        y: Array,
+        params: Parameters = None,
+        out: Array | None = None,
+        *,
+        inputs: Mapping[str, Any] | None = None,
     ) -> Array:
         """State rates y' at the state as it is, shape (..., nq + nu).
 
         Where closure holds these are the accelerations of the mechanism; off it, those that
-        J u' = gamma asks for.  Into ``out`` if that is given.
+        J u' = gamma asks for.  Into ``out`` if that is given.  ``inputs`` as in
+        :meth:`with_inputs`.
         """
+        if inputs is not None:
+            return self.with_inputs(inputs).rhs(t, y, params, out)
         rates = self._evaluate("rates", y, params, t)
         if out is None:
             return rates
@@ -398,6 +450,12 @@ class Model:
         **policy: Any,
     ) -> Batch:
         """Simulate many starts or parameter sets; see :func:`mechc.batch.simulate_batch`."""
+        if self._driven is not None:
+            raise MechcError(
+                f"a batch takes no inputs that are given with a run, and {self.name} has "
+                f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
+                "a batch may vary (mechc.compile(..., inputs={...})), or simulate one by one"
+            )
         from mechc.batch import simulate_batch
 
         return simulate_batch(self, t_span, y0, params, **policy)

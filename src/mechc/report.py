@@ -37,6 +37,8 @@ def model_report(model: Model) -> str:
         f"once a run, of parameters alone: {counts['once_per_run']}",
     ]
     lines += _redundant(model)
+    if model.inputs:
+        lines.append(f"given with a run (inputs): {', '.join(model.inputs)}")
     if model._data["fixed"]:
         fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
         lines.append(f"fixed: {', '.join(fixed)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED = 108, 109, 110
+INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
 
 
 def simulate(
@@ -53,6 +53,7 @@ def simulate(
     events: Sequence[Any] = (),
     on_change_point: str = "continue",
     progress: Callable[[float], None] | None = None,
+    inputs: Mapping[str, Any] | None = None,
 ) -> Solution:
     """Integrate the motion, every stage and every accepted state on the constraints.
 
@@ -90,6 +91,11 @@ def simulate(
         :class:`mechc.ChangePointError`.  Passages are in ``sol.change_points``.
     progress
         Called now and then with the fraction done.
+    inputs
+        What each input that was left open when compiling is: a number, a
+        :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of t
+        with the derivatives of the first; see :meth:`mechc.Model.with_inputs`.  ``sol.model`` is
+        then the model driven by them.
 
     Raises
     ------
@@ -102,8 +108,11 @@ def simulate(
     -----
     What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
     computed until then is kept; so does Ctrl-C.  A failing event function raises
-    :class:`mechc.EventError`, which holds the motion until then.
+    :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which hold the motion
+    until then.
     """
+    if inputs is not None:
+        model = model.with_inputs(inputs)
     values = model._parameters.resolve(params)
     if values.ndim != 1:
         raise ValueOutOfBoundsError("simulate takes one set of parameters at a time")
@@ -157,6 +166,9 @@ def _driven(
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
     finder = EventFinder(events, compiled, model._scene.width, first) if events else None
     code, stop = _drive(compiled, span, finder, progress)
+    driven = model._driven
+    if driven is not None and driven.failed:
+        code = INTERRUPTED if driven.interrupted else INPUT_FAILED
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
@@ -166,10 +178,12 @@ def _driven(
         compiled.t if stop is None else stop,
         model.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
-        _warnings(compiled, code, stop),
+        (*_warnings(compiled, code, stop), *(driven.notes() if driven else ())),
     )
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None
+    if code == INPUT_FAILED and driven is not None:
+        status = replace(status, cause=driven.failure_in_words())
     if failure is not None:
         status = replace(status, cause=str(failure))
     sol = Solution(model, values, policy, compiled, status, stats, times, found, stop)
@@ -177,6 +191,8 @@ def _driven(
     if failure is not None:
         told = f"{failure}; error.solution has the motion until there"
         raise EventError(told, sol) from failure.__cause__
+    if driven is not None:
+        driven.raise_failure(sol)
     return sol
 
 

@@ -130,6 +130,11 @@ CODES = {
         "an event function raised an error or gave NaN",
         "Mend the function: it is called at states between the steps too, not only at events",
     ),
+    113: (
+        "input failed",
+        "a function that gives an input raised an error or gave no finite number",
+        "Mend the function: it is called at states between the steps too",
+    ),
     0: (
         "not run",
         "the batch was stopped before its turn",

@@ -199,11 +199,14 @@ def test_two_symbols_printed_alike_are_refused_where_both_are_meant() -> None:
         mechanism(twins)
 
 
-def test_specified_inputs_are_asked_for_by_name_and_may_depend_on_the_state() -> None:
+def test_specified_inputs_are_left_open_or_expressions_that_may_hold_the_state() -> None:
     force = Function("F_0")(t)
     pushed = slider(lambda q, u, N: force * N.x)
-    with pytest.raises(MechanismError, match=r"'F_0'|F_0 depends on time"):
-        build_scene(*build_arguments(described(pushed)))
+    made, wishes = described(pushed)
+    assert made.open_inputs == (force,)
+    texts = build_scene(made, None, wishes).texts
+    assert "#define MECHC_NI 1 " in texts["scene_sizes.h"]
+    assert "FN(read_inputs)(t, q, u, p, 0, 1, inputs)" in texts["scene_program.h"]
     for key in ("F_0", force):
         made, wishes = described(pushed, inputs={key: 3 * sin(t) - 2 * v + Symbol("k") * x})
         assert {p.symbol.name for p in made.parameters} == {"m", "k"}

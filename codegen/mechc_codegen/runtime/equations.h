@@ -1,6 +1,7 @@
 /* The scene's equations and what solves them, over `real`; without a guard, since it is included
  * once for each binding of it. */
 #include "sine_cosine.h"
+#include "read_inputs.h"
 #include MECHC_PROGRAM
 #include "tree.h"
 #include "linear.h"

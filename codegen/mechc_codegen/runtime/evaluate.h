@@ -21,14 +21,14 @@ MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, 
 MECHC_INLINE void mechc_evaluate_blocks(mechc_lane_output *f, int width, ptrdiff_t count,
                                         mechc_rows t, mechc_rows y, mechc_rows p, double *out)
 {
-    mechc_lane time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_NP)];
+    mechc_lane time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
     mechc_lane k[MECHC_AT_LEAST_ONE(MECHC_NK)], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
     if (count < 1) return;
-    mechc_gather(p, 0, count, MECHC_NP, parameters);
+    mechc_gather(p, 0, count, MECHC_PASSED, parameters);
     mechc_lanes_hoist(parameters, k);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
         if (first > 0 && p.stride) {
-            mechc_gather(p, first, count, MECHC_NP, parameters);
+            mechc_gather(p, first, count, MECHC_PASSED, parameters);
             mechc_lanes_hoist(parameters, k);
         }
         mechc_gather(t, first, count, 1, time);

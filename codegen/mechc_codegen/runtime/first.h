@@ -6,6 +6,7 @@
 #define MECHC_LANES 1
 #include <stdlib.h>
 #include "model.h"
+#include "inputs.h"
 #include "lanes.h"
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)

@@ -315,7 +315,15 @@ MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run)
     for (int j = 0; j < MECHC_STAGES; j++)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};
-    for (int i = 0; i < MECHC_NP; i++) g->p[i] = mechc_spread(run->p[i]);
+    for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
     for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
     return 1;
+}
+
+/* With other inputs; no polynomial leads over a kink of them. */
+MECHC_STATIC void mechc_gauss_renew(const mechc_rk_run *run)
+{
+    struct mechc_gauss *g = run->collocation;
+    for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
+    g->last_step = g->last_factor = 0.0;
 }

@@ -4,8 +4,12 @@
 
 #include <stddef.h>
 
-#define MECHC_ABI 3
-#define MECHC_CAPSULE "mechc.model.3"
+#define MECHC_ABI 4
+#define MECHC_CAPSULE "mechc.model.4"
+
+#ifndef MECHC_NI
+#define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
+#endif
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -108,6 +112,9 @@ typedef struct {
     /* Dense output, projected onto the constraints. */
     void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
                         ptrdiff_t count, const double *t, double *out);
+    /* Go on to t1, beyond the end of the run or before it, with other inputs (see inputs.h); NULL
+     * where the scene has none. */
+    void (*extend)(mechc_run *run, double t1, double inputs);
 } mechc_unit;
 
 typedef struct {
@@ -117,6 +124,7 @@ typedef struct {
     /* Parameters not given take their defaults, which may follow those given. */
     void (*complete)(const unsigned char *given, double *p);
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
+    int inputs; /* values of inputs; where there are any, p has one number more: see inputs.h */
 } mechc_model;
 
 #endif

@@ -41,6 +41,30 @@ MECHC_STATIC void mechc_rk_first_scale(mechc_rk_run *run, const double *scale)
         run->scale[i] = mechc_max(run->scale[i], scale[i] * (largest > 0.0 ? 1e-3 * largest : 1.0));
 }
 
+#if MECHC_NI > 0
+/* A motion may rest until an input sets in: speeds that within the span would not move anything by
+ * a thousandth of its unit say nothing of the speeds that follow. */
+MECHC_STATIC void mechc_rk_widen_for_inputs(mechc_rk_run *run, const double *scale)
+{
+    const double span = fabs(run->t1 - run->head.t);
+    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+        run->scale[i] = mechc_max(run->scale[i], 1e-3 * scale[i] / span);
+}
+
+static void mechc_rk_extend(mechc_run *head, double t1, double inputs)
+{
+    mechc_rk_run *run = (mechc_rk_run *)head;
+    const ptrdiff_t count = head->trajectory.count;
+    if (head->status != MECHC_RUNNING && head->status != MECHC_FINISHED) return;
+    run->t1 = t1;
+    run->p[MECHC_NP] = inputs;
+    if (run->collocation) mechc_gauss_renew(run);
+    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--) /* the last may have been cut short */
+        run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
+    head->status = mechc_rk_stage(run, head->t, run->y, MECHC_RATE(run, 0));
+}
+#endif
+
 static void mechc_rk_start(mechc_run *head, const mechc_options *options)
 {
     mechc_rk_run *run = (mechc_rk_run *)head;
@@ -59,7 +83,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     const int collocation = mechc_rk_is_collocation(run);
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
-    memcpy(run->p, options->p, MECHC_NP * sizeof(double));
+    memcpy(run->p, options->p, MECHC_PASSED * sizeof(double));
     mechc_scalar_hoist(run->p, run->k);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
@@ -77,6 +101,9 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     mechc_rk_begin(run);
     if (head->status != MECHC_RUNNING) return;
     mechc_rk_first_scale(run, options->scale);
+#if MECHC_NI > 0
+    mechc_rk_widen_for_inputs(run, options->scale);
+#endif
     run->step = options->first_step > 0.0 ? options->first_step : mechc_rk_first_step(run);
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;
 }

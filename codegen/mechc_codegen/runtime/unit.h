@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include "model.h"
+#include "inputs.h"
 #include "lanes.h"
 #include "tableaus.h"
 #include "trajectory.h"
@@ -62,4 +63,9 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     mechc_unit_advance_abreast,
     mechc_rk_release,
     mechc_rk_interpolate,
+#if MECHC_NI > 0
+    mechc_rk_extend,
+#else
+    0,
+#endif
 };

@@ -47,6 +47,7 @@ class Local:
     ) -> None:
         self.symbols, self.rates, self.plain = symbols, rates, plain
         self._moving = {*symbols.q, *symbols.u, symbols.time}
+        self._moving |= {value for chain in symbols.inputs for value in chain}
         self._rate_of = dict(zip(symbols.q, rates, strict=True))
 
     def entries(self, values: Sequence[Expr]) -> V3:
@@ -60,6 +61,8 @@ class Local:
         """Time derivative at constant speeds."""
         moving = [q for q in self.symbols.q if q in value.free_symbols]
         along = sum((diff(value, q) * self._rate_of[q] for q in moving), S.Zero)
+        driven = self.symbols.rates_of_inputs(value)
+        along += sum((diff(value, r) * rate for r, rate in driven), S.Zero)
         return along + diff(value, self.symbols.time)
 
     def rates_of(self, values: Sequence[Expr]) -> V3:

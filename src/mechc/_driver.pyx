@@ -266,9 +266,9 @@ cdef class Scene:
     cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
         cdef int index = -1 if name == "rates" else self.indices[name]
         cdef mechc_bound *bound
-        if p.shape[0] != self.parameters:
+        if p.shape[0] != self.passed:
             raise ValueError(f"{self.parameters} parameters are needed")
-        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.parameters else NULL)
+        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.passed else NULL)
         if bound == NULL:
             raise MemoryError()
         return bound

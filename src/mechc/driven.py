@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import InputError
+from mechc.errors import InputError, MechcError
 from mechc.inputs import GivenInputs, InputSlot, missing
 from mechc.legs import Legs
 from mechc.parameters import Array
@@ -44,6 +44,11 @@ class DrivenScene:
         if name in self._free:
             return np.asarray(self._scene.evaluate(name, t, y, _beside(p, 0.0)))
         values = self._needed()
+        if name.endswith("state_jacobian") and values.caller.takes_state:
+            raise MechcError(
+                f"how {', '.join(values.called)} depend on the state is not known, so there is no "
+                "derivative by it: compile with expressions for them"
+            )
         values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
         out = np.asarray(self._scene.evaluate(name, t, y, _beside(p, self._whole.number)))
         self.raise_failure()
@@ -70,6 +75,25 @@ class DrivenScene:
         first = inputs(0)
         run = self._scene.start(t0, t1, y0, _beside(p, first.number), *policy)
         return Legs(run, times, inputs, self._whole if len(times) > 2 else first)
+
+    def bound(self, name: str, p: Array) -> tuple[Any, ...]:
+        """As of :class:`mechc._driver.Scene`, of outputs that hold no input."""
+        self._refuse_in_c(name)
+        found: tuple[Any, ...] = self._scene.bound(name, _beside(p, 0.0))
+        return found
+
+    def bound_along(self, name: str, p: Array, *along: Any) -> Any:
+        """As of :class:`mechc._driver.Scene`, of outputs that hold no input."""
+        self._refuse_in_c(name)
+        return self._scene.bound_along(name, _beside(p, 0.0), *along)
+
+    def _refuse_in_c(self, name: str) -> None:
+        if name not in self._free:
+            raise MechcError(
+                f"{name} needs {', '.join(slot.name for slot in self._slots)}, which are given "
+                "with a run: a C function has parameters alone. Compile with expressions for "
+                "them: mechc.compile(..., inputs={...})"
+            )
 
     # -- functions that are called back ------------------------------------------------------
 

@@ -21,7 +21,8 @@ typedef struct {
 static inline mechc_bound *mechc_bind(const mechc_model *model, const mechc_unit *unit, int output,
                                       const double *p)
 {
-    const size_t np = (size_t)model->parameters, nk = (size_t)model->constants;
+    const size_t np = (size_t)model->parameters + (model->inputs > 0); /* see inputs.h */
+    const size_t nk = (size_t)model->constants;
     mechc_bound *bound = malloc(sizeof *bound + (np + nk) * sizeof(double));
     if (bound == NULL) return NULL;
     double *values = (double *)(bound + 1);

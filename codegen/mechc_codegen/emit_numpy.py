@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output, Tree
+from mechc_codegen.errors import MechanismError
 from mechc_codegen.functions import Line, Shared, as_soon_as_possible, pieces_of
 from mechc_codegen.layout import INTERNAL, OWN, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
 from mechc_codegen.printer import NumpyPrinter
@@ -64,7 +65,18 @@ class Listing:
 def emit_numpy(
     program: Program, equations: Equations, metadata: str, wishes: Wishes = EVERYTHING
 ) -> Listing:
-    """The functions of one scene."""
+    """The functions of one scene.
+
+    Raises
+    ------
+    MechanismError
+        Where inputs are left open: compiled code alone is given them with a run.
+    """
+    if program.input_values():
+        raise MechanismError(
+            "inputs that are given with a run need compiled code: with backend='numpy' say what "
+            "each is with inputs={name: expression}"
+        )
     return _Emitter(program, equations, wishes).listing(metadata)
 
 

@@ -345,6 +345,11 @@ def test_batches_and_c_functions_refuse_what_is_given_with_a_run(pushed):
     assert pushed.c_function("kinetic_energy").width == 1
 
 
+def test_without_compiled_code_inputs_must_be_expressions():
+    with pytest.raises(mechc.MechcError, match="given with a run need compiled code"):
+        mechc.compile(slider()[0], backend="numpy")
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

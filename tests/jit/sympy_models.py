@@ -27,6 +27,7 @@ from sympy.physics.mechanics import (
 
 TESTS = "sympy.physics.mechanics.tests."
 DIGITS = 40
+WORST = 1e3  # condition of a state: values drawn at random may be near what no body has
 
 
 class EnoughError(Exception):
@@ -175,15 +176,22 @@ def difference(found: Pairs) -> float:
 
 
 def random_state(model: Any, reference: Reference, rng: Any) -> tuple[float, Any, dict[str, float]]:
-    """(t, y, values): on the constraints to rounding; loops that cannot close are tried anew."""
+    """(t, y, values): on the constraints to rounding; loops that cannot close are drawn anew."""
     names = {*model.parameters, *map(str, reference.parameters)}
     for _ in range(50):
         values = {name: rng.uniform(0.5, 2.0) for name in sorted(names)}
         mine = {p: values[p] for p in model.parameters}
         t, y = rng.uniform(0.0, 2.0), rng.uniform(-1.2, 1.2, len(model.coordinates + model.speeds))
-        if _onto_constraints(model, y, mine, t):
+        if _onto_constraints(model, y, mine, t) and _condition(model, y, mine, t) < WORST:
             return t, y, values
     raise AssertionError("no state on the constraints was found")
+
+
+def _condition(model: Any, y: Any, values: dict[str, float], t: float) -> float:
+    """Of the matrix [M, J^T; J, 0] by which accelerations are solved for."""
+    mass, jacobian = model.mass_matrix(y, values, t), model.constraint_jacobian(y, values, t)
+    nothing = np.zeros((len(jacobian),) * 2)
+    return float(np.linalg.cond(np.block([[mass, jacobian.T], [jacobian, nothing]])))
 
 
 def _onto_constraints(model: Any, y: Any, values: dict[str, float], t: float) -> bool:
@@ -191,6 +199,8 @@ def _onto_constraints(model: Any, y: Any, values: dict[str, float], t: float) ->
     size = len(model.coordinates)
     gap = model.constraints(y, values, t)
     for _ in range(60 if len(gap) else 0):
+        if not np.isfinite(gap).all():
+            return False
         unit = 1e-7 * np.eye(len(y))[:size]
         ahead, behind = (
             model.constraints(y + unit, values, t),

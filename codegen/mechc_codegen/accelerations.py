@@ -18,6 +18,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import is_rigid
 from mechc_codegen.source import Source
 from mechc_codegen.split import RateRows, Rates, SpeedRows
+from mechc_codegen.terms import velocity_of
 
 _SAME = 1e-7
 
@@ -111,7 +112,7 @@ def _difference(
     if isinstance(place, ReferenceFrame):
         given, velocity = place._ang_acc_dict.get(frame), place.ang_vel_in(frame)
     else:
-        given, velocity = place._acc_dict.get(frame), place.vel(frame)
+        given, velocity = place._acc_dict.get(frame), velocity_of(place, frame)
     if given is None:
         return None
     time = dynamicsymbols._t

@@ -30,6 +30,7 @@ from mechc_codegen.mechanism import (
 from mechc_codegen.potential import potential_of
 from mechc_codegen.source import Key, Settings, Source
 from mechc_codegen.split import Rates, alone, idle, integrable
+from mechc_codegen.terms import velocity_of
 from mechc_codegen.walk import Walk, walk
 
 
@@ -244,7 +245,7 @@ def _turning(source: Source) -> set[Expr]:
     expressions = [*source.configuration, *source.kinematics]
     expressions += [source.lagrangian] if source.lagrangian is not None else []
     for body in source.bodies:
-        for matrix, frame in body.masscenter.vel(source.frame).args:
+        for matrix, frame in velocity_of(body.masscenter, source.frame).args:
             expressions += list(matrix)
             expressions += _orientation(source.frame, frame)
         if is_rigid(body):
@@ -269,7 +270,7 @@ def _orientation(frame: ReferenceFrame, other: ReferenceFrame) -> list[Expr]:
 
 def _fixed(body: RigidBody | Particle, frame: ReferenceFrame) -> bool:
     """The ground among the bodies: nothing of it enters the equations."""
-    if body.masscenter.vel(frame) != 0:
+    if velocity_of(body.masscenter, frame) != 0:
         return False
     return not is_rigid(body) or body.frame.ang_vel_in(frame) == 0
 

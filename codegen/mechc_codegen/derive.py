@@ -21,6 +21,7 @@ from sympy.physics.vector import Dyadic, Vector
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.mechanism import Load, Mechanism, is_rigid, printed_name
 from mechc_codegen.plain import Plain, plain_symbols
+from mechc_codegen.terms import velocity_of
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 AXES = ("x", "y", "z")
@@ -91,7 +92,7 @@ def _velocity(mechanism: Mechanism, point: Point) -> Vector:
     """
     frame = mechanism.frame
     if frame in point._vel_dict or mechanism.origin not in _connected(point):
-        return point.vel(frame).xreplace(mechanism.rates)
+        return velocity_of(point, frame).xreplace(mechanism.rates)
     return point.pos_from(mechanism.origin).dt(frame).xreplace(mechanism.rates)
 
 

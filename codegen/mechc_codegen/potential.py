@@ -16,6 +16,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, 
 from sympy.physics.vector import Vector
 
 from mechc_codegen.source import Source
+from mechc_codegen.terms import velocity_of
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def _stands_still(source: Source, place: Point | ReferenceFrame) -> bool:
     """A load on what does not move does no work."""
     if isinstance(place, ReferenceFrame):
         return bool(place.ang_vel_in(source.frame) == 0)
-    return bool(place.vel(source.frame) == 0)
+    return bool(velocity_of(place, source.frame) == 0)
 
 
 def _at_rest(source: Source, component: Expr) -> Expr:

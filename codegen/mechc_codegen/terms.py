@@ -7,6 +7,8 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
 
+from mechc_codegen.errors import MechanismError
+
 Load = tuple[Point | ReferenceFrame, Vector]
 
 
@@ -31,6 +33,29 @@ def multiplier(row: int | str) -> Expr:
 def printed_name(symbol: Expr) -> str:
     """The name a person sees for a symbol or a function of time: ``theta_0``."""
     return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
+
+
+def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
+    """The velocity as it was set; else by the nearest point whose velocity was.
+
+    As ``Point.vel`` finds it, which would keep what it finds in the user's point, and warn where
+    several points are as near.
+
+    Raises
+    ------
+    MechanismError
+        If no point that it is located from has a velocity in ``frame``.
+    """
+    waiting = [point]
+    for place in waiting:
+        if frame in place._vel_dict:
+            velocity = place._vel_dict[frame]
+            return velocity if place is point else point.pos_from(place).dt(frame) + velocity
+        waiting += [other for other in place._pos_dict if other not in waiting]
+    raise MechanismError(
+        f"the velocity of point {point.name} in frame {frame.name} is not known: give it one "
+        "(set_vel, v2pt_theory), or locate it from a point that has one (set_pos)"
+    )
 
 
 def is_rigid(body: RigidBody | Particle) -> bool:

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.source import Source
-from mechc_codegen.terms import is_rigid
+from mechc_codegen.terms import is_rigid, velocity_of
 
 
 class Walk:
@@ -117,9 +117,11 @@ class Walk:
             number, velocity = self.frame(place), place.ang_vel_in(self.inertial)
             given = place._ang_acc_dict.get(self.inertial)
         else:
-            number, velocity = self.point(place), place.vel(self.inertial)
+            number, velocity = self.point(place), velocity_of(place, self.inertial)
             given = place._acc_dict.get(self.inertial)
         told = [] if given is None else [self.vector(given)]
+        if isinstance(place, Point) and self.inertial not in place._vel_dict:
+            told.append("not set")
         return " ".join([number, self.vector(velocity), *told])
 
     def body(self, body: RigidBody | Particle) -> None:

@@ -186,6 +186,24 @@ def test_loads_that_hold_accelerations_are_refused_by_name() -> None:
         mechanism(added_mass)
 
 
+def test_reading_leaves_the_points_of_the_user_as_they_are() -> None:
+    """A load where two bodies meet: SymPy would keep a velocity there, and warn that it chose."""
+    system = four_bar_system()
+    meeting = system.joints[1].child_point
+    system.add_loads((meeting, Symbol("F") * system.x))
+    for point in (meeting, system.joints[1].parent_point):
+        point._vel_dict.clear()
+    mechanism(system)
+    assert not meeting._vel_dict
+
+
+def test_a_point_whose_velocity_nothing_says_is_refused() -> None:
+    method = slider(None)
+    method._forcelist = [(Point("lost"), Symbol("F") * method._inertial.x)]
+    with pytest.raises(MechanismError, match=r"velocity of point lost in frame N is not known: gi"):
+        mechanism(method)
+
+
 def test_a_potential_energy_in_a_system_not_formed_is_ambiguous() -> None:
     system = four_bar_system()
     system.bodies[1].potential_energy = Symbol("k") * dynamicsymbols("q_0") ** 2

@@ -179,10 +179,20 @@ def exact(derived: Equations, *names: str) -> Callable[..., list[list[mpmath.mpf
     return evaluate
 
 
-def value(expression: Expr, known: Mapping[Symbol, mpmath.mpf]) -> mpmath.mpf:
-    """The value of an expression by walking it: no rewriting, no printing."""
-    if isinstance(expression, Symbol):
-        return known[expression]
+Known = dict[Expr, mpmath.mpf]
+
+
+def value(expression: Expr, known: Known) -> mpmath.mpf:
+    """The value of an expression by walking it: no rewriting, no printing.
+
+    ``known``, to begin with the values of symbols, remembers what it met.
+    """
+    if expression not in known:
+        known[expression] = _value(expression, known)
+    return known[expression]
+
+
+def _value(expression: Expr, known: Known) -> mpmath.mpf:
     if expression.is_Rational:
         return mpmath.mpf(int(expression.p)) / int(expression.q)
     if not expression.args:
@@ -201,7 +211,7 @@ def run_program(
     program: Program, inputs: Mapping[Symbol, mpmath.mpf]
 ) -> dict[str, list[mpmath.mpf]]:
     """Every output of a program, statement by statement."""
-    known = dict(inputs)
+    known: Known = dict(inputs)
     for statement in (*program.hoisted, *program.body):
         result = value(statement.value, known)
         if isinstance(statement, SineCosine):

@@ -27,7 +27,7 @@ ALLOWED = {
     "errors": set[str](),
     "wishes": BASE,
     "source": {"terms"},
-    "terms": set[str](),
+    "terms": BASE,
     "expression": BASE,
     "mechanism": BASE | {"terms"},
     "equations": BASE,

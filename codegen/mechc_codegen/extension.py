@@ -127,12 +127,8 @@ def optimised(mechanism: Mechanism, wishes: Wishes, seconds: dict[str, float]) -
 
 
 def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
-    """Link by link where that pays and the description allows it; else written out.
-
-    Jacobians are derived from M and F, which a tree has only at run time.
-    """
-    jacobians = wishes.wants("state_jacobian") or wishes.wants("parameter_jacobian")
-    if len(mechanism.speeds) >= LEAST_TREE and not jacobians:
+    """Link by link where that pays and the description allows it; else written out."""
+    if len(mechanism.speeds) >= LEAST_TREE:
         try:
             return derive_tree(mechanism, wishes)
         except NotATreeError:

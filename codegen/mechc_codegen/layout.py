@@ -13,7 +13,7 @@ from itertools import accumulate
 from mechc_codegen.closing import RowPlan, plan_rows
 from mechc_codegen.equations import Equations, Tree
 
-INTERNAL = ("velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
+INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 RESIDUALS = ("residual_by_state", "residual_by_parameters")
 OWN = ("own_by_state", "own_by_parameters")
 UNLISTED = (*RESIDUALS, *OWN, "rate_by_state", "rate_by_parameters")  # parts of others

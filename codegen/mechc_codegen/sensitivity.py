@@ -31,6 +31,8 @@ Gradient = Mapping[int, Expr]
 def add_sensitivities(program: Program, wishes: Wishes) -> Program:
     """Add what the Jacobians that are wished are solved from."""
     own = tuple(wishes.expressions)
+    if not wishes.wants_jacobian:
+        return program
     if wishes.wants("state_jacobian"):
         program = _by_state(program, own)
     if wishes.wants("parameter_jacobian") and program.symbols.parameters:
@@ -73,8 +75,13 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
 
 
 def _residual(program: Program) -> list[Expr]:
-    """R and S: what vanishes at the motion's accelerations and multipliers."""
+    """R and S: what vanishes at the motion's accelerations and multipliers.
+
+    A tree's recursion has them; elsewhere they are made from M, F, J and gamma.
+    """
     names = {o.name for o in program.outputs}
+    if "residual" in names:
+        return list(program.output("residual").elements)
 
     def elements(name: str) -> tuple[Expr, ...]:
         told = f"augmented_{name}" if f"augmented_{name}" in names else name

@@ -50,5 +50,9 @@ class Wishes:
     def wants(self, output: str) -> bool:
         return output in self.outputs
 
+    @property
+    def wants_jacobian(self) -> bool:
+        return self.wants("state_jacobian") or self.wants("parameter_jacobian")
+
 
 EVERYTHING = Wishes()

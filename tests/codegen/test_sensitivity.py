@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 import scenes
+from mechc_codegen import Mechanism, extension
 from mechc_codegen.extension import build_scene
 from mechc_codegen.optimize import optimize
 from mechc_codegen.sensitivity import add_sensitivities
@@ -19,6 +22,10 @@ from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "problems"))
+from mechanisms.pendulum import pendulum
+from mechanisms.windows import windows
 
 JACOBIANS = ("state_jacobian", "parameter_jacobian")
 SCENES = ("four_bar", "everything", "swing", "guided swing", "bead")
@@ -136,6 +143,27 @@ def test_outputs_of_ones_own_may_hold_accelerations_and_multipliers() -> None:
     hub = made.defaults["I_0"] * rates[3] + multipliers[0]
     np.testing.assert_allclose(made.output("hub", y), hub, rtol=1e-14)
     np.testing.assert_allclose(made.output("second", y), rates[3] + multipliers[1], rtol=1e-14)
+
+
+@pytest.mark.parametrize(("mechanism", "speeds"), [(windows(2), 5), (pendulum(3), 3)])
+def test_a_trees_jacobians_are_those_of_the_equations_written_out(
+    mechanism: Mechanism, speeds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    own = {"own": multiplier(1)} if mechanism.closures else {}
+    asked = {"outputs": (*JACOBIANS, own) if own else JACOBIANS}
+    made = []
+    for least in (speeds, speeds + 1):
+        monkeypatch.setattr(extension, "LEAST_TREE", least)
+        made.append(mechc.compile(mechanism, **asked))
+    walked, written = made
+    rng = np.random.default_rng(4)
+    y, p = rng.normal(0, 1, (3, 2 * speeds)), rng.uniform(0.5, 2, len(walked.parameters))
+    for name in JACOBIANS:
+        found, expected = (getattr(m, name)(y, p, 0.2) for m in (walked, written))
+        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
+        if own:
+            found, expected = (getattr(m, name)(y, p, 0.2, of="own") for m in (walked, written))
+            assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
 
 
 @pytest.mark.parametrize("scene", SCENES)

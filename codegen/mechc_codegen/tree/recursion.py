@@ -19,6 +19,7 @@ from mechc_codegen.tree.accelerations import LinkAccelerations
 from mechc_codegen.tree.bodies import Body, LinkBodies
 from mechc_codegen.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.tree.links import Link, Links, PointMotion, every_speed_has_its_link
+from mechc_codegen.tree.residual import Residual
 from mechc_codegen.tree.tape import V3, Tape, dot, vanishes
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
@@ -90,6 +91,7 @@ class _Derivation:
             *(self._momenta() if wants("momenta") else ()),
             *(self._points() if wants("points") else ()),
             *(self._accelerations() if wants("accelerations") else ()),
+            *(self._residual() if self.wishes.wants_jacobian else ()),
             *self._scalars(),
         ]
         return Equations(
@@ -290,6 +292,13 @@ class _Derivation:
                 [m.velocity for m in motions],
             ),
         ]
+
+    def _residual(self) -> list[Output]:
+        """What Jacobians are derived from in place of M and F; not emitted itself."""
+        elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
+        labels = tuple(f"residual[{i}]" for i in range(len(elements)))
+        told = "M u' + J^T lambda - F and J u' - gamma"
+        return [Output("residual", told, elements, (len(elements),), labels)]
 
     def _accelerations(self) -> list[Output]:
         points, moving = self.mechanism.points, LinkAccelerations(self.links, self.symbols)

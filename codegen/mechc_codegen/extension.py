@@ -14,13 +14,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from mechc_codegen.derive import derive
 from mechc_codegen.differentiate import differentiate
 from mechc_codegen.emit_c import BASELINE, WIDER, InstructionSet, emit
 from mechc_codegen.emit_numpy import Listing, emit_numpy
 from mechc_codegen.equations import Equations
+from mechc_codegen.errors import CodegenError
 from mechc_codegen.lower import lower
 from mechc_codegen.mechanism import Mechanism, Parameter
 from mechc_codegen.metadata import scene_metadata
@@ -29,7 +30,7 @@ from mechc_codegen.program import Program, symbols_of
 from mechc_codegen.sensitivity import add_sensitivities
 from mechc_codegen.tree.frames import NotATreeError
 from mechc_codegen.tree.recursion import derive_tree
-from mechc_codegen.wishes import EVERYTHING, Wishes
+from mechc_codegen.wishes import EVERYTHING, USUAL, Wishes
 
 # -ffast-math would let a loaded extension flush denormals for the whole process.
 # gcc's vectorisers gather the scalar code's numbers into vectors at twice the time; where vectors
@@ -122,8 +123,22 @@ def optimised(mechanism: Mechanism, wishes: Wishes, seconds: dict[str, float]) -
     lowered = lower(equations)
     optimized = _timed(seconds, "optimize", lambda: optimize(lowered))
     program = _timed(seconds, "sensitivity", lambda: add_sensitivities(optimized, wishes))
-    told = scene_metadata(mechanism, parameters, (lowered, program), wishes)
+    told = scene_metadata(mechanism, parameters, (lowered, program), equations, wishes)
     return Optimised(equations, program, json.dumps(told, sort_keys=True))
+
+
+def operations_of_all(mechanism: Mechanism, wishes: Wishes) -> dict[str, Any]:
+    """What :func:`operation_counts` says with nothing fixed and every usual output.
+
+    As a whole derivation takes; outputs that the mechanism cannot give are left out.
+    """
+    everything = Wishes(wishes.outputs | frozenset(USUAL), {}, wishes.expressions)
+    try:
+        made = optimised(mechanism, everything, {})
+    except (CodegenError, ValueError):  # positions that are not known
+        made = optimised(mechanism, replace(wishes, fixed={}), {})
+    found: dict[str, Any] = json.loads(made.metadata)["operations"]
+    return found
 
 
 def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:

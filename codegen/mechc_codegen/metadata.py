@@ -10,11 +10,12 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs, Symbol
+from sympy import Abs, S, Symbol
 
-from mechc_codegen.equations import Output
+from mechc_codegen.equations import Equations, Output
+from mechc_codegen.layout import layout
 from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
-from mechc_codegen.program import Program, operations, slice_statements, symbols_of
+from mechc_codegen.program import Program, operations, slice_statements, symbols_of, targets_of
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 
@@ -22,6 +23,7 @@ def scene_metadata(
     mechanism: Mechanism,
     parameters: Sequence[Parameter],
     programs: tuple[Program, Program],
+    equations: Equations,
     wishes: Wishes = EVERYTHING,
 ) -> dict[str, Any]:
     """Everything that a model says about itself, as JSON-ready data.
@@ -59,7 +61,10 @@ def scene_metadata(
         "unavailable": _unavailable(mechanism, wishes),
         **_inputs(mechanism, program),
         "smooth": not any(statement.value.has(Abs) for statement in program.body),
-        "operations": _operation_counts(lowered, program, wishes),
+        "operations": operation_counts((lowered, program), equations, wishes),
+        "loads": _loads(mechanism, wishes),
+        "walked": len(equations.tree.parents) if equations.tree else 0,
+        "planar": equations.tree.planar if equations.tree else None,
     }
 
 
@@ -170,7 +175,16 @@ def _finite(bound: float) -> float | None:
     return bound if math.isfinite(bound) else None
 
 
-def _operation_counts(lowered: Program, program: Program, wishes: Wishes) -> dict[str, Any]:
+def operation_counts(
+    programs: tuple[Program, Program], equations: Equations, wishes: Wishes
+) -> dict[str, Any]:
+    """Operations (functions included), before and after optimisation.
+
+    ``outputs``: of each by itself.  ``stages``: of the two functions that a right-hand side is
+    computed with.  ``zeros``: how many of an output's elements vanish for any state, and of how
+    many.  ``once_per_run``: of parameters alone, kept in so many ``constants``.
+    """
+    lowered, program = programs
     outputs = {
         wishes.name_of(output.name): [
             _cost(lowered, [output]),
@@ -182,8 +196,40 @@ def _operation_counts(lowered: Program, program: Program, wishes: Wishes) -> dic
         "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
         "after": _cost(program, program.outputs),
         "once_per_run": operations(program.hoisted),
+        "constants": len(_constants(program)),
         "outputs": outputs,
+        "stages": _stages(program, equations),
+        "zeros": {
+            wishes.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
+            for o in program.outputs
+        },
     }
+
+
+def _constants(program: Program) -> set[Symbol]:
+    """What is computed of parameters alone and used at every call."""
+    used = symbols_of(s.value for s in program.body)
+    used |= symbols_of(e for o in program.outputs for e in o.elements)
+    return used.intersection(targets_of(program.hoisted))
+
+
+def _stages(program: Program, equations: Equations) -> dict[str, int]:
+    """Operations on the configuration, and of what the speeds add."""
+    present = {o.name: o for o in program.outputs}
+    divided = layout(equations, present)
+    first = [present[name] for name in divided.configuration if name in present]
+    both = [*first, *(present[name] for name in divided.motion if name in present)]
+    configuration = _cost(program, first)
+    return {"configuration": configuration, "motion": _cost(program, both) - configuration}
+
+
+def _loads(mechanism: Mechanism, wishes: Wishes) -> dict[str, int]:
+    """How many loads there are (uniform gravity is one), and how many vanish."""
+    vectors = [load for _, load in mechanism.loads]
+    vectors += [] if mechanism.gravity is None else [mechanism.gravity]
+    fixed = dict(wishes.fixed)
+    zero = [all(e.xreplace(fixed) == 0 for m, _ in v.args for e in m) for v in vectors]
+    return {"given": len(vectors), "zero": sum(zero)}
 
 
 def _cost(program: Program, outputs: Iterable[Output]) -> int:

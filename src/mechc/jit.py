@@ -7,6 +7,7 @@ import platform
 import shutil
 import time
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Event
@@ -19,6 +20,7 @@ from mechc.first import FirstScene, Pending
 from mechc.load import load
 from mechc.model import Model
 
+Described = Callable[[], tuple[Any, Any]]  # the mechanism, and what is wished of it
 _compiled: dict[str, Model] = {}
 
 
@@ -60,13 +62,12 @@ def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, A
     told = _told(options, asked)
 
     def described() -> tuple[Any, Any]:
-        found: tuple[Any, Any] = _compiler_errors(lambda: _shipped_as_asked(name, options, asked))
-        return found
+        return _shipped_as_asked(name, options, asked)
 
     if all(map(_is_plain, options.values())):
         return _compile_known(_variant_digest(name, told), described, {"options": told})
     same = _reads_again(options, told)
-    return _compile(*described(), {"options": told} if same else {"custom": True})
+    return _compile(described, {"options": told} if same else {"custom": True})
 
 
 def _shipped_as_asked(
@@ -82,20 +83,34 @@ def _shipped_as_asked(
 def shipped_without_c(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
     """A shipped mechanism, or a variant, with NumPy in place of compiled code."""
     told = _told(options, asked)
-    described = _compiler_errors(lambda: _shipped_as_asked(name, options, asked))
     same = all(map(_is_plain, options.values())) or _reads_again(options, told)
-    return _without_c(described, {"options": told} if same else {"custom": True})
+    return _without_c(
+        lambda: _shipped_as_asked(name, options, asked),
+        {"options": told} if same else {"custom": True},
+    )
 
 
-def _without_c(described: tuple[Any, Any], build: dict[str, Any]) -> Model:
+def _without_c(described: Described, build: dict[str, Any]) -> Model:
     """Derived in this process, and kept nowhere: what is executed was written here."""
     from mechc_codegen.extension import build_listing
 
     from mechc.numpy_scene import NumpyScene
 
-    listing, seconds = _compiler_errors(lambda: build_listing(*described))
-    told = {**build, "backend": "numpy", "seconds": seconds}
-    return Model(None, build=told, scene=NumpyScene(listing))
+    seconds: dict[str, float] = dict(build.get("seconds", {}))
+    described = lru_cache(described)
+    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    listing, stages = _compiler_errors(lambda: build_listing(mechanism, wishes))
+    scene = _timed(seconds, "load", lambda: NumpyScene(listing))
+    told = {**build, "backend": "numpy", "seconds": seconds | stages}
+    return Model(None, build=told, scene=scene, whole=lambda: _operations_of_all(described))
+
+
+def _operations_of_all(described: Described) -> dict[str, Any]:
+    """Operation counts with nothing fixed and every usual output."""
+    from mechc_codegen.extension import operations_of_all
+
+    found: dict[str, Any] = _compiler_errors(lambda: operations_of_all(*described()))
+    return found
 
 
 def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
@@ -131,14 +146,15 @@ def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
 
 def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> Model:
     """A mechanism of the user's own, or an object of SymPy's; see :func:`mechc.compile`."""
-    scene = _compiler_errors(lambda: _scene(thing, **asked))
+    seconds: dict[str, float] = {}
+    scene = _timed(seconds, "read", lambda: _compiler_errors(lambda: _scene(thing, **asked)))
+    build = {"custom": True, "seconds": seconds}
     if backend == "numpy":
-        return _without_c(_compiler_errors(scene.described), {"custom": True})
+        return _without_c(scene.described, build)
     known = scene.digest
     if known is None:
-        mechanism, wishes = _compiler_errors(scene.described)
-        return _compile(mechanism, wishes, {"custom": True})
-    return _compile_known(known, lambda: _compiler_errors(scene.described), {"custom": True})
+        return _compile(scene.described, build)
+    return _compile_known(known, scene.described, build)
 
 
 def _scene(
@@ -216,32 +232,34 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
     return shipped_mechanism(name, options)
 
 
-def _compile(mechanism: Any, wishes: Any, build: dict[str, Any]) -> Model:
+def _compile(described: Described, build: dict[str, Any]) -> Model:
     """Derive and emit; the texts name the cache entry."""
     from mechc_codegen.extension import signature
 
-    started = time.perf_counter()
-    scene = _built(mechanism, wishes)
+    started, described = time.perf_counter(), lru_cache(described)
+    scene = _built(described)
     key = signature(scene, *_environment())
-    return _model(key, lambda: scene, build, started)
+    return _model(key, lambda: scene, described, build, started)
 
 
-def _compile_known(
-    digest: str, described: Callable[[], tuple[Any, Any]], build: dict[str, Any]
-) -> Model:
+def _compile_known(digest: str, described: Described, build: dict[str, Any]) -> Model:
     """What is named without deriving is looked up before anything is derived."""
     from mechc_codegen.signature import compiler_signature, files_digest, files_stamp
 
-    started = time.perf_counter()
+    started, described = time.perf_counter(), lru_cache(described)
     files = cache.remembered("compiler", files_stamp(), files_digest)
     key = compiler_signature(digest, *_environment(), files)
-    return _model(key, lambda: _built(*described()), build, started)
+    return _model(key, lambda: _built(described), described, build, started)
 
 
-def _built(mechanism: Any, wishes: Any) -> Any:
+def _built(described: Described) -> Any:
+    """Described, derived and emitted, with the seconds that each stage took."""
     from mechc_codegen.extension import build_scene
 
-    return _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+    seconds: dict[str, float] = {}
+    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+    return replace(scene, seconds=seconds | scene.seconds)
 
 
 def _environment() -> tuple[str, str]:
@@ -251,11 +269,17 @@ def _environment() -> tuple[str, str]:
     return toolchain.identity(toolchain.compiler()), f"{__version__} {_processor()}"
 
 
-def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: float) -> Model:
+def _model(
+    key: str,
+    built: Callable[[], Any],
+    described: Described,
+    build: dict[str, Any],
+    started: float,
+) -> Model:
     """From the cache, or compiled: what it takes to begin with at once, the rest behind it."""
     if key in _compiled:
         return _compiled[key]
-    seconds: dict[str, float] = {}
+    seconds: dict[str, float] = dict(build.get("seconds", {}))
     told = {**build, "seconds": seconds, "key": key}
     scene = _found(key)
     if scene is not None:
@@ -263,6 +287,7 @@ def _model(key: str, built: Callable[[], Any], build: dict[str, Any], started: f
         seconds["load"] = time.perf_counter() - started
     else:
         model = _begun(key, lru_cache(built), told, started)
+    model._whole = lambda: _operations_of_all(described)
     _compiled[key] = model
     return model
 
@@ -276,11 +301,13 @@ def _begun(key: str, built: Callable[[], Any], told: dict[str, Any], started: fl
     seconds: dict[str, float] = told["seconds"]
 
     def make_first(folder: Path) -> None:
-        scene = _timed(seconds, "emit", built)
+        scene = built()
+        seconds.update(scene.seconds)
         _timed(seconds, "first unit", lambda: _make_first(scene, folder))
 
     def make(folder: Path) -> None:
         scene = built()
+        seconds.update(scene.seconds)
         _timed(seconds, "compile", lambda: _make(scene, folder))
 
     def whole() -> Scene:

@@ -15,6 +15,7 @@ from mechc import assemble as _assemble
 from mechc import c_interface as _c_interface
 from mechc import inverse as _inverse
 from mechc import linearize as _linearize
+from mechc import model_report as _model_report
 from mechc import redundancy as _redundancy
 from mechc import report as _report
 from mechc import simulate as _simulate
@@ -62,7 +63,9 @@ class Model:
         instruction_set: str | None = None,
         build: Mapping[str, Any] | None = None,
         scene: Any = None,
+        whole: Callable[[], dict[str, Any]] | None = None,
     ) -> None:
+        self._whole = whole  # operations with nothing fixed and all outputs, counted when asked
         self._asked_for = instruction_set
         compiled: Any = Scene(capsule, instruction_set) if scene is None else scene
         self._data: dict[str, Any] = json.loads(compiled.metadata)
@@ -184,7 +187,7 @@ class Model:
         return str(self._scene.instruction_set)
 
     redundant_constraints = _redundancy.redundant_constraints
-    report = _report.model_report
+    report = _model_report.model_report
 
     # -- inputs -----------------------------------------------------------------------------
 

@@ -1,4 +1,4 @@
-"""What a model and a solution say about themselves: operation counts, tables, summaries."""
+"""What a model and a solution say about themselves in words and tables."""
 
 from __future__ import annotations
 
@@ -8,78 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import AssemblyError, MissingParameterError
-
 if TYPE_CHECKING:
     from mechc.model import Model
     from mechc.solution import Solution
-
-
-def _heading(model: Model) -> str:
-    """The title, with the name that code knows the model by where that is another."""
-    return model.title if model.name in model.title else f"{model.title} ({model.name})"
-
-
-def model_report(model: Model) -> str:
-    """Operation counts, redundant constraints, what was skipped, build times."""
-    counts = model._data["operations"]
-    rows = [
-        (name.replace("_", " "), str(before), str(after))
-        for name, (before, after) in counts["outputs"].items()
-    ]
-    rows.append(("all at once", str(counts["before"]), str(counts["after"])))
-    lines = [
-        f"{_heading(model)}, {model.instruction_set}, {model._scene.lanes} lanes",
-        "",
-        "operations an evaluation (functions included)",
-        *_table(("output", "as derived", "compiled"), rows),
-        "",
-        f"once a run, of parameters alone: {counts['once_per_run']}",
-    ]
-    lines += _redundant(model)
-    if model.inputs:
-        lines.append(f"given with a run (inputs): {', '.join(model.inputs)}")
-    if model._data["fixed"]:
-        fixed = (f"{name} = {value:g}" for name, value in model._data["fixed"].items())
-        lines.append(f"fixed: {', '.join(fixed)}")
-    if model._data["skipped"]:
-        lines.append(f"not in this scene: {', '.join(model._data['skipped'])}")
-    seconds = model.build.get("seconds", {})
-    lines += [f"{stage}: {value:.2f} s" for stage, value in seconds.items()]
-    return "\n".join(lines)
-
-
-def _redundant(model: Model) -> list[str]:
-    """Which constraints follow from others, and from which."""
-    if not model.constraint_names:
-        return []
-    try:
-        found = model.redundant_constraints()
-    except AssemblyError:
-        return ["redundant constraints: not known, the loops do not close with these parameters"]
-    except MissingParameterError:
-        return ["redundant constraints: ask model.redundant_constraints(params)"]
-    if not found:
-        return ["redundant constraints: none"]
-    return [
-        "redundant constraints (multipliers are those of least norm)",
-        *(f"  {r}" for r in found),
-    ]
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
-    """Columns aligned: the first to the left, numbers to the right."""
-    table = [head, *rows]
-    widths = [max(len(row[k]) for row in table) for k in range(len(head))]
-    return [
-        "  ".join(
-            [
-                row[0].ljust(widths[0]),
-                *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True)),
-            ]
-        )
-        for row in table
-    ]
 
 
 def model_html(model: Model) -> str:
@@ -88,14 +19,14 @@ def model_html(model: Model) -> str:
         (name, q.description, q.unit, _default(model, name)) for name, q in model.quantities.items()
     ]
     head = ("name", "meaning", "unit", "default")
-    return f"<b>{escape(model.title)}</b> {escape(repr(model)[1:-1])}{_html_table(head, rows)}"
+    return f"<b>{escape(model.title)}</b> {escape(repr(model)[1:-1])}{html_table(head, rows)}"
 
 
 def _default(model: Model, name: str) -> str:
     return f"{model.defaults[name]:g}" if name in model.defaults else ""
 
 
-def _html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     def cells(row: Sequence[str], tag: str) -> str:
         return "".join(f"<{tag} style='text-align:left'>{escape(c)}</{tag}>" for c in row)
 
@@ -106,7 +37,7 @@ def _html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def solution_html(sol: Solution) -> str:
     """The solution for a notebook: how it ended and a summary."""
     rows = [(label, value) for label, value in summary_rows(sol)]
-    return f"<b>{escape(sol.model.title)}</b>: {escape(str(sol.status))}" + _html_table(
+    return f"<b>{escape(sol.model.title)}</b>: {escape(str(sol.status))}" + html_table(
         ("", ""), rows
     )
 

@@ -38,6 +38,7 @@ ALLOWED = {
     "functions": set[str](),
     "closing": DATA,
     "layout": DATA | {"closing"},
+    "metadata": DATA | {"layout"},
     "emit_c": DATA | {"printer", "functions", "layout"},
     "emit_numpy": DATA | {"printer", "functions", "layout"},
     "tree": DATA | {"tree"},

@@ -10,6 +10,7 @@ import pytest
 from mechanisms.andrews import andrews
 from mechanisms.bicycle import bicycle, values
 from mechanisms.car_axis import car_axis
+from mechanisms.chains import closed_chain, planar_chain, spatial_chain
 from mechanisms.flyball_governor import flyball_governor
 from mechanisms.heavy_top import heavy_top
 from mechanisms.pendulum import pendulum
@@ -30,13 +31,15 @@ SCENES = {
     "flyball_governor": flyball_governor,
     "heavy_top": heavy_top,
     "pendulum_5": lambda: pendulum(5),
-    "pendulum_8": lambda: pendulum(8),  # a planar tree
+    "planar_chain": lambda: planar_chain(8),  # trees of links
+    "spatial_chain": lambda: spatial_chain(8),
+    "closed_chain": lambda: closed_chain(8, spatial=True),
     "rigid_body": rigid_body,
     "slider_crank": slider_crank,
     "spatial": spatial,
     "two_rockers": two_rockers,
     "windows_2": lambda: windows(2),
-    "windows_4": lambda: windows(4),  # a tree with cuts
+    "windows_4": lambda: windows(4),
 }
 STATES = 25
 REGULAR = {"l_3": 3.5}

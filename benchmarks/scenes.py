@@ -53,10 +53,10 @@ def four_bar() -> Any:
     return jit._shipped("four_bar", {})
 
 
-THIN = {"l_3": 3.5, "m_0": 1.0, "m_1": 2.0, "m_2": 3.0}
+RODS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "m_0": 1.0, "m_1": 2.0, "m_2": 3.0}
 CASES = [
     Case("four-bar, usual outputs", four_bar, USUAL),
-    Case("  l_3 and masses fixed", four_bar, USUAL, THIN),
+    Case("  lengths, masses fixed", four_bar, USUAL, RODS),
     Case("four-bar, no outputs", four_bar, ()),
     Case("  g = 0", four_bar, (), {"g": 0.0}),
     Case("open chain of 3", lambda: planar_chain(3), ()),
@@ -64,7 +64,7 @@ CASES = [
     Case("heavy top", heavy_top, ("energy",)),
     Case("  g = 0", heavy_top, ("energy",), {"g": 0.0}),
     Case("four-bar, all there is", four_bar, ALL),
-    Case("  l_3 and masses fixed", four_bar, ALL, THIN),
+    Case("  lengths, masses fixed", four_bar, ALL, RODS),
 ]
 
 

@@ -8,6 +8,7 @@ the object cannot say is asked for by name.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from sympy import Expr, Float, Integer, S, Symbol, cos, sin, sympify, tan
@@ -16,6 +17,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, 
 
 from mechc_codegen.accelerations import refuse_other_accelerations
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.joints import Joint
 from mechc_codegen.kinematics import coordinate_rates
 from mechc_codegen.mechanism import (
     Constraint,
@@ -68,6 +70,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         lagrangian=source.lagrangian,
         potential=potential.value,
         unknown_potentials=potential.unknown,
+        joints=_joints(source, bodies),
     )
 
 
@@ -273,6 +276,20 @@ def _fixed(body: RigidBody | Particle, frame: ReferenceFrame) -> bool:
     if velocity_of(body.masscenter, frame) != 0:
         return False
     return not is_rigid(body) or body.frame.ang_vel_in(frame) == 0
+
+
+def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:
+    """The joints between bodies that move, or with what is at rest: that is all one ground."""
+    still = {body for body in source.bodies if body not in bodies}
+    joints = [
+        replace(
+            joint,
+            parent=None if joint.parent in still else joint.parent,
+            child=None if joint.child in still else joint.child,
+        )
+        for joint in (source.joints if source.lagrangian is None else ())
+    ]
+    return tuple(joint for joint in joints if joint.parent is not joint.child)
 
 
 def _origin(source: Source) -> Point | None:

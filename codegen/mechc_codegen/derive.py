@@ -21,8 +21,10 @@ from sympy.physics.vector import Dyadic, Vector
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.mechanism import Load, Mechanism, is_rigid, printed_name
 from mechc_codegen.plain import Plain, plain_symbols
+from mechc_codegen.reactions import reaction_outputs
 from mechc_codegen.terms import velocity_of
 from mechc_codegen.wishes import EVERYTHING, Wishes
+from mechc_codegen.written_kinetics import WrittenKinetics
 
 AXES = ("x", "y", "z")
 
@@ -36,6 +38,11 @@ class BodyMotion:
     angular_velocity: Vector
     inertia: Dyadic | None
     masscentre: Point
+
+    @property
+    def spin(self) -> Vector:
+        """Angular momentum about the mass centre."""
+        return Vector(0) if self.inertia is None else self.inertia.dot(self.angular_velocity)
 
 
 def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
@@ -53,6 +60,7 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
     ]
     solved = [
         *(_point_accelerations(mechanism) if wishes.wants("accelerations") else ()),
+        *(_reactions(mechanism, motions) if wishes.wants("reactions") else ()),
         *_user_outputs(wishes),
     ]
     plain = Plain(mechanism, symbols, wishes)
@@ -345,6 +353,14 @@ def _point_accelerations(mechanism: Mechanism) -> list[Output]:
     accelerations = [_velocity(mechanism, point).dt(frame) for point in points]
     told, names = "accelerations of the named points", [point.name for point in points]
     return [_vectors("point_accelerations", told, frame, names, accelerations)]
+
+
+def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
+    momenta = {
+        body: (motion.mass * motion.velocity, motion.spin)
+        for body, motion in zip(mechanism.bodies, motions, strict=True)
+    }
+    return reaction_outputs(mechanism, WrittenKinetics(mechanism, momenta))
 
 
 def _vectors(

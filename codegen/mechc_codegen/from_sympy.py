@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
 
+from mechc_codegen.joints import joint_of
 from mechc_codegen.source import Source
 
 KINDS = (KanesMethod, LagrangesMethod, System)
@@ -28,7 +30,7 @@ def read(thing: Any) -> Source:
     if isinstance(inner, KanesMethod):
         from mechc_codegen.from_kane import read_kane
 
-        return read_kane(inner)
+        return _with_joints(thing, read_kane(inner))
     if isinstance(inner, LagrangesMethod):
         from mechc_codegen.from_lagrange import read_lagrange
 
@@ -36,6 +38,12 @@ def read(thing: Any) -> Source:
     from mechc_codegen.from_system import read_system
 
     return read_system(inner)
+
+
+def _with_joints(thing: Any, source: Source) -> Source:
+    """A JointsMethod keeps its joints beside the real object."""
+    joints = getattr(thing, "_joints", ())
+    return replace(source, joints=tuple(joint_of(joint) for joint in joints))
 
 
 def _unwrapped(thing: Any) -> Any:

@@ -15,6 +15,7 @@ from sympy.physics.mechanics import LagrangesMethod, System, dynamicsymbols
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.from_lagrange import read_lagrange, speed_of
+from mechc_codegen.joints import joint_of
 from mechc_codegen.loads import plain_loads
 from mechc_codegen.source import Source
 
@@ -49,6 +50,7 @@ def read_system(system: System) -> Source:
             mixed=overridden,
             auxiliary=tuple(system.u_aux),
             origin=system.fixed_point,
+            joints=tuple(joint_of(joint) for joint in system.joints),
         )
     )
 
@@ -76,4 +78,9 @@ def _with_speeds(source: Source) -> Source:
             "all of them, with kinematic differential equations"
         )
     kinematics = tuple(rate - u for rate, u in zip(rates, named, strict=True))
-    return replace(source, u=named, kinematics=kinematics)
+    symbol = dict(zip(rates, named, strict=True))
+    joints = tuple(
+        replace(joint, speeds=tuple(symbol.get(u, u) for u in joint.speeds))
+        for joint in source.joints
+    )
+    return replace(source, u=named, kinematics=kinematics, joints=joints)

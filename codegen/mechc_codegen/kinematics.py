@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NoReturn
 
-from sympy import Expr, ImmutableDenseMatrix, S
+from sympy import Derivative, Expr, ImmutableDenseMatrix, S
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 from sympy.utilities.iterables import connected_components
@@ -35,7 +35,10 @@ def coordinate_rates(equations: Sequence[Expr], q: Sequence[AppliedUndef]) -> tu
             f"{len(equations)}"
         )
     rates = [x.diff(dynamicsymbols._t) for x in q]
-    matrix = [[e.diff(rate) for rate in rates] for e in equations]
+    matrix = [
+        [e.diff(rate) if rate in held else S.Zero for rate in rates]
+        for e, held in ((e, e.atoms(Derivative)) for e in equations)
+    ]
     rest = [e.xreplace(dict.fromkeys(rates, S.Zero)) for e in equations]
     for row in matrix:
         if any(entry.has(*rates) for entry in row if entry.free_symbols):

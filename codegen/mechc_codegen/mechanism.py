@@ -17,7 +17,11 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
+from mechc_codegen.constraints import Closure as Closure
+from mechc_codegen.constraints import Constraint as Constraint
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.jointed import joints_and_closures
+from mechc_codegen.joints import Joint
 from mechc_codegen.terms import Load as Load  # the stages find them here
 from mechc_codegen.terms import is_rigid as is_rigid
 from mechc_codegen.terms import printed_name as printed_name
@@ -67,38 +71,6 @@ class Speed:
 
 
 @dataclass(frozen=True)
-class Constraint:
-    """``expression = 0``; ``name`` is what messages call it, ``unit`` that of the expression."""
-
-    name: str
-    expression: Expr
-    unit: str
-
-
-@dataclass(frozen=True)
-class Closure:
-    """A cut joint: ``point`` stays at ``target`` along each of ``axes``, one constraint each."""
-
-    name: str
-    point: Point
-    target: Point
-    axes: tuple[Vector, ...]
-    unit: str = "m"
-
-    def constraints(self) -> tuple[Constraint, ...]:
-        """The scalar constraints it stands for, written out through all frames between."""
-        gap = self.point.pos_from(self.target)
-        return tuple(
-            Constraint(name, gap.dot(axis), self.unit)
-            for name, axis in zip(self.names, self.axes, strict=True)
-        )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(f"{self.name} along {axis}" for axis in self.axes)
-
-
-@dataclass(frozen=True)
 class Drawing:
     """What people see: polylines through named points, pivots on the ground, traced points."""
 
@@ -135,7 +107,12 @@ class Mechanism:
     closures
         Cut joints, each of which stands for holonomic constraints that follow those of
         ``configuration_constraints``.  Given so, rather than written out, they cost no more in a
-        long chain than in a short one.
+        long chain than in a short one.  Those of ``joints`` come last, by themselves.
+    joints
+        The joints, as far as they are known: those of ``sympy.physics.mechanics``,
+        :class:`~mechc_codegen.joints.Joint`, and :class:`~mechc_codegen.cuts.Cut` for those that
+        close loops.  A body of theirs that turns with ``frame`` and is not among ``bodies`` is
+        the ground.  Joint reactions need them; motion follows from frames and points.
     gravity
         A uniform gravitational acceleration that acts on every body, and its potential; a vector
         whose components in ``frame`` are constant.
@@ -189,8 +166,10 @@ class Mechanism:
     unknown_potentials: tuple[str, ...] = ()
     closures: tuple[Closure, ...] = ()
     gravity: Vector | None = None
+    joints: tuple[Joint, ...] = ()
 
     def __post_init__(self) -> None:
+        _take_joints(self)
         _check_lengths(self)
         _check_names(self)
         _check_symbols(self)
@@ -212,8 +191,7 @@ class Mechanism:
     def holonomic(self) -> tuple[tuple[str, str], ...]:
         """Name and unit of every holonomic constraint."""
         written = [(c.name, c.unit) for c in self.configuration_constraints]
-        cut = [(name, closure.unit) for closure in self.closures for name in closure.names]
-        return (*written, *cut)
+        return (*written, *(row for closure in self.closures for row in closure.rows))
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -239,6 +217,18 @@ class Mechanism:
         time = dynamicsymbols._t
         zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
         return zero | {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+
+
+def _take_joints(mechanism: Mechanism) -> None:
+    """Joints in one form, and the closures of the cut ones behind those that were given."""
+    if mechanism.joints:
+        joints, closures = joints_and_closures(
+            mechanism.name, (mechanism.frame, mechanism.origin), mechanism.bodies, mechanism.joints
+        )
+        own = {closure.name for closure in closures}
+        given = tuple(c for c in mechanism.closures if c.name not in own)
+        object.__setattr__(mechanism, "joints", joints)
+        object.__setattr__(mechanism, "closures", (*given, *closures))
 
 
 def _check_lengths(mechanism: Mechanism) -> None:
@@ -303,7 +293,7 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     if mechanism.gravity is not None:
         yield from _components("gravity", mechanism.gravity)
     for closure in mechanism.closures:
-        for axis in closure.axes:
+        for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
             yield from _components(f"an axis of {closure.name}", axis)
 
 

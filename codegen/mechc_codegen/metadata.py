@@ -41,6 +41,7 @@ def scene_metadata(
         "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
         "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
+        "joints": [j.name for j in mechanism.joints] if wishes.wants("reactions") else [],
         "constraints": [
             {"name": name, "unit": unit}
             for name, unit in (
@@ -120,6 +121,7 @@ OUTPUTS = {
     "points": ("points", "point_velocities"),
     "multipliers": ("multipliers",),
     "accelerations": ("point_accelerations",),
+    "reactions": ("reaction_forces", "reaction_torques"),
     "state_jacobian": ("state_jacobian", "own_state_jacobian", "velocity_gradient"),
     "parameter_jacobian": ("parameter_jacobian", "own_parameter_jacobian"),
 }

@@ -13,6 +13,7 @@ from sympy import Expr
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 
+from mechc_codegen.joints import Joint
 from mechc_codegen.terms import Load
 
 
@@ -31,6 +32,8 @@ class Source:
         L, where the equations are Lagrange's; loads then are those that L leaves out.
     origin
         A point fixed in ``frame``, where the object names one.
+    joints
+        Those that the object keeps; the ground is a body of theirs like any other.
     potentials
         Potential energies that the object itself vouches for, each with the index of the load
         that has it.
@@ -49,6 +52,7 @@ class Source:
     auxiliary: tuple[AppliedUndef, ...] = ()
     lagrangian: Expr | None = None
     origin: Point | None = None
+    joints: tuple[Joint, ...] = ()
 
 
 Key = Any  # a printed name, or the symbol itself

@@ -8,13 +8,14 @@ derivation is in the text, nothing is expanded, and shared subexpressions are vi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from sympy import Basic, Dummy, Expr, Float, Function, Integer, Rational, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
+from mechc_codegen.joints import Joint
 from mechc_codegen.source import Source
 from mechc_codegen.terms import is_rigid, velocity_of
 
@@ -133,6 +134,14 @@ class Walk:
             parts.append(self.dyadic(body.central_inertia))
         self.say("body", parts)
 
+    def joint(self, joint: Joint, bodies: Sequence[RigidBody | Particle]) -> None:
+        sides = (str(bodies.index(b)) if b in bodies else "" for b in (joint.parent, joint.child))
+        points = (self.point(p) for p in (joint.parent_point, joint.child_point))
+        frames = (joint.parent_interframe, joint.child_interframe)
+        parts = [repr(joint.name), *sides, *points]
+        parts += ["" if frame is None else self.frame(frame) for frame in frames]
+        self.say("joint", [*parts, *(self.expression(u) for u in joint.speeds)])
+
 
 def walk(source: Source) -> Walk:
     """All of a Source."""
@@ -147,6 +156,8 @@ def walk(source: Source) -> Walk:
         text.body(body)
     for place, vector in source.loads:
         text.say("load", [text.motion(place), text.vector(vector)])
+    for joint in source.joints:
+        text.joint(joint, source.bodies)
     if source.origin is not None:
         text.say("origin", [text.point(source.origin)])
     return text

@@ -14,7 +14,7 @@ from sympy import Expr, Symbol
 from mechc_codegen.errors import InternalError
 
 USUAL = ("energy", "momenta", "points", "multipliers")
-OPTIONAL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
+OPTIONAL = (*USUAL, "accelerations", "reactions", "state_jacobian", "parameter_jacobian")
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 

@@ -12,6 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from mechc_codegen.convert import find_symbol, number, reachable
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.reactions import refuse_unknown_reactions
 from mechc_codegen.source import Key
 from mechc_codegen.terms import Multiplier
 from mechc_codegen.wishes import OPTIONAL, USUAL, Wishes
@@ -56,8 +57,10 @@ def wishes_of(
         chosen = ("energy",) if of_object else USUAL
         return Wishes(frozenset(chosen), fixed)
     names, own = _outputs(outputs)
-    if of_object and {"momenta", "points", "accelerations"} & set(names):
+    if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
         _refuse_unplaced(mechanism)
+    if "reactions" in names:
+        refuse_unknown_reactions(mechanism)
     for name, expression in own.items():
         _refuse_unknown(name, expression, mechanism)
     labels = {f"own_{k}": name for k, name in enumerate(own)}

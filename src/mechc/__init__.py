@@ -30,7 +30,7 @@ from mechc.errors import (
 from mechc.events import Event, EventRecord
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
-from mechc.model import Model, Momenta
+from mechc.model import Model, Momenta, Reactions
 from mechc.signals import Signal
 from mechc.solution import Solution
 from mechc.status import ChangePoint, Status
@@ -47,11 +47,17 @@ __all__ = [
     "CacheWarning",
     "ChangePoint",
     "ChangePointError",
+    "Closure",
     "CompilerError",
+    "Constraint",
+    "Coordinate",
+    "Cut",
+    "Drawing",
     "Event",
     "EventError",
     "EventRecord",
     "InputError",
+    "Joint",
     "Mechanism",
     "MechcError",
     "MissingInputError",
@@ -59,12 +65,17 @@ __all__ = [
     "MissingParameterError",
     "Model",
     "Momenta",
+    "Parameter",
+    "Quantity",
+    "Reactions",
     "Signal",
     "Solution",
+    "Speed",
     "Status",
     "UnavailableOutputError",
     "UnknownNameError",
     "ValueOutOfBoundsError",
+    "from_joints",
     "get_include",
     "load",
     "mechanisms",
@@ -72,9 +83,26 @@ __all__ = [
 ]
 
 
+# What mechanisms and wishes are described with.
+_DESCRIPTION = {
+    "Closure",
+    "Constraint",
+    "Coordinate",
+    "Cut",
+    "Drawing",
+    "Joint",
+    "Mechanism",
+    "Parameter",
+    "Quantity",
+    "Speed",
+    "from_joints",
+    "multiplier",
+}
+
+
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
-    if name in ("Mechanism", "multiplier"):
+    if name in _DESCRIPTION:
         from mechc.jit import of_compiler
 
         return of_compiler(name)

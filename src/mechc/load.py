@@ -154,6 +154,7 @@ def compile(
     outputs
         What can be asked of the model besides the equations of motion: of ``"energy"``,
         ``"momenta"``, ``"points"``, ``"multipliers"``, ``"accelerations"`` (of the points),
+        ``"reactions"`` (of joints),
         ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
         parameters and multipliers (``mechc.multiplier(row)``).  By default the first four of a

@@ -40,6 +40,17 @@ class Momenta(NamedTuple):
     angular: Array
 
 
+class Reactions(NamedTuple):
+    """Forces (N) and torques (N m) of every joint, by its parent on its child.
+
+    Both of shape (..., joints, 3), in the inertial frame; a torque is about the child's point of
+    the joint.
+    """
+
+    force: Array
+    torque: Array
+
+
 class Model:
     """A compiled mechanism.
 
@@ -134,6 +145,11 @@ class Model:
     def body_names(self) -> tuple[str, ...]:
         """Names of the bodies, in the order of :meth:`momenta`."""
         return tuple(self._data["bodies"])
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of :meth:`reactions`; empty without these."""
+        return tuple(self._data["joints"])
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
@@ -305,6 +321,26 @@ class Model:
         return Momenta(
             self._evaluate("linear_momenta", y, values, t),
             self._evaluate("angular_momenta", y, values, t),
+        )
+
+    def reactions(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Reactions:
+        """What each joint's parent exerts on its child, force and torque of (..., joints, 3) each.
+
+        In the order of :attr:`joint_names`, cut joints among them; compiled where
+        ``outputs=("reactions", ...)`` asks for them.  Everything that passes through the joint
+        and is no load: springs, friction and motors that are given as loads on the two bodies
+        are not in it, so along a free direction nothing is left of it, except what drives that
+        direction by a constraint on the joint's own speeds.
+
+        By Newton and Euler from the outermost bodies inwards, with the accelerations and
+        multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
+        balance the same motion: these are those of the multipliers of least norm.  Near a
+        crossing they grow like 1/distance.
+        """
+        values = self._parameters.resolve(params)
+        return Reactions(
+            self._evaluate("reaction_forces", y, values, t),
+            self._evaluate("reaction_torques", y, values, t),
         )
 
     def points(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:

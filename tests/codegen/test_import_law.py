@@ -20,16 +20,22 @@ RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
 
 FACE = {"__init__", "extension"}
 BASE = {"errors"}
-DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"}
+JOINTS = {"constraints", "joints", "cuts", "jointed", "placement"}
+DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"} | JOINTS
 STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c", "emit_numpy"}
 STAGES |= {"metadata"}
 ALLOWED = {
     "errors": set[str](),
     "wishes": BASE,
-    "source": {"terms"},
+    "source": {"terms", "joints"},
     "terms": BASE,
     "expression": BASE,
-    "mechanism": BASE | {"terms"},
+    "constraints": set[str](),
+    "placement": set[str](),
+    "joints": BASE,
+    "cuts": BASE | {"constraints", "joints"},
+    "jointed": BASE | JOINTS,
+    "mechanism": BASE | {"terms"} | JOINTS,
     "equations": BASE,
     "program": BASE | {"equations"},
     "optimize": DATA | {"passes"},
@@ -41,8 +47,12 @@ ALLOWED = {
     "metadata": DATA | {"layout"},
     "emit_c": DATA | {"printer", "functions", "layout"},
     "emit_numpy": DATA | {"printer", "functions", "layout"},
-    "tree": DATA | {"tree"},
-    "mechanisms": BASE | {"mechanism", "mechanisms", "expression"},
+    "tree": DATA | {"tree", "reactions"},
+    "carriers": DATA,
+    "reactions": DATA | {"carriers"},
+    "written_kinetics": DATA,
+    "derive": DATA | {"reactions", "written_kinetics"},
+    "mechanisms": BASE | {"mechanism", "mechanisms", "expression", "joints", "cuts"},
 }
 READERS = {"from_kane", "from_lagrange", "from_system"}
 CONVERSION = DATA | {
@@ -56,8 +66,9 @@ CONVERSION = DATA | {
 }
 ALLOWED |= dict.fromkeys((*READERS, "split", "convert", "accelerations"), CONVERSION)
 ALLOWED |= {"from_system": CONVERSION | READERS, "from_sympy": CONVERSION | READERS}
+ALLOWED |= {"from_sympy_joints": CONVERSION | READERS | {"convert"}}
 ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy", "wishing"}}
-ALLOWED |= {"wishing": CONVERSION | {"convert"}, "signature": set()}
+ALLOWED |= {"wishing": CONVERSION | {"convert", "reactions"}, "signature": set()}
 TYPESET = DATA | {"derive", "differentiate"}
 
 

@@ -19,6 +19,8 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
+from mechc_codegen.cuts import Cut
+from mechc_codegen.joints import Joint
 from mechc_codegen.mechanism import (
     Constraint,
     Coordinate,
@@ -101,7 +103,7 @@ def four_bar(
         parameters=tuple(parameters),
         bodies=bodies,
         loads=tuple(loads),
-        configuration_constraints=_closure(p, l, r),
+        joints=_joints(p, p[0].locatenew("R", l[3] * r.x), bodies, (r, *e), (theta, omega)),
         motion_constraints=tuple(motion),
         points=tuple(points),
         frames=tuple(e),
@@ -137,15 +139,24 @@ def _points(
     return p, centres
 
 
-def _closure(
-    p: list[Point], l: tuple[Symbol, ...], r: ReferenceFrame
-) -> tuple[Constraint, Constraint]:
-    """p_3 is the ground pivot at l_3 r.x."""
-    gap = p[3].pos_from(p[0]) - l[3] * r.x
-    return (
-        Constraint("closure along x", dot(gap, r.x), "m"),
-        Constraint("closure along y", dot(gap, r.y), "m"),
-    )
+def _joints(
+    p: list[Point], pivot: Point, bodies: tuple[RigidBody, ...],
+    frames: tuple[ReferenceFrame, ...], states: tuple[list[Expr], list[Expr]],
+) -> tuple[Joint, ...]:  # fmt: skip
+    """Pins from link to link; the last one closes the loop: p_3 is the ground pivot R."""
+    r, links, (theta, omega) = frames[0], (None, *bodies), states
+    pins = [
+        Joint(
+            JOINTS[k], links[k], links[k + 1], p[k], p[k], frames[k], frames[k + 1],
+            tuple(theta[max(k - 1, 0) : k + 1]), tuple(omega[max(k - 1, 0) : k + 1]),
+        )
+        for k in range(3)
+    ]  # fmt: skip
+    last = Cut(
+        JOINTS[3], None, bodies[2], pivot, p[3], r, frames[3], (theta[2],), (omega[2],),
+        axes=(r.x, r.y), labels=("closure along x", "closure along y"),
+    )  # fmt: skip
+    return (*pins, last)
 
 
 def _bodies(

@@ -6,6 +6,7 @@ another link, against which it moves by speeds of its own.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from sympy import Expr
@@ -47,11 +48,14 @@ class PointMotion:
 class Links:
     """Every link that the points asked for need, each after the link it hangs on."""
 
-    def __init__(self, origin: Point, frames: Frames) -> None:
+    def __init__(
+        self, origin: Point, frames: Frames, bodies: Iterable[ReferenceFrame] = ()
+    ) -> None:
         self.frames, self.tape, self.local = frames, frames.tape, frames.local
         self.links: list[Link] = []
         self._parents = _tree_of(origin)
         self._points = {origin: PointMotion(ZERO, ZERO, ZERO, GROUND, ZERO)}
+        self._bodies = {frames.motion(frame).body for frame in bodies}
         self._known: dict[tuple[ReferenceFrame, int, V3], int] = {}
 
     def frame_of(self, link: int) -> FrameMotion:
@@ -84,6 +88,9 @@ class Links:
         """The same point, as a point of the link that turns with ``frame`` there."""
         if self.frame_of(at.link).body is frame.body:
             return at
+        between = self._body_between(at, frame)
+        if between is not None:
+            at = self.turning(at, between)
         key = (frame.body, at.link, at.arm)
         if key not in self._known:
             self._known[key] = self._add_turning(at, frame)
@@ -145,6 +152,15 @@ class Links:
         return PointMotion(
             position, tape.total(velocity, sliding), tape.total(bias, beyond), link, ZERO
         )
+
+    def _body_between(self, at: PointMotion, frame: FrameMotion) -> FrameMotion | None:
+        """The last frame of another body on the way to ``frame``: both may turn in one point."""
+        inner, step = self.frame_of(at.link).body, frame.carrier
+        while step is not None and step.body is not inner:
+            if step.body is not frame.body and step.body in self._bodies:
+                return step
+            step = step.carrier
+        return None
 
     def _add_turning(self, at: PointMotion, frame: FrameMotion) -> int:
         parent = self.frame_of(at.link)

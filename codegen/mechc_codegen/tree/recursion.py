@@ -13,14 +13,17 @@ from dataclasses import dataclass
 from sympy import Expr, S, sympify
 
 from mechc_codegen.equations import Equations, Output, Tree
-from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.mechanism import Mechanism, is_rigid, printed_name
 from mechc_codegen.plain import Plain, plain_symbols
+from mechc_codegen.reactions import reaction_outputs, refuse_unknown_reactions
 from mechc_codegen.tree.accelerations import LinkAccelerations
 from mechc_codegen.tree.bodies import Body, LinkBodies
 from mechc_codegen.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.tree.links import Link, Links, PointMotion, every_speed_has_its_link
+from mechc_codegen.tree.reactions import TreeKinetics
 from mechc_codegen.tree.residual import Residual
 from mechc_codegen.tree.tape import V3, Tape, dot, vanishes
+from mechc_codegen.tree.velocities import refuse_other_velocities
 from mechc_codegen.wishes import EVERYTHING, Wishes
 
 AXES = ("x", "y", "z")
@@ -45,9 +48,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
         ),
         "it is described by a Lagrangian": mechanism.lagrangian is not None,
         "speeds are auxiliary": bool(mechanism.auxiliary),
-        "velocities are set by hand": any(
-            mechanism.frame in body.masscenter._vel_dict for body in mechanism.bodies
-        ),
+        "closures hold directions": any(c.perpendicular for c in mechanism.closures),
     }
     for reason, given in reasons.items():
         if given:
@@ -73,9 +74,15 @@ class _Derivation:
         self.rates = [self._plain(rate) for rate in mechanism.kinematics]
         local = Local(self.symbols, self.rates, self._plain)
         self.frames = Frames(mechanism.frame, self.tape, local)
-        self.links = Links(mechanism.origin, self.frames)
+        frames = [body.frame for body in mechanism.bodies if is_rigid(body)]
+        self.links = Links(mechanism.origin, self.frames, frames)
         self.loaded = LinkBodies(mechanism, self.links)
+        refuse_other_velocities(mechanism, self.links)
         self.cuts = self._cuts()
+        if wishes.wants("reactions"):  # before the links are counted
+            refuse_unknown_reactions(mechanism)
+            for joint in mechanism.joints:
+                self.links.motion(joint.child_point)
         if not every_speed_has_its_link(self.links.links, len(self.symbols.u)):
             raise NotATreeError("a speed moves no link, or more than one, against its parent")
 
@@ -92,6 +99,7 @@ class _Derivation:
             *(self._points() if wants("points") else ()),
             *(self._accelerations() if wants("accelerations") else ()),
             *(self._residual() if self.wishes.wants_jacobian else ()),
+            *(self._reactions() if wants("reactions") else ()),
             *self._scalars(),
         ]
         return Equations(
@@ -305,6 +313,10 @@ class _Derivation:
         found = [moving.of_point(self.links.motion(point)) for point in points]
         told, names = "accelerations of the named points", [point.name for point in points]
         return [_vectors("point_accelerations", told, names, found)]
+
+    def _reactions(self) -> list[Output]:
+        kinetics = TreeKinetics(self.mechanism, self.links, self.loaded, self.symbols)
+        return reaction_outputs(self.mechanism, kinetics)
 
     def _scalars(self) -> list[Output]:
         told = "of several assemblies the one where this is largest is taken"

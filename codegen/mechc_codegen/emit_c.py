@@ -16,7 +16,16 @@ from sympy import Symbol
 
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.functions import Function, Line, plain_words
-from mechc_codegen.layout import INTERNAL, OWN, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
+from mechc_codegen.layout import (
+    INTERNAL,
+    JACOBIANS,
+    OWN,
+    RESIDUALS,
+    TREE,
+    TREE_MOTION,
+    UNLISTED,
+    layout,
+)
 from mechc_codegen.printer import RealPrinter
 from mechc_codegen.program import (
     Assign,
@@ -126,6 +135,7 @@ class _Emitter:
             "solved": self._solved_list(),
             "state_jacobian": int("residual_by_state" in self.outputs),
             "parameter_jacobian": int("residual_by_parameters" in self.outputs),
+            "input_jacobian": int("residual_by_inputs" in self.outputs),
             "own": len(self.wishes.expressions),
         }
         return _template("scene_sizes.h.in").substitute(values)
@@ -147,11 +157,11 @@ class _Emitter:
 
     def _jacobians(self, size: int) -> list[tuple[str, int]]:
         found, own = list[tuple[str, int]](), len(self.wishes.expressions)
-        columns = {"state": size, "parameter": len(self.program.symbols.parameters)}
-        for (by, width), residual in zip(columns.items(), RESIDUALS, strict=True):
+        columns = (size, len(self.program.symbols.parameters), len(self.inputs))
+        for (name, (residual, *_)), width in zip(JACOBIANS.items(), columns, strict=True):
             if residual in self.outputs:
-                found.append((f"{by}_jacobian", size * width))
-                found += [(f"own_{by}_jacobian", own * width)] if own else []
+                found.append((name, size * width))
+                found += [(f"own_{name}", own * width)] if own else []
         return found
 
     def _solved_list(self) -> str:

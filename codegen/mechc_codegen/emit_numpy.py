@@ -15,7 +15,14 @@ from sympy import Symbol
 from mechc_codegen.equations import Equations, Output, Tree
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.functions import Line, Shared, as_soon_as_possible, pieces_of
-from mechc_codegen.layout import INTERNAL, OWN, RESIDUALS, TREE, TREE_MOTION, UNLISTED, layout
+from mechc_codegen.layout import (
+    INTERNAL,
+    JACOBIANS,
+    TREE,
+    TREE_MOTION,
+    UNLISTED,
+    layout,
+)
 from mechc_codegen.printer import NumpyPrinter
 from mechc_codegen.program import (
     Assign,
@@ -125,8 +132,8 @@ class _Emitter:
         multipliers = ["multipliers"] if rows and self.wishes.wants("multipliers") else []
         jacobians = [
             name
-            for of_motion, of_own, by in zip(RESIDUALS, OWN, ("state", "parameter"), strict=True)
-            for part, name in ((of_motion, f"{by}_jacobian"), (of_own, f"own_{by}_jacobian"))
+            for jacobian, (of_motion, of_own, _) in JACOBIANS.items()
+            for part, name in ((of_motion, jacobian), (of_own, f"own_{jacobian}"))
             if part in self.outputs
         ]
         return ["rates", *(name for name, _ in self.layout.solved), *multipliers, *jacobians]

@@ -14,9 +14,14 @@ from mechc_codegen.closing import RowPlan, plan_rows
 from mechc_codegen.equations import Equations, Tree
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
-RESIDUALS = ("residual_by_state", "residual_by_parameters")
-OWN = ("own_by_state", "own_by_parameters")
-UNLISTED = (*RESIDUALS, *OWN, "rate_by_state", "rate_by_parameters")  # parts of others
+# Jacobian -> what it is solved from: of the motion, of the user's own outputs, of q'.
+JACOBIANS = {
+    "state_jacobian": ("residual_by_state", "own_by_state", "rate_by_state"),
+    "parameter_jacobian": ("residual_by_parameters", "own_by_parameters", "rate_by_parameters"),
+    "input_jacobian": ("residual_by_inputs", "own_by_inputs", "rate_by_inputs"),
+}
+RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
+UNLISTED = (*RESIDUALS, *OWN, *_RATES)  # parts of others
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}

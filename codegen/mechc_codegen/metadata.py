@@ -54,7 +54,7 @@ def scene_metadata(
         "traced": list(mechanism.drawing.traced),
         "start": dict(mechanism.start),
         "shapes": {wishes.name_of(o.name): list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, len(parameters), len(wishes.expressions))
+        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), wishes)
         | {wishes.name_of(label): [] for label in wishes.expressions},
         "own": [wishes.name_of(label) for label in wishes.expressions],
         "skipped": [*mechanism.skipped, *_unwanted(wishes)],
@@ -105,13 +105,17 @@ def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
     return needed | symbols_of(s.value for s in slice_statements(program.body, needed))
 
 
-def _solved_shapes(mechanism: Mechanism, parameters: int, own: int) -> dict[str, list[int]]:
-    """Of what the runtime makes, where the scene has it."""
+def _solved_shapes(
+    mechanism: Mechanism, others: tuple[int, int], wishes: Wishes
+) -> dict[str, list[int]]:
+    """Of what the runtime makes, where the scene has it; ``others``: parameters and inputs."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
-    shapes |= {"state_jacobian": [states] * 2, "parameter_jacobian": [states, parameters]}
-    shapes |= {"own_state_jacobian": [own, states], "own_parameter_jacobian": [own, parameters]}
+    own = len(wishes.expressions)
+    for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):
+        shapes[f"{by}_jacobian"] = [states, columns]
+        shapes[f"own_{by}_jacobian"] = [own, columns]
     return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
 
 
@@ -122,7 +126,10 @@ OUTPUTS = {
     "multipliers": ("multipliers",),
     "accelerations": ("point_accelerations",),
     "reactions": ("reaction_forces", "reaction_torques"),
-    "state_jacobian": ("state_jacobian", "own_state_jacobian", "velocity_gradient"),
+    "state_jacobian": (
+        *("state_jacobian", "own_state_jacobian", "velocity_gradient"),
+        *("input_jacobian", "own_input_jacobian"),
+    ),
     "parameter_jacobian": ("parameter_jacobian", "own_parameter_jacobian"),
 }
 

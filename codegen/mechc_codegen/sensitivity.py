@@ -37,6 +37,8 @@ def add_sensitivities(program: Program, wishes: Wishes) -> Program:
         program = _by_state(program, own)
     if wishes.wants("parameter_jacobian") and program.symbols.parameters:
         program = _by_parameters(program, own)
+    if wishes.wants("state_jacobian") and program.input_values():
+        program = _by_inputs(program, own)
     return program.verify()
 
 
@@ -52,10 +54,22 @@ def _by_state(program: Program, own: Sequence[str]) -> Program:
 
 
 def _by_parameters(program: Program, own: Sequence[str]) -> Program:
-    forward = _Forward(program, program.symbols.parameters, "e")
-    added = [forward.output("residual_by_parameters", "dR and dS by p", _residual(program))]
-    added += forward.of("rate_by_parameters", "derivative of q' by p", "coordinate_rates")
-    return forward.finished([*added, *_of_own("own_by_parameters", program, forward, own)])
+    return _by_others(program, own, "parameters", program.symbols.parameters, "e")
+
+
+def _by_inputs(program: Program, own: Sequence[str]) -> Program:
+    """By every value of inputs that a run is given, rates of them among these."""
+    values = [value.symbol for value in program.input_values()]
+    return _by_others(program, own, "inputs", values, "f")
+
+
+def _by_others(
+    program: Program, own: Sequence[str], by: str, others: Sequence[Symbol], prefix: str
+) -> Program:
+    forward = _Forward(program, others, prefix)
+    added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", _residual(program))]
+    added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
+    return forward.finished([*added, *_of_own(f"own_by_{by}", program, forward, own)])
 
 
 def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:

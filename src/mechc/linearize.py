@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -87,7 +87,8 @@ def linearize(
     t
         Time, where the equations hold it.
     inputs
-        Parameters that are the inputs r: a torque, a force.
+        The inputs r: names of ``model.input_values`` (inputs given at run time, the rates of one
+        by themselves), or parameters: a torque, a force.
     outputs
         Coordinates, speeds and outputs of one's own; by default all coordinates and speeds.
     independent
@@ -133,16 +134,21 @@ def _by_inputs(
     model: Model, y: Array, values: Array, t: float, inputs: tuple[str, ...], of: str | None = None
 ) -> Array:
     """Derivatives by the inputs, (nq + nu, m); of an output of one's own (m,)."""
-    places = [_parameter(model, name) for name in inputs]
-    if not places:
-        return np.zeros((len(y), 0) if of is None else 0)
-    return np.ascontiguousarray(model.parameter_jacobian(y, values, t, of=of)[..., places])
+    columns = [np.zeros((len(y), 0) if of is None else 0)]
+    for name in inputs:
+        jacobian, place = _input(model, name)
+        columns.append(jacobian(y, values, t, of=of)[..., place, None])
+    return np.concatenate(columns, axis=-1)
 
 
-def _parameter(model: Model, name: str) -> int:
+def _input(model: Model, name: str) -> tuple[Callable[..., Array], int]:
+    """What gives the derivatives by an input, and which of them is its."""
+    if name in model.input_values:
+        return model.input_jacobian, model.input_values.index(name)
     if name not in model.parameters:
-        raise UnknownNameError("parameter that could be an input", name, model.parameters)
-    return model.parameters.index(name)
+        known = (*model.input_values, *model.parameters)
+        raise UnknownNameError("input or parameter", name, known)
+    return model.parameter_jacobian, model.parameters.index(name)
 
 
 def _output_rows(

@@ -391,6 +391,27 @@ class Model:
         """
         return self._jacobian("parameter_jacobian", of, y, params, t)
 
+    def input_jacobian(
+        self,
+        y: Array,
+        params: Parameters = None,
+        t: float | Array = 0.0,
+        *,
+        of: str | None = None,
+    ) -> Array:
+        """Derivative of :meth:`rhs` by the inputs given at run time, shape (..., nq + nu, n).
+
+        Columns in the order of :attr:`input_values`; there where ``"state_jacobian"`` is.
+        ``of``: instead of an output of one's own, shape (..., n).
+        """
+        return self._jacobian("input_jacobian", of, y, params, t)
+
+    @property
+    def input_values(self) -> tuple[str, ...]:
+        """Every input with the rates of it that the equations hold: ``("F", "r", "r'", "r''")``."""
+        slots = [InputSlot.from_metadata(data) for data in self._data.get("inputs", ())]
+        return tuple(slot.name + "'" * order for slot in slots for order in slot.orders)
+
     def _jacobian(
         self, name: str, of: str | None, y: Array, params: Parameters, t: float | Array
     ) -> Array:

@@ -100,7 +100,7 @@ def test_what_cannot_be_linearized_is_refused(four_bar):
     y = four_bar.assemble({"theta_0": 1.1}, params=REGULAR)
     with pytest.raises(ValueError, match=r"1 of theta_0, theta_1, theta_2 are independent here"):
         four_bar.linearize(y, REGULAR, independent=("theta_0", "theta_1"))
-    with pytest.raises(mechc.UnknownNameError, match="no parameter that could be an input"):
+    with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called"):
         four_bar.linearize(y, REGULAR, inputs=("torque",))
     with pytest.raises(mechc.UnknownNameError, match="coordinate, speed or output"):
         four_bar.linearize(y, REGULAR, outputs=("pul",))
@@ -215,3 +215,36 @@ def two_masses():
     bodies = [Particle(f"B{k}", point, Symbol("m")) for k, point in enumerate(points)]
     method.kanes_equations(bodies, [(points[0], Symbol("f") * frame.x)])
     return method
+
+
+def pulled_pendulum():
+    """A bob on a rod whose pivot moves as r, pulled by F: the equations hold r''."""
+    q, u, r, F = dynamicsymbols("q u r F")
+    frame, pivot = ReferenceFrame("N"), Point("O")
+    pivot.set_vel(frame, 0)
+    rod = frame.orientnew("B", "Axis", (q, frame.z))
+    rod.set_ang_vel(frame, u * frame.z)
+    bob = pivot.locatenew("P", r * frame.x - rod.y)
+    bob.set_vel(frame, r.diff(t) * frame.x + u * rod.x)
+    method = KanesMethod(frame, [q], [u], [q.diff(t) - u])
+    forces = [(bob, F * frame.x - 9.81 * Symbol("m") * frame.y)]
+    method.kanes_equations([Particle("bob", bob, Symbol("m"))], forces)
+    return method, {"pull": F * u.diff(t)}
+
+
+def test_inputs_that_a_run_is_given_are_inputs_of_linear_models():
+    method, own = pulled_pendulum()
+    model = mechc.compile(method, outputs=("state_jacobian", own), defaults={"m": 2.0})
+    driven = model.with_inputs({"F": 0.7, "r": 0.0})
+    assert driven.input_values == ("F", "r''")
+    lin = driven.linearize([0.4, 0.3], inputs=("F", "r''"), outputs=("q", "pull"))
+    # u' = (F/m - r'') cos q - g sin q
+    alpha, push = 0.35 * np.cos(0.4) - 9.81 * np.sin(0.4), 0.7
+    np.testing.assert_allclose(lin.B, [[0, 0], [np.cos(0.4) / 2, -np.cos(0.4)]], rtol=1e-14)
+    slope = -0.35 * np.sin(0.4) - 9.81 * np.cos(0.4)
+    np.testing.assert_allclose(lin.A, [[0, 1], [slope, 0]], rtol=1e-14)
+    np.testing.assert_allclose(lin.C, [[1, 0], [push * slope, 0]], rtol=1e-14)
+    by_push = alpha + push * np.cos(0.4) / 2
+    np.testing.assert_allclose(lin.D, [[0, 0], [by_push, -push * np.cos(0.4)]], rtol=1e-14)
+    with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called 'r'"):
+        driven.linearize([0.4, 0.3], inputs=("r",))

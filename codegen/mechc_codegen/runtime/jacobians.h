@@ -97,25 +97,40 @@ MECHC_DEFINE_OWN(state_jacobian, by_state, MECHC_NQ + MECHC_NU)
 #endif
 #endif
 
-#if MECHC_PARAMETER_JACOBIAN
-MECHC_DEFINE_RESPONSE(by_parameters, MECHC_NP)
-
-MECHC_INLINE void FN(output_parameter_jacobian)(real t, const real *q, const real *u,
-                                                const real *p, const real *k, real *out)
-{
-    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * MECHC_NP];
+/* By anything that is no state: the rows of q' = u vanish. */
 #if MECHC_IDENTITY_KINEMATICS
-    for (int i = 0; i < MECHC_NQ * MECHC_NP; i++) out[i] = R(0.0);
+#define MECHC_RATES_BY(by, columns) \
+    for (int i = 0; i < MECHC_NQ * (columns); i++) out[i] = R(0.0)
 #else
-    FN(output_rate_by_parameters)(t, q, u, p, k, out);
+#define MECHC_RATES_BY(by, columns) FN(output_rate_##by)(t, q, u, p, k, out)
 #endif
-    FN(response_by_parameters)(t, q, u, p, k, a, l, response);
-    for (int i = 0; i < MECHC_NU * MECHC_NP; i++) out[MECHC_NQ * MECHC_NP + i] = response[i];
-}
+#define MECHC_DEFINE_JACOBIAN(name, by, columns)                                                  \
+    MECHC_DEFINE_RESPONSE(by, columns)                                                            \
+    MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u, const real *p,      \
+                                        const real *k, real *out)                                 \
+    {                                                                                             \
+        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * (columns)];    \
+        real *const of_speeds = out + MECHC_NQ * (columns);                                       \
+        MECHC_RATES_BY(by, columns);                                                              \
+        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
+        for (int i = 0; i < MECHC_NU * (columns); i++) of_speeds[i] = response[i];                \
+    }
+
+#if MECHC_PARAMETER_JACOBIAN
+MECHC_DEFINE_JACOBIAN(parameter_jacobian, by_parameters, MECHC_NP)
 #if MECHC_OWN > 0
 MECHC_DEFINE_OWN(parameter_jacobian, by_parameters, MECHC_NP)
 #endif
 #endif
+
+#if MECHC_INPUT_JACOBIAN /* only where that by the state is asked for */
+MECHC_DEFINE_JACOBIAN(input_jacobian, by_inputs, MECHC_NI)
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(input_jacobian, by_inputs, MECHC_NI)
+#endif
+#endif
+#undef MECHC_RATES_BY
+#undef MECHC_DEFINE_JACOBIAN
 #undef MECHC_DEFINE_RESPONSE
 #undef MECHC_DEFINE_OWN
 #undef MECHC_MOTION

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -53,7 +54,8 @@ def inverse_dynamics(
     params
         As everywhere; what they say of the inputs does not matter.
     inputs
-        Names of the parameters that are the inputs: torques, forces; F must be linear in them.
+        Names of the inputs (``model.inputs``), or of parameters that are inputs: torques,
+        forces; F must be linear in them.
     t
         Time or times (...).
 
@@ -70,11 +72,13 @@ def inverse_dynamics(
     names, rates = tuple(inputs), np.asarray(accelerations, dtype=np.float64)
     values, states = model._parameters.resolve(params), np.asarray(y, dtype=np.float64)
     _check_shapes(model, states, rates)
-    still, per_input = _forces(model, states, values, names, t)
-    mass = model.mass_matrix(states, values, t)
+    pushed = _Pushed(model, states, values, names, t)
+    still, per_input = pushed.forces()
+    driven, at_one = pushed.at({})
+    mass = driven.mass_matrix(states, at_one, t)
     needed = np.einsum("...ij,...j->...i", mass, rates) - still
-    jacobian = model.constraint_jacobian(states, values, t)
-    own = model.rhs(t, states, values)[..., -rates.shape[-1] :]
+    jacobian = driven.constraint_jacobian(states, at_one, t)
+    own = driven.rhs(t, states, at_one)[..., -rates.shape[-1] :]
     _refuse_departing(jacobian, rates - own, rates)
     found = _least_norm(_along(jacobian, per_input), _along(jacobian, needed[..., None])[..., 0])
     left = needed - np.einsum("...ij,...j->...i", per_input, found)
@@ -93,41 +97,59 @@ def _check_shapes(model: Model, y: Array, rates: Array) -> None:
         )
 
 
-def _forces(
-    model: Model, y: Array, values: Array, names: tuple[str, ...], t: float | Array
-) -> tuple[Array, Array]:
-    """F without the inputs (..., nu), and what each adds (..., nu, m)."""
-    places = [_place(model, name) for name in names]
+@dataclass(frozen=True)
+class _Pushed:
+    """The model at given states, with the inputs as they are needed."""
 
-    def at(changed: dict[int, float]) -> Array:
-        moved = np.array(values)
-        moved[..., places] = 1.0
-        for place, value in changed.items():
-            moved[..., place] = value
-        return moved
+    model: Model
+    y: Array
+    values: Array
+    names: tuple[str, ...]
+    t: float | Array
 
-    ones = model.forcing(y, at({}), t)
-    columns = []
-    for name, place in zip(names, places, strict=True):
-        column = model.forcing(y, at({place: 2.0}), t) - ones
-        again = model.forcing(y, at({place: 3.0}), t) - ones
-        inertia = model.mass_matrix(y, at({place: 3.0}), t) - model.mass_matrix(y, at({}), t)
-        size = np.abs(ones).max(initial=0.0) + np.abs(column).max(initial=0.0)
-        if np.abs(again - 2.0 * column).max(initial=0.0) > LINEAR * size or np.any(inertia):
-            raise MechcError(
-                f"{name} does not act as a force that the equations are linear in; the inputs of "
-                "inverse dynamics must"
-            )
-        if not np.any(column):
-            raise MechcError(f"{name} does nothing at these states: it cannot be an input")
-        columns.append(column)
-    per_input = np.stack(columns, axis=-1)
-    return ones - per_input.sum(axis=-1), per_input
+    def at(self, changed: Mapping[str, float]) -> tuple[Model, Array]:
+        """Model and parameters with every input 1 but for those that are changed."""
+        chosen = dict.fromkeys(self.names, 1.0) | dict(changed)
+        given = {name: value for name, value in chosen.items() if name in self.model.inputs}
+        moved = np.array(self.values)
+        for name, value in chosen.items():
+            if name not in given:
+                moved[..., _place(self.model, name)] = value
+        return self.model.with_inputs(given), moved
+
+    def _evaluate(self, output: str, changed: Mapping[str, float]) -> Array:
+        driven, values = self.at(changed)
+        found: Array = getattr(driven, output)(self.y, values, self.t)
+        return found
+
+    def forces(self) -> tuple[Array, Array]:
+        """F without the inputs (..., nu), and what each adds (..., nu, m)."""
+        ones, columns = self._evaluate("forcing", {}), []
+        for name in self.names:
+            column = self._evaluate("forcing", {name: 2.0}) - ones
+            again = self._evaluate("forcing", {name: 3.0}) - ones
+            inertia = self._evaluate("mass_matrix", {name: 3.0}) - self._evaluate("mass_matrix", {})
+            size = np.abs(ones).max(initial=0.0) + np.abs(column).max(initial=0.0)
+            bent = np.abs(again - 2.0 * column).max(initial=0.0) > LINEAR * size
+            _refuse_input(name, bool(bent or np.any(inertia)), not np.any(column))
+            columns.append(column)
+        per_input = np.stack(columns, axis=-1)
+        return ones - per_input.sum(axis=-1), per_input
+
+
+def _refuse_input(name: str, bent: bool, idle: bool) -> None:
+    if bent:
+        raise MechcError(
+            f"{name} does not act as a force that the equations are linear in; the inputs of "
+            "inverse dynamics must"
+        )
+    if idle:
+        raise MechcError(f"{name} does nothing at these states: it cannot be an input")
 
 
 def _place(model: Model, name: str) -> int:
     if name not in model.parameters:
-        raise UnknownNameError("parameter that could be an input", name, model.parameters)
+        raise UnknownNameError("input or parameter", name, (*model.inputs, *model.parameters))
     return model.parameters.index(name)
 
 

@@ -246,5 +246,8 @@ def test_inputs_that_a_run_is_given_are_inputs_of_linear_models():
     np.testing.assert_allclose(lin.C, [[1, 0], [push * slope, 0]], rtol=1e-14)
     by_push = alpha + push * np.cos(0.4) / 2
     np.testing.assert_allclose(lin.D, [[0, 0], [by_push, -push * np.cos(0.4)]], rtol=1e-14)
+    rates = driven.rhs(0.0, [0.4, 0.3])[1:]
+    found = driven.inverse_dynamics([0.4, 0.3], rates, inputs=("F",))
+    assert found.inputs == pytest.approx(0.7, rel=1e-13)
     with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called 'r'"):
         driven.linearize([0.4, 0.3], inputs=("r",))

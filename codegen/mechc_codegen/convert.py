@@ -8,6 +8,7 @@ the object cannot say is asked for by name.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from typing import Any
 
@@ -317,12 +318,23 @@ def reachable(starts: Iterable[Point]) -> list[Point]:
 
 
 def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
-    """Mass centres whose position is known, the first of each name."""
+    """Mass centres whose position is known, each once, of different names."""
     if origin is None:
         return ()
     linked = {id(p) for p in reachable([origin])}
+    centres = {id(b.masscenter): b.masscenter for b in bodies if id(b.masscenter) in linked}
     named: dict[str, Point] = {}
-    for body in bodies:
-        if id(body.masscenter) in linked:
-            named.setdefault(body.masscenter.name, body.masscenter)
+    for point in centres.values():
+        name, count = point.name, 1
+        while name in named:
+            count += 1
+            name = f"{point.name} ({count})"
+        named[name] = point if count == 1 else _renamed(point, name)
     return tuple(named.values())
+
+
+def _renamed(point: Point, name: str) -> Point:
+    """The same point by another name; the user's own keeps its name."""
+    twin = copy(point)
+    twin.name = name
+    return twin

@@ -23,6 +23,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.jointed import joints_and_closures
 from mechc_codegen.joints import Joint
 from mechc_codegen.terms import Load as Load  # the stages find them here
+from mechc_codegen.terms import as_expression
 from mechc_codegen.terms import is_rigid as is_rigid
 from mechc_codegen.terms import printed_name as printed_name
 
@@ -282,7 +283,8 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
         yield f"the rate of {printed_name(q)}", rate
     for parameter in (p for p in mechanism.parameters if p.default is not None):
-        yield f"the default of {parameter.symbol}", sympify(parameter.default)
+        place = f"the default of {parameter.symbol}"
+        yield place, as_expression(parameter.default, place)
     for body in mechanism.bodies:
         yield f"the mass of {body.name}", sympify(body.mass)
         yield f"the potential energy of {body.name}", sympify(body.potential_energy)

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from sympy import Expr, sympify
+from sympy import Expr
 
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.from_sympy import read, readable
 from mechc_codegen.source import Settings
+from mechc_codegen.terms import as_expression
 from mechc_codegen.walk import Walk, walk
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ class Scene:
     """A SymPy object or a Mechanism, with what is asked of it."""
 
     def __init__(self, thing: Any, asked: Asked) -> None:
-        self.asked = asked
+        self.asked = asked = _with_expressions(asked)
         self._mechanism = thing if _is_mechanism(thing) else None
         self._source = None if self._mechanism else read(thing)
         self._walk = walk(self._source) if self._source else None
@@ -50,7 +51,10 @@ class Scene:
             return None
         text = Walk(self._source.frame)
         text.lines.append(self._walk.digest())
-        _say_asked(text, self.asked)
+        try:
+            _say_asked(text, self.asked)
+        except _UntoldError:
+            return None
         return text.digest()
 
     def described(self) -> tuple[Mechanism, Wishes]:
@@ -86,6 +90,29 @@ def _refuse_settings(settings: Settings) -> None:
         )
 
 
+def _with_expressions(asked: Asked) -> Asked:
+    """All that is to be an expression is one from here on, and none was made of a text."""
+    settings, outputs = asked.settings, asked.outputs
+    added = settings.configuration_constraints
+    read = replace(
+        settings,
+        inputs={
+            key: None if value is None else as_expression(value, f"inputs: {key}")
+            for key, value in settings.inputs.items()
+        },
+        configuration_constraints=None
+        if added is None
+        else tuple(as_expression(each, "configuration_constraints") for each in added),
+    )
+    told = tuple(
+        {name: as_expression(value, f"outputs: {name!r}") for name, value in item.items()}
+        if isinstance(item, Mapping)
+        else item
+        for item in outputs or ()
+    )
+    return replace(asked, settings=read, outputs=None if outputs is None else told)
+
+
 def _say_asked(text: Walk, asked: Asked) -> None:
     """Write down what is asked, in an order of its own."""
     settings = asked.settings
@@ -99,13 +126,21 @@ def _say_asked(text: Walk, asked: Asked) -> None:
         said = [f"{_text(text, key)}={_text(text, value)}" for key, value in pairs.items()]
         text.say(label, sorted(said))
     extra = settings.configuration_constraints
-    text.say("added", ["None"] if extra is None else [_text(text, sympify(e)) for e in extra])
+    text.say("added", ["None"] if extra is None else [_text(text, e) for e in extra])
     outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in asked.outputs or ()]
     text.say("outputs", [str(asked.outputs is None), *outputs])
     for item in asked.outputs or ():
         if isinstance(item, Mapping):
-            text.say("own", [f"{n!r}={_text(text, sympify(e))}" for n, e in item.items()])
+            text.say("own", [f"{n!r}={_text(text, e)}" for n, e in item.items()])
+
+
+class _UntoldError(Exception):
+    """Something whose text does not say all that it is, as that of a long array."""
 
 
 def _text(text: Walk, value: Any) -> str:
-    return text.expression(value) if isinstance(value, Expr) else repr(value)
+    if isinstance(value, Expr):
+        return text.expression(value)
+    if value is None or isinstance(value, (str, int, float)):  # numpy's numbers among them
+        return repr(value)
+    raise _UntoldError

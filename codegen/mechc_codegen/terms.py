@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Function, Integer, Symbol
+from typing import Any
+
+from sympy import Expr, Function, Integer, Symbol, SympifyError, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Vector
@@ -61,3 +63,23 @@ def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
 def is_rigid(body: RigidBody | Particle) -> bool:
     """Whether a body has an inertia; SymPy's deprecated ``Body`` is of both classes."""
     return isinstance(body, RigidBody) and bool(getattr(body, "is_rigidbody", True))
+
+
+def as_expression(value: Any, place: str) -> Expr:
+    """A number or an expression; a text is refused, which SymPy would run as a program.
+
+    Raises
+    ------
+    MechanismError
+        Also for what is neither; it says where it was given.
+    """
+    try:
+        expression = sympify(value, strict=True)
+    except SympifyError:
+        expression = None
+    if not isinstance(expression, Expr):
+        raise MechanismError(
+            f"{place}: {value!r} is no expression; write one with SymPy's symbols and functions "
+            "(a text is never evaluated)"
+        )
+    return expression

@@ -49,8 +49,9 @@ class Walk:
 
     def _new(self, expression: Expr) -> int:
         args = [self.expression(a) for a in expression.args]
-        kind = type(expression)
-        self.lines.append(f"{kind.__name__}({','.join(args)}){self._leaf(expression)}")
+        own = isinstance(expression, AppliedUndef)  # whose class has the user's name
+        kind = "function" if own else type(expression).__name__
+        self.lines.append(f"{kind}({','.join(args)}){self._leaf(expression)}")
         if isinstance(expression, (Symbol, AppliedUndef)):
             self.leaves.add(expression)
         self._nodes[expression] = len(self._nodes)
@@ -62,7 +63,8 @@ class Walk:
             assumed = sorted(expression._assumptions_orig.items())
             return f"{expression.name!r}{assumed}{dummy}"
         if isinstance(expression, AppliedUndef):
-            return repr(expression.func.__name__)
+            assumed = sorted(expression.func._kwargs.items())
+            return f"{expression.func.__name__!r}{assumed}"
         if isinstance(expression, Float):
             return f"{expression._mpf_}{expression._prec}"
         if isinstance(expression, (Integer, Rational)):

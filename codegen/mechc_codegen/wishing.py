@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sympy import Derivative, Expr, Integer, S, Symbol, sympify
+from sympy import Derivative, Expr, Integer, S, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -14,7 +14,7 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism
 from mechc_codegen.reactions import refuse_unknown_reactions
 from mechc_codegen.source import Key
-from mechc_codegen.terms import Multiplier
+from mechc_codegen.terms import Multiplier, as_expression
 from mechc_codegen.wishes import OPTIONAL, USUAL, Wishes
 
 RESERVED = frozenset(
@@ -119,7 +119,7 @@ def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
         if isinstance(item, Mapping):
             for name, value in item.items():
                 _refuse_name(name, expressions)
-                expressions[name] = sympify(value)
+                expressions[name] = as_expression(value, f"outputs: {name!r}")
         elif item in OPTIONAL:
             names.append(item)
         else:

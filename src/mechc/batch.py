@@ -239,12 +239,12 @@ class Batch:
         return np.asarray(self.arrays[self._key(name)])
 
     def _key(self, name: str) -> str:
-        short = "".join(name.split())
         keys = {key: key for key in self.arrays}
         keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
         keys |= {
             "".join(text.split()): f"reduction_{i}" for i, text in enumerate(self.recipe.reductions)
         }
+        short = name if name in keys else "".join(name.split())
         if short not in keys:
             raise UnknownNameError("result", name, keys)
         return keys[short]

@@ -18,10 +18,10 @@ import numpy as np
 
 from mechc.batch_recipe import Recipe
 from mechc.errors import MechcError, MissingPackageError
-from mechc.load import fingerprint, load
+from mechc.load import fingerprint
 from mechc.parameters import Array
 from mechc.reduction import read_reduction
-from mechc.storage import _xarray, netcdf_names
+from mechc.storage import _xarray, model_of, netcdf_names
 
 if TYPE_CHECKING:
     from mechc.batch import Batch, Compute
@@ -109,6 +109,7 @@ def _request(model: Model, recipe: Recipe, size: int) -> dict[str, Any]:
         "options": dict(model.options),
         "compiled": fingerprint(model),
         "custom": bool(model.build.get("custom", False)),
+        "state": [*model.coordinates, *model.speeds],
         "instruction set": model.instruction_set,
         "chunk": size,
         **json.loads(json.dumps(recipe.told())),
@@ -223,8 +224,10 @@ def _locked(folder: Path) -> Iterator[None]:
 # -- opening ----------------------------------------------------------------------------------
 
 
-def open_batch(folder: Path) -> Batch:
+def open_batch(folder: Path, model: Model | None = None) -> Batch:
     """A batch that was streamed to a folder; its arrays are read when they are used.
+
+    ``model`` is needed where the mechanism is one's own and not in the cache any more.
 
     Raises
     ------
@@ -235,14 +238,9 @@ def open_batch(folder: Path) -> Batch:
 
     zarr = _zarr()
     request = _read_request(folder)
-    if request.get("custom"):
-        raise MechcError(
-            f"its mechanism {request['mechanism']!r} is not a shipped one; read the folder with "
-            f"xarray.open_zarr({str(folder / DATA)!r}, consolidated=False)"
-        )
     try:
         recipe = _read_recipe(folder / NOTES)
-        model = load(request["mechanism"], **request["options"])
+        model = model_of(request, request.get("state", ()), model)
         chunks = ranges_of(recipe.count, int(request["chunk"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise MechcError(f"{folder} is damaged: {error}") from None

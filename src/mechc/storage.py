@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -83,11 +84,17 @@ def save(sol: Solution, path: Path) -> Path:
     return path
 
 
-def open_saved(path: str | Path) -> Solution | Batch:
+def open_saved(path: str | Path, model: Model | None = None) -> Solution | Batch:
     """A solution saved as ``.nc``, or a batch streamed to a folder, again.
 
     The model is loaded and the motion simulated again from the saved start with the saved
     settings, and compared with the saved states; so it has dense output.
+
+    Parameters
+    ----------
+    model
+        Needed for a mechanism of one's own that is not in this user's cache any more: the same,
+        compiled again.
 
     Raises
     ------
@@ -99,11 +106,10 @@ def open_saved(path: str | Path) -> Solution | Batch:
     if path.is_dir():
         from mechc.batch_store import open_batch
 
-        return open_batch(path)
+        return open_batch(path, model)
     try:
         recipe, t, states = _read(path)
-        model = _model(recipe)
-        sol = _again(model, recipe, t)
+        sol = _again(model_of(recipe, recipe["state"], model), recipe, t)
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
     except (MechcError, OSError, KeyError, ValueError, TypeError, AttributeError) as error:
@@ -112,15 +118,31 @@ def open_saved(path: str | Path) -> Solution | Batch:
     return sol
 
 
-def _model(recipe: dict[str, Any]) -> Model:
-    from mechc.load import load
+def model_of(told: Mapping[str, Any], state: Sequence[str], given: Model | None) -> Model:
+    """The model of a saved run: the one given, the shipped one, or one that is in the cache."""
+    if given is None and not told["custom"]:
+        from mechc.load import load
 
-    if recipe["custom"]:
+        return load(told["mechanism"], **told["options"])
+    model = _compiled_before(told) if given is None else given
+    if [*model.coordinates, *model.speeds] != list(state):
         raise MechcError(
-            f"its mechanism {recipe['mechanism']!r} is not a shipped one; compile it and simulate "
-            "again, or read the file with xarray"
+            f"it is of a mechanism with the states {', '.join(state)}; the model {model.name!r} "
+            "has others"
         )
-    return load(recipe["mechanism"], **recipe["options"])
+    return model
+
+
+def _compiled_before(told: Mapping[str, Any]) -> Model:
+    from mechc.jit import compiled_before
+
+    try:
+        return compiled_before(told.get("compiled", ""), told["mechanism"])
+    except MechcError:
+        raise MechcError(
+            f"its mechanism {told['mechanism']!r} is not a shipped one and not in the cache; "
+            "compile it again and give it too: mechc.open(path, model)"
+        ) from None
 
 
 def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
@@ -176,6 +198,7 @@ def _recipe(sol: Solution) -> dict[str, Any]:
         "mechanism": sol.model.name,
         "options": dict(sol.model.options),
         "custom": bool(sol.model.build.get("custom", False)),
+        "compiled": str(sol.model.build.get("key", "")),
         "params": sol.params.tolist(),
         "span": list(sol.span),
         "y0": y0.tolist(),

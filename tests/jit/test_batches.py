@@ -43,8 +43,11 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
     assert batch.to_xarray()["q__x"].attrs["long_name"] == "q/$x"
     data = xarray.open_zarr(tmp_path / "batch" / "data.zarr", consolidated=False)
     assert np.array_equal(data.reduction_0, batch["max(kinetic_energy)"])
-    with pytest.raises(mechc.MechcError, match="not a shipped one"):
-        mechc.open(tmp_path / "batch")
+    again = mechc.open(tmp_path / "batch")
+    assert again.model is model
+    assert np.array_equal(again.y, batch.y)
+    with pytest.raises(mechc.MechcError, match="the model 'four_bar' has others"):
+        mechc.open(tmp_path / "batch", mechc.load("four_bar"))
 
 
 def test_another_process_finds_it_by_its_key_alone(model):

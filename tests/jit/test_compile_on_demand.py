@@ -293,8 +293,17 @@ def test_hostile_names_reach_tables_and_files_whole(hostile, tmp_path):
     assert sol.save(tmp_path / "run.csv").read_text("utf-8").startswith("t [s],")
     assert "</script>" not in sol._repr_html_() + hostile._repr_html_()
     assert "<!--" not in sol.animate().html
-    with pytest.raises(MechcError, match="not a shipped one"):
+    np.testing.assert_allclose(mechc.open(path).y, sol.y, rtol=1e-12)
+
+
+def test_a_file_whose_mechanism_is_not_at_hand_is_opened_with_it(hostile, fresh, tmp_path):
+    sol = hostile.simulate(0.5, hostile.assemble({HOSTILE["angle"]: 0.0}))
+    path = sol.save(tmp_path / "run.nc")
+    with pytest.raises(MechcError, match=r"not a shipped one and not in the cache.*mechc.open"):
         mechc.open(path)
+    np.testing.assert_allclose(mechc.open(path, hostile).y, sol.y, rtol=1e-12)
+    with pytest.raises(MechcError, match="the model 'four_bar' has others"):
+        mechc.open(path, mechc.load("four_bar"))
 
 
 def test_emission_is_the_same_text_whatever_the_hash_seed():

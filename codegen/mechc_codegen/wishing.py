@@ -23,7 +23,8 @@ RESERVED = frozenset(
         *("constraint_jacobian", "kinetic_energy", "potential_energy", "linear_momenta"),
         *("angular_momenta", "point_velocities", "point_accelerations", "own_state_jacobian"),
         *("own_parameter_jacobian", "velocity_gradient", "preference", "coordinate_rates"),
-        *("kinematic_matrix", "input_jacobian", "own_input_jacobian"),
+        *("kinematic_matrix", "input_jacobian", "own_input_jacobian", "reaction_forces"),
+        "reaction_torques",
     )
 )
 

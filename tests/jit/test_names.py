@@ -1,7 +1,6 @@
 """Names are any text, and a name is a name: in C, Python, HTML, pictures and files."""
 
 import csv
-import json
 import os
 import warnings
 from pathlib import Path
@@ -289,8 +288,9 @@ def test_what_is_no_name_is_refused(name):
 
 
 def test_every_output_of_mechcs_own_is_reserved():
+    from mechc_codegen.metadata import OUTPUTS
     from mechc_codegen.wishing import RESERVED
 
     model = mechc.load("four_bar")
-    assert set(model._scene.outputs) <= RESERVED | {"preference"}
-    assert set(json.loads(model._scene.metadata)["own"]) == set()
+    assert set(model._scene.outputs) <= RESERVED
+    assert {*OUTPUTS, *(name for names in OUTPUTS.values() for name in names)} <= RESERVED

@@ -19,6 +19,9 @@ typedef struct {
     double left[MECHC_NH], right[MECHC_NU];
     double basis[MECHC_NH * MECHC_NH]; /* left vectors, by falling singular value */
     double values[MECHC_NH];
+#if MECHC_NH > 2
+    double rows[MECHC_NH * MECHC_NU]; /* the rows in that basis: values times right vectors */
+#endif
 } mechc_weakest;
 
 typedef struct {
@@ -30,26 +33,53 @@ typedef struct {
 
 typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS } mechc_verdict;
 
+MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
+{
+    double sum = 0.0;
+    int i = 0;
+    mechc_lane lanes = {0}, x, y;
+    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
+        memcpy(&x, a + i, sizeof x);
+        memcpy(&y, b + i, sizeof y);
+        lanes += x * y;
+    }
+    for (int lane = 0; i && lane < MECHC_LANES; lane++) sum += lanes[lane];
+    for (; i < count; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* (x, y) <- (c x - s y, s x + c y) */
+MECHC_STATIC void mechc_rotate(double *x, double *y, int count, double c, double s)
+{
+    int i = 0;
+    mechc_lane a, b, turned;
+    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
+        memcpy(&a, x + i, sizeof a);
+        memcpy(&b, y + i, sizeof b);
+        turned = c * a - s * b;
+        b = s * a + c * b;
+        memcpy(x + i, &turned, sizeof turned);
+        memcpy(y + i, &b, sizeof b);
+    }
+    for (; i < count; i++) {
+        const double kept = x[i];
+        x[i] = c * kept - s * y[i];
+        y[i] = s * kept + c * y[i];
+    }
+}
+
 /* Turn rows i and j of `a`, and of the basis, into orthogonal ones; their cosine before. */
 MECHC_STATIC double mechc_rotate_rows(double *a, double *basis, int i, int j)
 {
-    double ii = 0.0, jj = 0.0, ij = 0.0;
     double *x = a + i * MECHC_NU, *y = a + j * MECHC_NU;
-    for (int k = 0; k < MECHC_NU; k++) ii += x[k] * x[k], jj += y[k] * y[k], ij += x[k] * y[k];
+    const double ii = mechc_dot(x, x, MECHC_NU), jj = mechc_dot(y, y, MECHC_NU);
+    const double ij = mechc_dot(x, y, MECHC_NU);
     if (ij == 0.0 || ii == 0.0 || jj == 0.0) return 0.0;
     const double zeta = (jj - ii) / (2.0 * ij);
     const double tangent = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
     const double c = 1.0 / sqrt(1.0 + tangent * tangent), s = c * tangent;
-    for (int k = 0; k < MECHC_NU; k++) {
-        const double kept = x[k];
-        x[k] = c * kept - s * y[k];
-        y[k] = s * kept + c * y[k];
-    }
-    for (int k = 0; k < MECHC_NH; k++) {
-        const double kept = basis[i * MECHC_NH + k];
-        basis[i * MECHC_NH + k] = c * kept - s * basis[j * MECHC_NH + k];
-        basis[j * MECHC_NH + k] = s * kept + c * basis[j * MECHC_NH + k];
-    }
+    mechc_rotate(x, y, MECHC_NU, c, s);
+    mechc_rotate(basis + i * MECHC_NH, basis + j * MECHC_NH, MECHC_NH, c, s);
     return fabs(ij) / sqrt(ii * jj);
 }
 
@@ -123,6 +153,9 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
     for (int j = 0; j < MECHC_NU; j++)
         out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
+#if MECHC_NH > 2
+    memcpy(out->rows, a, sizeof out->rows);
+#endif
 }
 
 /* The same of a place that was located to be solved, where rows may not have been written out. */
@@ -143,13 +176,6 @@ MECHC_STATIC double mechc_weakest_ratio(const mechc_scalar_place *place, int ran
     mechc_weakest weakest;
     mechc_weakest_of(place, rank, &weakest);
     return weakest.ratio;
-}
-
-MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
-{
-    double sum = 0.0;
-    for (int i = 0; i < count; i++) sum += a[i] * b[i];
-    return sum;
 }
 
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
@@ -210,6 +236,17 @@ MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const
     mechc_scalar_locate_all(t, q, p, k, place);
 }
 
+#if MECHC_LINKS > 0
+MECHC_ONCE void mechc_rows_at(double t, const double *q, const double *p, const double *k,
+                              mechc_scalar_place *place)
+{
+    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, 0,
+                               place->saved, 0, 0);
+}
+#else
+#define mechc_rows_at mechc_place_at
+#endif
+
 /* J^T w at q moved by `step` along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const double *k, int j,
                              double step, const double *normal, double *out)
@@ -218,7 +255,7 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const d
     double by[MECHC_NU] = {0}, moved[MECHC_NQ];
     by[j] = step;
     mechc_displace(t, q, p, k, by, moved);
-    mechc_place_at(t, moved, p, k, &place);
+    mechc_rows_at(t, moved, p, k, &place);
     for (int i = 0; i < MECHC_NU; i++) {
         out[i] = 0.0;
         for (int row = 0; row < MECHC_NH; row++)
@@ -267,6 +304,9 @@ MECHC_STATIC double mechc_critical_equations(double t, const double *p, const do
     return length;
 }
 
+/* Times what samples of the gap differ by: where many rows meet in it, a sample moves few of them. */
+#define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
+
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
  * billionth around q* is rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, mechc_critical *c)
@@ -277,13 +317,13 @@ MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, 
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
         mechc_displace(t, c->q, p, k, by, moved);
-        mechc_place_at(t, moved, p, k, &place);
+        mechc_rows_at(t, moved, p, k, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
-    c->rounding = mechc_max(MECHC_EPS * largest, high - low);
+    c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
 }
 
 /* Newton's method from q; 1 where it converged within the reach given (in mass-weighted speeds). */
@@ -367,6 +407,36 @@ MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
 /* 1 where the weakest direction turned over between two places: the signed smallest singular value,
  * followed with its vectors, changed sign.  0 where it did not, -1 where the vectors turned too far
  * to tell. */
+#if MECHC_NH > 2
+/* Rows of several loops may turn over together, and then their vectors mix.  So each weak direction
+ * of the place before is followed by what the rows after do to it, u . J v; where some turned over
+ * and others did not, loops have gone different ways. */
+#define MECHC_ALIKE 1.6 /* times the smallest singular value */
+
+/* u . J v of the rows after for the k-th vectors before */
+MECHC_STATIC double mechc_followed(const mechc_weakest *before, const mechc_weakest *after, int k)
+{
+    const double *left = before->basis + k * MECHC_NH, *right = before->rows + k * MECHC_NU;
+    double sum = 0.0;
+    for (int i = 0; i < MECHC_NH; i++)
+        sum += mechc_dot(left, after->basis + i * MECHC_NH, MECHC_NH)
+             * mechc_dot(right, after->rows + i * MECHC_NU, MECHC_NU);
+    return sum / mechc_max(before->values[k], 1e-300);
+}
+
+MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
+{
+    int turned = 0, kept = 0;
+    const int last = before->rank - 1;
+    for (int k = last; k >= 0 && before->values[k] <= MECHC_ALIKE * before->values[last]; k--) {
+        const double value = mechc_followed(before, after, k);
+        if (fabs(value) < 0.3 * after->values[k]) return -1;
+        if (value < 0.0) turned++;
+        else kept++;
+    }
+    return turned && kept ? -1 : turned > 0;
+}
+#else
 MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
 {
     const double left = mechc_dot(before->left, after->left, MECHC_NH);
@@ -374,5 +444,6 @@ MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weak
     if (fabs(left) < 0.6 || fabs(right) < 0.6) return -1;
     return left * right < 0.0;
 }
+#endif
 
 #endif

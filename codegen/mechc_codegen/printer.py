@@ -71,8 +71,11 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
         return f"R_CALL2(pow, {self._real(base)}, {self._real(exponent)})"
 
     def _print_Function(self, expr: Expr) -> str:
-        call = "R_CALL2" if len(expr.args) == 2 else "R_CALL"
-        return f"{call}({type(expr).__name__}, {', '.join(self._real(a) for a in expr.args)})"
+        return self._call(type(expr).__name__, [self._real(a) for a in expr.args])
+
+    def _call(self, name: str, arguments: list[str]) -> str:
+        macro = "R_CALL2" if len(arguments) == 2 else "R_CALL"
+        return f"{macro}({name}, {', '.join(arguments)})"
 
     _print_tan = _print_asin = _print_acos = _print_atan = _print_atan2 = _print_Function
     _print_sinh = _print_cosh = _print_tanh = _print_exp = _print_log = _print_Function
@@ -133,8 +136,8 @@ class NumpyPrinter(RealPrinter):
         parts = [Add(*terms[i : i + size], evaluate=False) for i in range(0, len(terms), size)]
         return " + ".join(f"({self._print(part)})" for part in parts)
 
-    def _print_Function(self, expr: Expr) -> str:
-        return f"{type(expr).__name__}({', '.join(map(self._print, expr.args))})"
+    def _call(self, name: str, arguments: list[str]) -> str:
+        return f"{name}({', '.join(arguments)})"
 
     def _print_Abs(self, expr: Expr) -> str:
         return f"fabs({self._print(expr.args[0])})"

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.numpy_scene_linear import Rows, free_motion
+from mechc.numpy_scene_linear import Rows, diagonal, free_motion
 from mechc.numpy_scene_program import Functions
 from mechc.numpy_scene_tree import LinkTree, TreeData
 from mechc.parameters import Array
@@ -101,7 +101,7 @@ class Equations:
 
 def rows_of(place: Place) -> Rows:
     """The constraint rows, decomposed in the metric of M's diagonal."""
-    return Rows(place.jacobian, np.einsum("nii->ni", place.mass))
+    return Rows(place.jacobian, diagonal(place.mass))
 
 
 def accelerations(

@@ -41,8 +41,8 @@ class Rows:
 
     def _along(self, values: Array) -> Array:
         size = self.inverse.shape[1]
-        parts = np.einsum("nij,ni->nj", self.left[:, :, :size], values) * self.inverse
-        return np.asarray(np.einsum("nij,ni->nj", self.right[:, :size], parts))
+        parts = times(np.swapaxes(self.left[:, :, :size], 1, 2), values) * self.inverse
+        return times(np.swapaxes(self.right[:, :size], 1, 2), parts)
 
     def motion(self, mass: Array, forcing: Array, gamma: Array) -> tuple[Array, Array]:
         """u' (n, nu) and multipliers (n, nc) of M u' + J^T lambda = F, J u' = gamma.
@@ -55,17 +55,16 @@ class Rows:
             force = self.weight * forcing
             x = self._along(gamma)
             rank = self.kept.sum(axis=1)
-            for r in np.unique(rank):
+            for r in {*rank.tolist()}:
                 own = rank == r
                 x[own] += _free_motion(metric[own], force[own], x[own], self.right[own, r:])
-            reaction = force - np.einsum("nij,nj->ni", metric, x)
+            reaction = force - times(metric, x)
             return self._marked(self.weight * x), self._marked(self._multipliers(reaction))
 
     def _multipliers(self, reaction: Array) -> Array:
         size = self.inverse.shape[1]
-        parts = np.einsum("nij,nj->ni", self.right[:, :size], reaction) * self.inverse
-        found = np.einsum("nij,nj->ni", self.left[:, :, :size], parts)
-        return np.asarray(found)
+        parts = times(self.right[:, :size], reaction) * self.inverse
+        return times(self.left[:, :, :size], parts)
 
     def _marked(self, values: Array) -> Array:
         values[~self.sound] = np.nan
@@ -74,16 +73,25 @@ class Rows:
 
 def _free_motion(metric: Array, force: Array, x: Array, free: Array) -> Array:
     """What x lacks along the free directions (n, f, nu)."""
-    left = force - np.einsum("nij,nj->ni", metric, x)
-    reduced = free @ metric @ np.swapaxes(free, 1, 2)
-    along = solved(reduced, np.einsum("nij,nj->ni", free, left))
-    return np.asarray(np.einsum("nij,ni->nj", free, along))
+    onto = np.swapaxes(free, 1, 2)
+    along = solved(free @ metric @ onto, times(free, force - times(metric, x)))
+    return times(onto, along)
+
+
+def times(matrix: Array, vector: Array) -> Array:
+    """(n, i, j) times (n, j): (n, i)."""
+    return np.asarray((matrix @ vector[:, :, None])[:, :, 0])
+
+
+def diagonal(matrix: Array) -> Array:
+    """(n, i) of (n, i, i)."""
+    return np.asarray(np.diagonal(matrix, axis1=1, axis2=2))
 
 
 def free_motion(mass: Array, forcing: Array) -> Array:
     """u' (n, nu) of M u' = F."""
     with np.errstate(all="ignore"):
-        weight = 1.0 / np.sqrt(np.einsum("nii->ni", mass))
+        weight = 1.0 / np.sqrt(diagonal(mass))
         metric = weight[:, :, None] * mass * weight[:, None, :]
         return np.asarray(weight * solved(metric, weight * forcing))
 

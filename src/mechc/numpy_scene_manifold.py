@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.numpy_scene_equations import Equations, Place, accelerations, rows_of
-from mechc.numpy_scene_linear import EPS, Rows
+from mechc.numpy_scene_linear import EPS, Rows, diagonal, times
 from mechc.parameters import Array
 
 RUNNING, NOT_CLOSED, NOT_FINITE, SINGULAR_MASS = 0, 2, 4, 5
@@ -41,7 +41,7 @@ class Manifold:
         q, before = q.copy(), np.full(len(q), np.inf)
         for iteration in range(1, ITERATIONS + 1):
             place, rows = self.at(t, q)
-            heavy = (np.einsum("nii->ni", place.mass) > 0).all(axis=1)
+            heavy = (diagonal(place.mass) > 0).all(axis=1)
             if not self.listing.holonomic or rows is None:
                 status = np.where(heavy, RUNNING, SINGULAR_MASS)
                 return Closed(q, place, rows, status, iteration)
@@ -109,12 +109,12 @@ class Manifold:
             return step
         still = np.zeros((len(q), self.listing.speeds))
         flat = self.equations.written("kinematic_matrix", t, q, still, self.p, self.k)
-        return np.asarray(np.einsum("nij,nj->ni", flat.reshape(len(q), q.shape[1], -1), step))
+        return np.asarray(times(flat.reshape(len(q), q.shape[1], -1), step))
 
 
 def residual(place: Place, u: Array) -> Array:
     """J u + b (n, nc)."""
-    return np.asarray(place.bias + np.einsum("nij,nj->ni", place.jacobian, u))
+    return np.asarray(place.bias + times(place.jacobian, u))
 
 
 def _gap(place: Place, q: Array) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ("inputs.md", "outputs.md")  # whose examples are whole programs
+PAGES = ("inputs.md", "mechanism.md", "outputs.md")  # whose examples are whole programs
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -10,8 +10,10 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from sympy import Abs, S, Symbol
+from sympy import Abs, Expr, MatrixBase, S, Symbol
+from sympy.physics.vector import Vector
 
+from mechc_codegen.choices import Above
 from mechc_codegen.equations import Equations, Output
 from mechc_codegen.layout import layout
 from mechc_codegen.mechanism import Mechanism, Parameter, Quantity, printed_name
@@ -61,7 +63,7 @@ def scene_metadata(
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
         **_inputs(mechanism, program),
-        "smooth": not any(statement.value.has(Abs) for statement in program.body),
+        "smooth": _smooth(program, wishes),
         "operations": operation_counts((lowered, program), equations, wishes),
         "loads": _loads(mechanism, wishes),
         "walked": len(equations.tree.parents) if equations.tree else 0,
@@ -74,6 +76,14 @@ TIME_ALONE = (  # computed without the speeds, or at other speeds than the state
     *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference"),
     *("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut"),
 )
+
+
+def _smooth(program: Program, wishes: Wishes) -> bool:
+    """Whether no equation has a corner or a jump; outputs of the user's own may."""
+    elements = [e for o in program.outputs if o.name not in wishes.expressions for e in o.elements]
+    needed = symbols_of(elements)
+    values = [s.value for s in slice_statements(program.body, needed)]
+    return not any(value.has(Abs, Above) for value in (*values, *elements))
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
@@ -237,8 +247,14 @@ def _loads(mechanism: Mechanism, wishes: Wishes) -> dict[str, int]:
     vectors = [load for _, load in mechanism.loads]
     vectors += [] if mechanism.gravity is None else [mechanism.gravity]
     fixed = dict(wishes.fixed)
-    zero = [all(e.xreplace(fixed) == 0 for m, _ in v.args for e in m) for v in vectors]
+    zero = [all(e.xreplace(fixed) == 0 for e in _entries(v)) for v in vectors]
     return {"given": len(vectors), "zero": sum(zero)}
+
+
+def _entries(vector: Vector) -> Iterator[Expr]:
+    """SymPy makes a number of a matrix that nan or infinity multiplies."""
+    for matrix, _ in vector.args:
+        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
 
 
 def _cost(program: Program, outputs: Iterable[Output]) -> int:

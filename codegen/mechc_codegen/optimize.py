@@ -10,10 +10,17 @@ from collections.abc import Callable, Mapping
 
 from sympy import Expr, Symbol
 
-from mechc_codegen.passes import collect, drop, eliminate_common, fold, hoist, pair
+from mechc_codegen.passes import choose, collect, drop, eliminate_common, fold, hoist, pair
 from mechc_codegen.program import Program
 
-PASSES: tuple[Callable[[Program], Program], ...] = (pair, collect, hoist, eliminate_common, drop)
+PASSES: tuple[Callable[[Program], Program], ...] = (
+    choose,
+    pair,
+    collect,
+    hoist,
+    eliminate_common,
+    drop,
+)
 
 
 def optimize(program: Program, fixed: Mapping[Symbol, Expr] | None = None) -> Program:

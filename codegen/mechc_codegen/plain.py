@@ -9,10 +9,11 @@ from sympy import Derivative, Expr, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import dynamicsymbols
 
+from mechc_codegen.choices import without_corners
 from mechc_codegen.equations import Output, Symbols
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.mechanism import Mechanism, printed_name
-from mechc_codegen.terms import Multiplier
+from mechc_codegen.terms import Multiplier, bottom_up
 from mechc_codegen.wishes import Wishes
 
 MOST_RATES = 5  # derivatives of an input given at run time: what a quintic spline can give
@@ -66,7 +67,9 @@ class Plain:
         return self.output(replace(output, elements=tuple(of_speeds)))
 
     def default(self, value: Expr | float | None) -> Expr | None:
-        return None if value is None else sympify(value).xreplace(self.symbols)
+        if value is None:
+            return None
+        return bottom_up(sympify(value).xreplace(self.symbols), without_corners, {})
 
 
 def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:

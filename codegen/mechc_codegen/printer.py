@@ -17,6 +17,7 @@ from mechc_codegen.errors import InternalError, MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
 _EXACT = 2**53  # integers up to here are doubles
+_CORNERED = ("Abs", "Above", "Select")
 _PRINTED = (Symbol, Rational, Float, NumberSymbol, Add, Mul, Pow, exp)
 
 
@@ -36,11 +37,14 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _refuse_unknown(self, expr: Expr) -> None:
         name = type(expr).__name__
-        known = name in (*self.functions, "Abs") and not isinstance(expr, AppliedUndef)
+        known = name in (*self.functions, "Abs", "Above", "Select") and not isinstance(
+            expr, AppliedUndef
+        )
         if not known and not isinstance(expr, _PRINTED):
             raise MechanismError(
                 f"{name} has no C form here, in {str(expr)[:80]!r}; known are numbers, "
-                f"+, -, *, /, **, sqrt, Abs, {', '.join(self.functions)}"
+                f"+, -, *, /, **, sqrt, Abs, {', '.join(self.functions)}, and sign, Heaviside, "
+                "Max, Min, Piecewise"
             )
 
     def _print_Symbol(self, expr: Symbol) -> str:
@@ -83,6 +87,13 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _print_Abs(self, expr: Expr) -> str:
         return f"R_CALL(fabs, {self._real(expr.args[0])})"
+
+    def _print_Above(self, expr: Expr) -> str:
+        return f"R_SELECT(R_MASK({self._real(expr.args[0])} > 0.0), R(1.0), R(0.0))"
+
+    def _print_Select(self, expr: Expr) -> str:
+        chosen, one, other = map(self._real, expr.args)
+        return f"R_SELECT(R_MASK({chosen} != 0.0), {one}, {other})"
 
     def _real(self, expression: Expr) -> str:
         """An expression whose C type is `real` also where it is a number."""
@@ -141,6 +152,8 @@ class NumpyPrinter(RealPrinter):
 
     def _print_Abs(self, expr: Expr) -> str:
         return f"fabs({self._print(expr.args[0])})"
+
+    _print_Above = _print_Select = _print_Function
 
     def _real(self, expression: Expr) -> str:
         return str(self._print(expression))

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 from sympy import Expr, S, Symbol, cse, diff
 
+from mechc_codegen.choices import without_corners
 from mechc_codegen.equations import Output
 from mechc_codegen.program import (
     Assign,
@@ -23,6 +24,7 @@ from mechc_codegen.program import (
     slice_statements,
     symbols_of,
 )
+from mechc_codegen.terms import bottom_up
 from mechc_codegen.wishes import Wishes
 
 Gradient = Mapping[int, Expr]
@@ -82,7 +84,7 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
     entries, labels = list[Expr](), list[str]()
     for i, element in enumerate(elements):
         entries += explicit.elements[i * width : (i + 1) * width]
-        entries += [diff(element, x) for x in motion]
+        entries += [_slope(element, x) for x in motion]
         labels += [f"{name}[{i}, {k}]" for k in range(width + len(motion))]
     shape = (len(elements), width + len(motion))
     return [Output(name, explicit.equation, tuple(entries), shape, tuple(labels))]
@@ -190,11 +192,16 @@ class _Forward:
         """By the chain rule over the symbols in the value."""
         found: dict[int, list[Expr]] = {}
         for symbol in _in_order(value.free_symbols & self.gradients.keys()):
-            partial = diff(value, symbol)
+            partial = _slope(value, symbol)
             for k, along in self.gradients[symbol].items():
                 found.setdefault(k, []).append(partial * along)
         sums = {k: sum(terms, S.Zero) for k, terms in found.items()}
         return {k: total for k, total in sums.items() if total != 0}
+
+
+def _slope(value: Expr, symbol: Symbol) -> Expr:
+    """The derivative, corners of it too by what lanes can compute."""
+    return bottom_up(diff(value, symbol), without_corners, {})
 
 
 def _in_order(symbols: Collection[Symbol]) -> list[Symbol]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from sympy import Expr, Function, Integer, Symbol, SympifyError, sympify
@@ -11,6 +12,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.errors import MechanismError
 
+Rewrite = Callable[[Expr], Expr]
 Load = tuple[Point | ReferenceFrame, Vector]
 
 
@@ -83,3 +85,17 @@ def as_expression(value: Any, place: str) -> Expr:
             "(a text is never evaluated)"
         )
     return expression
+
+
+def bottom_up(expression: Expr, rewrite: Rewrite, done: dict[Expr, Expr]) -> Expr:
+    """Rewrite arguments first, each shared subexpression once; ``done`` remembers them."""
+    if expression in done:
+        return done[expression]
+    if not expression.args:
+        result = rewrite(expression)
+    else:
+        args = [bottom_up(a, rewrite, done) for a in expression.args]
+        rebuilt = expression if tuple(args) == expression.args else expression.func(*args)
+        result = rewrite(rebuilt)
+    done[expression] = result
+    return result

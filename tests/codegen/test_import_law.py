@@ -22,6 +22,7 @@ FACE = {"__init__", "extension"}
 BASE = {"errors"}
 JOINTS = {"constraints", "joints", "cuts", "jointed", "placement"}
 DATA = BASE | {"terms", "mechanism", "equations", "program", "wishes", "source", "plain"} | JOINTS
+DATA |= {"choices"}
 STAGES = {"derive", "differentiate", "lower", "optimize", "sensitivity", "emit_c", "emit_numpy"}
 STAGES |= {"metadata"}
 ALLOWED = {

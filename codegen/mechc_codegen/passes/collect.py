@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 from sympy import Add, Expr, Mul, S, Symbol
 
-from mechc_codegen.passes.rewrite import bottom_up, rewrite_program
+from mechc_codegen.passes.rewrite import rewrite_program
 from mechc_codegen.program import Assign, Program, count_operations
+from mechc_codegen.terms import bottom_up
 
 
 def collect(program: Program) -> Program:

@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from sympy import Add, Expr, Mul, S, Symbol
 
-from mechc_codegen.passes.rewrite import bottom_up, rewrite_program
+from mechc_codegen.passes.rewrite import rewrite_program
 from mechc_codegen.program import Assign, Program
+from mechc_codegen.terms import bottom_up
 
 
 def hoist(program: Program) -> Program:

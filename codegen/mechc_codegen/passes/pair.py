@@ -6,8 +6,9 @@ from dataclasses import replace
 
 from sympy import Expr, Symbol, cos, sin, tan
 
-from mechc_codegen.passes.rewrite import bottom_up, rewrite_program
+from mechc_codegen.passes.rewrite import rewrite_program
 from mechc_codegen.program import Program, SineCosine
+from mechc_codegen.terms import bottom_up
 
 
 def pair(program: Program) -> Program:

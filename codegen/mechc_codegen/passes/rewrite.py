@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from sympy import Expr
-
 from mechc_codegen.program import Program, Statement
-
-Rewrite = Callable[[Expr], Expr]
+from mechc_codegen.terms import Rewrite
 
 
 def rewrite_program(program: Program, rewrite: Rewrite) -> Program:
@@ -25,17 +21,3 @@ def rewrite_program(program: Program, rewrite: Rewrite) -> Program:
 def rewrite_statement(statement: Statement, rewrite: Rewrite) -> Statement:
     """The statement with its expression rewritten."""
     return replace(statement, value=rewrite(statement.value))
-
-
-def bottom_up(expression: Expr, rewrite: Rewrite, done: dict[Expr, Expr]) -> Expr:
-    """Rewrite arguments first, each shared subexpression once; ``done`` remembers them."""
-    if expression in done:
-        return done[expression]
-    if not expression.args:
-        result = rewrite(expression)
-    else:
-        args = [bottom_up(a, rewrite, done) for a in expression.args]
-        rebuilt = expression if tuple(args) == expression.args else expression.func(*args)
-        result = rewrite(rebuilt)
-    done[expression] = result
-    return result

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mechc.errors import ChangePointError, UnknownNameError
 from mechc.parameters import Array, Parameters
-from mechc.start import checked_state
+from mechc.start import state_as_given
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -106,7 +106,7 @@ def linearize(
         For names that do not exist, a state off the constraints, independent ones that are not.
     """
     values = model._parameters.resolve(params)
-    state = checked_state(model, y, values, t)
+    state = state_as_given(model, y, values, t)
     jacobian = model.state_jacobian(state, values, t)
     tangent = _tangent(model, state, values, t, independent)
     names = (*model.coordinates, *model.speeds)

@@ -52,12 +52,7 @@ def _scale(model: Model, values: Array) -> Array:
 
 def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
-    state = np.ascontiguousarray(y0, dtype=np.float64)
-    if state.shape != (model._scene.width,):
-        raise ValueError(
-            f"y0 must have the shape ({model._scene.width},): "
-            f"{', '.join((*model.coordinates, *model.speeds))}; it has {state.shape}"
-        )
+    state = _shaped(model, y0)
     projected: Array
     code, projected, gap, drift = model._scene.project(t0, state, values)
     allowed = OFF_BY_ROUNDING * model._parameters.length(values)
@@ -65,6 +60,32 @@ def checked_state(model: Model, y0: Array, values: Array, t0: float) -> Array:
     if not sound:
         _refuse_state(model, state, gap, drift, allowed)
     return projected
+
+
+def state_as_given(model: Model, y0: Array, values: Array, t0: float) -> Array:
+    """The state as it is; refused if it is off the constraints by more than rounding.
+
+    Unlike :func:`checked_state` it needs nothing of the integrators, which may still be compiling.
+    """
+    state = _shaped(model, y0)
+    gap, drift = (
+        float(np.abs(residual(state, values, t0)).max(initial=0.0))
+        for residual in (model.constraints, model.velocity_constraints)
+    )
+    allowed = OFF_BY_ROUNDING * model._parameters.length(values)
+    if not (gap <= allowed and drift <= allowed):
+        _refuse_state(model, state, gap, drift, allowed)
+    return state
+
+
+def _shaped(model: Model, y0: Array) -> Array:
+    state = np.ascontiguousarray(y0, dtype=np.float64)
+    if state.shape != (model._scene.width,):
+        raise ValueError(
+            f"y0 must have the shape ({model._scene.width},): "
+            f"{', '.join((*model.coordinates, *model.speeds))}; it has {state.shape}"
+        )
+    return state
 
 
 def _refuse_state(model: Model, state: Array, gap: float, drift: float, allowed: float) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechanisms.bicycle import R_REAR, G, bicycle, values
+from mechanisms.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
 from mechc import jit
@@ -13,6 +13,8 @@ from mechc import jit
 PUBLISHED = json.loads((Path(__file__).parent / "data" / "bicycle.json").read_text("utf-8"))
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # coefficients of central differences
 STEP = 0.007
+OUTPUTS = ("energy", "multipliers", "state_jacobian", "parameter_jacobian")
+TORQUES = ("lean_torque", "steer_torque")
 LATERAL = ("roll", "steer", "roll_rate", "steer_rate")
 
 
@@ -28,7 +30,7 @@ def model(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
         patch.setattr(jit, "Pending", NeverBehind)
-        yield mechc.compile(bicycle(), defaults=values(), outputs=("energy", "multipliers"))
+        yield mechc.compile(bicycle(), defaults=values(), outputs=OUTPUTS)
 
 
 def places(model):
@@ -102,19 +104,43 @@ def linearised(model, speed):
     def by_state(**lateral):
         return lateral_accelerations(model, speed, **lateral)
 
-    mass = np.linalg.inv(slopes(by_torque, ("lean_torque", "steer_torque")))
+    mass = np.linalg.inv(slopes(by_torque, TORQUES))
     state = slopes(by_state, LATERAL)
     return mass, -mass @ state[:, 2:], -mass @ state[:, :2]
 
 
+def by_derivatives(model, speed):
+    """The same of the linear model on the constraints."""
+    free = [*(name for name in NAMES if name != "pitch"), *(f"{n}_rate" for n in INDEPENDENT)]
+    state = on_the_manifold(model, speed)
+    linear = model.linearize(state, inputs=TORQUES, independent=free)
+    place = [linear.states.index(name) for name in LATERAL]
+    mass = np.linalg.inv(linear.B[place[2:]])
+    slope = linear.A[np.ix_(place[2:], place)]
+    return mass, -mass @ slope[:, 2:], -mass @ slope[:, :2]
+
+
+@pytest.mark.parametrize("by", [linearised, by_derivatives])
 @pytest.mark.parametrize("speed", [0.0, 1.0, 4.2923825363, 6.0242620154, 10.0])
-def test_the_linearisation_is_the_published_one(model, speed):
-    """About upright straight running, by differences of rates on the constraint manifold."""
+def test_the_linearisation_is_the_published_one(model, speed, by):
+    """About upright straight running: differences of compiled rates, and ``model.linearize``."""
     M, C1, K0, K2 = (np.array(PUBLISHED[name]) for name in ("M", "C1", "K0", "K2"))
     published = (M, speed * C1, G * K0 + speed**2 * K2)
-    for found, expected in zip(linearised(model, speed), published, strict=True):
+    for found, expected in zip(by(model, speed), published, strict=True):
         largest = np.abs(expected).max(initial=1.0)
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * largest)
+
+
+def test_it_is_stable_between_the_published_speeds(model):
+    """Weave dies out above the one, capsizing begins at the other."""
+    for speed, place in (("v_weave", "weave"), ("v_capsize", "capsize")):
+        mass, damping, stiffness = by_derivatives(model, PUBLISHED[speed])
+        below = np.hstack([-np.linalg.solve(mass, stiffness), -np.linalg.solve(mass, damping)])
+        roots = np.linalg.eigvals(np.vstack([np.eye(2, 4, 2), below]))
+        slowest = roots[np.abs(roots.real).argmin()]
+        assert abs(slowest.real) < 1e-11, place
+        assert (abs(slowest.imag) > 1.0) == (place == "weave")
+        assert (np.delete(roots.real, np.abs(roots.real - slowest.real) < 1e-6) < 0).all()
 
 
 def test_energy_is_kept_in_a_general_motion(model):

@@ -153,7 +153,11 @@ class NumpyPrinter(RealPrinter):
     def _print_Abs(self, expr: Expr) -> str:
         return f"fabs({self._print(expr.args[0])})"
 
-    _print_Above = _print_Select = _print_Function
+    def _print_Above(self, expr: Expr) -> str:
+        return self._call("Above", list(map(self._print, expr.args)))
+
+    def _print_Select(self, expr: Expr) -> str:
+        return self._call("Select", list(map(self._print, expr.args)))
 
     def _real(self, expression: Expr) -> str:
         return str(self._print(expression))

@@ -7,7 +7,6 @@ from typing import Any
 
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
 
-from mechc_codegen.joints import joint_of
 from mechc_codegen.source import Source
 
 KINDS = (KanesMethod, LagrangesMethod, System)
@@ -43,6 +42,10 @@ def read(thing: Any) -> Source:
 def _with_joints(thing: Any, source: Source) -> Source:
     """A JointsMethod keeps its joints beside the real object."""
     joints = getattr(thing, "_joints", ())
+    if not joints:
+        return source
+    from mechc_codegen.joints import joint_of
+
     return replace(source, joints=tuple(joint_of(joint) for joint in joints))
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mechc_codegen.wishes import Wishes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Asked:
     """Besides the settings: parameters to fix, and outputs (None: all there are)."""
 

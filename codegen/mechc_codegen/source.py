@@ -7,17 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sympy import Expr
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 
-from mechc_codegen.joints import Joint
 from mechc_codegen.terms import Load
 
+if TYPE_CHECKING:
+    from mechc_codegen.joints import Joint
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False, repr=False)  # quicker to import, at every start
 class Source:
     """A SymPy mechanics object, read.
 

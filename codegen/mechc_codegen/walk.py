@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 from sympy import Basic, Dummy, Expr, Float, Function, Integer, Rational, Symbol
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
-from mechc_codegen.joints import Joint
 from mechc_codegen.source import Source
 from mechc_codegen.terms import is_rigid, velocity_of
+
+if TYPE_CHECKING:
+    from mechc_codegen.joints import Joint
 
 
 class Walk:

@@ -81,3 +81,13 @@ def test_work_precision_runs_through(module):
     written = json.loads((run.OUT / "work_precision.json").read_text())
     assert written["about"]["versions"]["numpy"] == np.__version__
     assert (run.OUT / "work_precision_regular.svg").stat().st_size > 1000
+
+
+def test_the_first_value_is_measured_in_processes_of_their_own(module):
+    """Cold there is something to derive and compile, cached nothing; the values are the same."""
+    run = module("first_value")
+    row = run.measured("by hand", 1)
+    assert {"derive", "emit", "first unit"} <= set(row["cold"])
+    assert set(row["cached"]) == {"import mechc", "read", "load", "first value", "processor"}
+    assert row["cached"]["processor"] < 0.3 * row["cold"]["processor"]
+    assert row["largest difference"] < 1e-12

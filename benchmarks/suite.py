@@ -26,6 +26,7 @@ FOLDER = Path(__file__).resolve().parent
 
 QUICK = {
     "essentials": [],
+    "first_value": [],
     "work_precision": ["--quick", "--only", "heyoka", "scipy", "casadi"],
     "change_point": [],
     "stress": [],

@@ -27,6 +27,7 @@ from sympy import (
 )
 from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
 from sympy.logic.boolalg import Boolean
+from sympy.physics.biomechanics.curve import CharacteristicCurveFunction
 
 from mechc_codegen.errors import MechanismError
 
@@ -80,6 +81,8 @@ def without_corners(expression: Basic) -> Basic:
     if isinstance(expression, Heaviside):
         x, at_zero = expression.args
         return Above(x) + at_zero * (1 - Above(x) - Above(-x))
+    if isinstance(expression, CharacteristicCurveFunction):  # a muscle's, in exp, log and sinh
+        return expression.doit(deep=False)
     if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
         return S.Zero
     return expression

@@ -2,9 +2,12 @@
 
 from itertools import product
 
+import numpy as np
 import pytest
 import sympy_models
+from actuators import ACTUATED
 from first_units import NeverBehind
+from sympy import cos, symbols
 from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pendulum_on_cart
 
 import mechc
@@ -101,3 +104,42 @@ IN_SYMPYS_TESTS = {
 @pytest.mark.parametrize("name", IN_SYMPYS_TESTS)
 def test_what_sympys_own_tests_form(name):
     check(sympy_models.caught(*IN_SYMPYS_TESTS[name]))
+
+
+# -- actuators and what they pull along -------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ACTUATED)
+def test_systems_with_actuators(name):
+    check(ACTUATED[name]())
+
+
+# -- what is refused --------------------------------------------------------------------------
+
+
+def test_what_contradicts_itself_is_refused_and_rightly():
+    """A disc's acceleration by the theorem of two points, from a contact that has none: SymPy's
+    rates do not keep the energy.  Without it they are those of the velocities, which do."""
+    method = sympy_models.caught("test_kane", "test_aux", 1)
+    reference = sympy_models.Reference(method, {})
+    with pytest.raises(mechc.MechcError, match=r"set for Dmc is not the derivative.*leave it out"):
+        mechc.compile(method)
+    (disc,) = method.bodies
+    disc.masscenter._acc_dict.clear()
+    disc.potential_energy = disc.mass * symbols("g") * symbols("r") * cos(method.q[1])
+    model = mechc.compile(method)
+    t, y, values = sympy_models.random_state(model, reference, np.random.default_rng(2))
+    mine = {p: values[p] for p in model.parameters}
+
+    def power(rates):
+        ahead, behind = (model.energy(y + h * rates, mine) for h in (1e-4, -1e-4))
+        return (ahead - behind) / 2e-4
+
+    assert abs(power(model.rhs(t, y, mine))) < 1e-6
+    assert abs(power(reference.rates(t, y, values)[0])) > 1e-2
+
+
+def test_forces_without_a_body_are_no_mechanism():
+    method = sympy_models.caught("test_kane2", "test_sub_qdot2")
+    with pytest.raises(mechc.MechcError, match="needs at least one body"):
+        mechc.compile(method)

@@ -6,6 +6,7 @@ functions of numbers, so that every pass may move and share what stands in them.
 
 from __future__ import annotations
 
+import sys
 from functools import reduce
 
 from sympy import (
@@ -27,7 +28,6 @@ from sympy import (
 )
 from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
 from sympy.logic.boolalg import Boolean
-from sympy.physics.biomechanics.curve import CharacteristicCurveFunction
 
 from mechc_codegen.errors import MechanismError
 
@@ -81,11 +81,17 @@ def without_corners(expression: Basic) -> Basic:
     if isinstance(expression, Heaviside):
         x, at_zero = expression.args
         return Above(x) + at_zero * (1 - Above(x) - Above(-x))
-    if isinstance(expression, CharacteristicCurveFunction):  # a muscle's, in exp, log and sinh
+    if _is_curve(expression):
         return expression.doit(deep=False)
     if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
         return S.Zero
     return expression
+
+
+def _is_curve(expression: Basic) -> bool:
+    """Whether it is a muscle's, in exp, log and sinh; there are none before SymPy's are loaded."""
+    module = sys.modules.get("sympy.physics.biomechanics.curve")
+    return module is not None and isinstance(expression, module.CharacteristicCurveFunction)
 
 
 def _sign(x: Expr) -> Expr:

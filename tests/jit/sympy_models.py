@@ -184,7 +184,7 @@ def random_state(model: Any, reference: Reference, rng: Any) -> tuple[float, Any
         t, y = rng.uniform(0.0, 2.0), rng.uniform(-1.2, 1.2, len(model.coordinates + model.speeds))
         if _onto_constraints(model, y, mine, t) and _condition(model, y, mine, t) < WORST:
             return t, y, values
-    raise AssertionError("no state on the constraints was found")
+    raise AssertionError("no state on the constraints was found at which u' can be solved for")
 
 
 def _condition(model: Any, y: Any, values: dict[str, float], t: float) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from mechc import assemble as _assemble
 from mechc import c_interface as _c_interface
 from mechc import inverse as _inverse
+from mechc import jacobians as _jacobians
 from mechc import linearize as _linearize
 from mechc import model_report as _model_report
 from mechc import redundancy as _redundancy
@@ -359,69 +360,10 @@ class Model:
         """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
         return self._evaluate("point_accelerations", y, params, t)
 
-    def state_jacobian(
-        self,
-        y: Array,
-        params: Parameters = None,
-        t: float | Array = 0.0,
-        *,
-        of: str | None = None,
-    ) -> Array:
-        """Derivative of :meth:`rhs` by the state, shape (..., nq + nu, nq + nu).
-
-        Of the rates as they are written down, which off the constraints say what J u' = gamma
-        asks for: along the constraints it is the mechanism's own.  Exact: M du' + J^T dlambda
-        = -d(M u' + J^T lambda - F), solved by compiled code.  ``of``: instead of an output of
-        one's own, shape (..., nq + nu).
-        """
-        return self._jacobian("state_jacobian", of, y, params, t)
-
-    def parameter_jacobian(
-        self,
-        y: Array,
-        params: Parameters = None,
-        t: float | Array = 0.0,
-        *,
-        of: str | None = None,
-    ) -> Array:
-        """Derivative of :meth:`rhs` by the parameters at a fixed state, shape (..., nq + nu, np).
-
-        Each parameter by itself: defaults that follow others do not move.  ``of``: instead of
-        an output of one's own, shape (..., np).
-        """
-        return self._jacobian("parameter_jacobian", of, y, params, t)
-
-    def input_jacobian(
-        self,
-        y: Array,
-        params: Parameters = None,
-        t: float | Array = 0.0,
-        *,
-        of: str | None = None,
-    ) -> Array:
-        """Derivative of :meth:`rhs` by the inputs given at run time, shape (..., nq + nu, n).
-
-        Columns in the order of :attr:`input_values`; there where ``"state_jacobian"`` is.
-        ``of``: instead of an output of one's own, shape (..., n).
-        """
-        return self._jacobian("input_jacobian", of, y, params, t)
-
-    @property
-    def input_values(self) -> tuple[str, ...]:
-        """Every input with the rates of it that the equations hold: ``("F", "r", "r'", "r''")``."""
-        slots = [InputSlot.from_metadata(data) for data in self._data.get("inputs", ())]
-        return tuple(slot.name + "'" * order for slot in slots for order in slot.orders)
-
-    def _jacobian(
-        self, name: str, of: str | None, y: Array, params: Parameters, t: float | Array
-    ) -> Array:
-        if of is None:
-            return self._evaluate(name, y, params, t)
-        own = self._data["own"]
-        if of not in own:
-            raise UnknownNameError("output of one's own", of, own)
-        whole = self._evaluate(f"own_{name}", y, params, t)
-        return np.ascontiguousarray(whole[..., own.index(of), :])
+    state_jacobian = _jacobians.state_jacobian
+    parameter_jacobian = _jacobians.parameter_jacobian
+    input_jacobian = _jacobians.input_jacobian
+    input_values = property(_jacobians.input_values)
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
         values = self._parameters.resolve(params)

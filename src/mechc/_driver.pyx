@@ -244,24 +244,30 @@ cdef class Scene:
         Returns a fresh array (states, width).  Where the scene has inputs, p has one column more
         than there are parameters: see :class:`mechc._inputs.Inputs`.
         """
+        out = np.empty((y.shape[0], self.unit.outputs[self.indices[name]].width))
+        self.evaluate_into(name, t, y, p, out)
+        return out
+
+    def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
+                      const double[:, ::1] p, double[:, ::1] out):
+        """The same, into an array (states, width)."""
         cdef mechc_output output = self.unit.outputs[self.indices[name]]
         cdef ptrdiff_t count = y.shape[0]
         if y.shape[1] != self.width or p.shape[1] != self.passed:
             raise ValueError("wrong number of state components or parameters")
         if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
             raise ValueError("times and parameters must be given once or once a state")
-        out = np.empty((count, output.width))
-        cdef double[:, ::1] view = out
+        if out.shape[0] != count or out.shape[1] != output.width:
+            raise ValueError("wrong shape of the array for the results")
         cdef mechc_rows times, states, parameters
         if count == 0:
-            return out
+            return
         times.data, times.stride = &t[0], t.shape[0] > 1
         states.data, states.stride = &y[0, 0], self.width
         parameters.data = &p[0, 0] if self.passed else NULL
         parameters.stride = self.passed if p.shape[0] > 1 else 0
         with nogil:
-            output.evaluate(count, times, states, parameters, &view[0, 0])
-        return out
+            output.evaluate(count, times, states, parameters, &out[0, 0])
 
     cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
         cdef int index = -1 if name == "rates" else self.indices[name]

@@ -252,15 +252,22 @@ class Model:
         """State rates y' at the state as it is, shape (..., nq + nu).
 
         Where closure holds these are the accelerations of the mechanism; off it, those that
-        J u' = gamma asks for.  Into ``out`` if that is given.  ``inputs`` as in
-        :meth:`with_inputs`.
+        J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
+        where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
+        all.  ``inputs`` as in :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)
-        rates = self._evaluate("rates", y, params, t)
         if out is None:
-            return rates
-        out[...] = rates
+            return self._evaluate("rates", y, params, t)
+        values = self._parameters.resolve(params)
+        into = getattr(self._scene, "evaluate_into", None)
+        tables = _is_table(y, self._scene.width) and _is_table(out, self._scene.width)
+        same = values.ndim == 1 and np.ndim(t) == 0
+        if into is not None and tables and same and len(y) == len(out):
+            into("rates", np.array([t], dtype=np.float64), y, values[None], out)
+        else:
+            out[...] = self._evaluate("rates", y, values, t)
         return out
 
     def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:
@@ -483,3 +490,13 @@ class Model:
 
     def _repr_html_(self) -> str:
         return _report.model_html(self)
+
+
+def _is_table(array: object, width: int) -> bool:
+    """Whether it is an array (n, width) of doubles, row after row in memory."""
+    return (
+        isinstance(array, np.ndarray)
+        and array.shape[1:] == (width,)
+        and array.dtype == np.float64
+        and array.flags.c_contiguous
+    )

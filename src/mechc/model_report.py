@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from mechc.errors import AssemblyError, MissingParameterError
 from mechc.report import html_table
+from mechc.view import clean_text
 
 if TYPE_CHECKING:
     from mechc.model import Model
 
+LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
 Whole = Mapping[str, Any] | None  # operations with nothing fixed and all usual outputs
 PARTS = ("augmented_mass_matrix", "augmented_forcing", "constraint_gradient", "kinematic_matrix")
@@ -39,7 +41,9 @@ class Section:
     head: Row = ()
 
     def text(self) -> list[str]:
-        lines = _aligned(self.head, self.rows) if self.head else map(_told, self.rows)
+        """Lines, whatever line breaks and marks the names in it have."""
+        rows = [tuple(clean_text(cell, LONGEST) for cell in row) for row in self.rows]
+        lines = _aligned(self.head, rows) if self.head else map(_told, rows)
         return ["", self.heading, *lines]
 
     def html(self) -> str:
@@ -55,7 +59,9 @@ class Report(str):
     @classmethod
     def of(cls, title: str, sections: Iterable[Section]) -> Report:
         kept = tuple(sections)
-        report = cls("\n".join([title, *(line for s in kept for line in s.text())]))
+        report = cls(
+            "\n".join([clean_text(title, LONGEST), *(line for s in kept for line in s.text())])
+        )
         report.heading, report.sections = title, kept
         return report
 
@@ -101,8 +107,10 @@ def _whole(model: Model) -> Whole:
 def _operations(model: Model, whole: Whole) -> Section:
     counts = model._data["operations"]
     named = {n: c for n, c in counts["outputs"].items() if n not in PARTS}
+    own = set(model._data["own"])
     rows: list[Row] = [
-        (name.replace("_", " "), str(before), str(after)) for name, (before, after) in named.items()
+        (name if name in own else name.replace("_", " "), str(before), str(after))
+        for name, (before, after) in named.items()
     ]
     rows.append(("all at once", str(counts["before"]), str(counts["after"])))
     head: Row = ("output", "as derived", "compiled")

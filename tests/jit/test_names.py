@@ -99,7 +99,9 @@ def test_displays_hold_them_as_text(scene, sol):
     for page in (model._repr_html_(), sol._repr_html_(), sol.animate().html):
         assert "<script>alert(1)" not in page
         assert "]]><" not in page
-    assert model.report()
+    report = model.report()
+    assert all(line.isprintable() for line in report.split("\n"))
+    assert "<script>alert(1)" not in report._repr_html_()
     assert repr(model)
 
 

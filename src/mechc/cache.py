@@ -35,6 +35,7 @@ from mechc.errors import CacheError, CompilerError
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _FIRST, _NOTE = ".first", ".note"
 _KEY = re.compile(r"[0-9a-f]{64}")
+_OURS = re.compile(rf"(?:\.new-)?([0-9a-f]{{64}}(?:\{_FIRST})?)(?:\.lock|-.*)?")
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -116,16 +117,20 @@ def first_key(key: str) -> str:
 
 
 def clear() -> int:
-    """Remove every entry, and what lies beside entries; how many there were."""
-    found = entries()
-    root = cache_folder()
-    firsts = [p for p in root.glob(f"*{_FIRST}") if _KEY.fullmatch(p.stem) and p.is_dir()]
-    if found or firsts:
+    """Remove every entry, and what lies beside entries; how many there were.
+
+    What another process is making is waited for.
+    """
+    found, root = entries(), cache_folder()
+    ours = [_OURS.fullmatch(path.name) for path in (root.iterdir() if root.is_dir() else ())]
+    keys = sorted({match[1] for match in ours if match})
+    if keys:
         refuse_foreign(root)
-    for folder in (*found, *firsts):
-        lock = folder.with_name(f"{folder.name}.lock")
+    for key in keys:
+        lock = root / f"{key}.lock"
         with locked(lock):
-            shutil.rmtree(folder, ignore_errors=True)
+            for folder in (root / key, *root.glob(f".new-{key}-*")):
+                shutil.rmtree(folder, ignore_errors=True)
             lock.unlink()
     (root / f"compiler{_NOTE}").unlink(missing_ok=True)
     return len(found)

@@ -125,7 +125,7 @@ def model_of(told: Mapping[str, Any], state: Sequence[str], given: Model | None)
 
         return load(told["mechanism"], **told["options"])
     model = _compiled_before(told) if given is None else given
-    if [*model.coordinates, *model.speeds] != list(state):
+    if state and [*model.coordinates, *model.speeds] != list(state):
         raise MechcError(
             f"it is of a mechanism with the states {', '.join(state)}; the model {model.name!r} "
             "has others"

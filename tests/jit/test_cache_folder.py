@@ -219,6 +219,18 @@ def test_clearing_takes_first_units_along(root):
     assert list(root.iterdir()) == []
 
 
+def test_clearing_takes_along_what_killed_processes_and_failures_left(root):
+    cache.entry(KEY, Maker())
+    other = KEY[::-1]
+    (root / f".new-{other}-abc").mkdir()
+    (root / f".new-{cache.first_key(other)}-abc").mkdir()
+    (root / f"{other}.lock").touch()
+    cache.remembered("compiler", "one", lambda: KEY)
+    (root / ".new-notes-abc").mkdir()
+    assert cache.clear() == 1
+    assert [path.name for path in root.iterdir()] == [".new-notes-abc"]
+
+
 def test_clearing_a_cache_that_never_was_makes_none(root):
     assert cache.clear() == 0
     assert not root.exists()

@@ -30,9 +30,11 @@ QUICK = {
     "work_precision": ["--quick", "--only", "heyoka", "scipy", "casadi"],
     "change_point": [],
     "stress": [],
+    "growth": ["--most", "10"],
 }
 FULL: dict[str, list[str]] = {
     **QUICK, "work_precision": [], "near_misses": [], "failure_rate": [], "long_run": [],
+    "growth": ["--follow", "40"],
 }  # fmt: skip
 SLOWER = 1.25  # times an earlier figure: beyond what minima of runs in turns scatter
 

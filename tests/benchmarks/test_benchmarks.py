@@ -91,3 +91,22 @@ def test_the_first_value_is_measured_in_processes_of_their_own(module):
     assert set(row["cached"]) == {"import mechc", "read", "load", "first value", "processor"}
     assert row["cached"]["processor"] < 0.3 * row["cold"]["processor"]
     assert row["largest difference"] < 1e-12
+
+
+def test_growth_runs_through_and_goes_on_from_its_rows(module):
+    """The smallest chains: columns, file, plot; measured once."""
+    growth = module("growth")
+    first = growth.main(["--scenes", "planar", "--most", "2"])
+    assert [row["links"] for row in first["rows"]["planar"]] == [1, 2]
+    assert all(row[c] >= 0 for row in first["rows"]["planar"] for c in growth.COLUMNS)
+    again = growth.main(["--scenes", "planar", "--most", "2", "--resume"])
+    assert again["rows"] == first["rows"]
+    assert (growth.OUT / "growth.svg").stat().st_size > 1000
+
+
+def test_growth_fits_the_exponent_of_a_power(module):
+    growth = module("growth")
+    rows = [{"n": n, "links": n, "rhs_us": 3.0 * n**1.5} for n in (1, 5, 10, 20, 40)]
+    assert growth.exponent(rows, "rhs_us") == pytest.approx(1.5)
+    wrong = {"rows": {}, "follow": [{"status": "finished", "error": 2.0, "n": 40, "rtol": 1e-6}]}
+    assert len(growth.missed(wrong)) == 1

@@ -48,6 +48,8 @@ FLAGS = (
 FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
+# Of rows solved together: beyond it, the factors of all lanes would overflow a stack of 8 MB.
+MOST_SQUARES = 65536  # squares of the speeds, times lanes
 LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (benchmarks/growth.py)
 T = TypeVar("T")
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
@@ -99,10 +101,21 @@ def build_scene(
     seconds: dict[str, float] = {}
     made = optimised(mechanism, wishes, seconds)
     told = (made.program, made.equations, made.metadata)
+    sets = tuple(_fitting(each, made.equations) for each in sets)
     texts = _timed(seconds, "emit", lambda: emit(*told, sets, wishes))
     texts["scene.pyx"] = (files("mechc_codegen") / "templates" / "scene.pyx.in").read_text("utf-8")
     flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
     return Build(mechanism.name, texts, flags, seconds)
+
+
+def _fitting(chosen: InstructionSet, equations: Equations) -> InstructionSet:
+    """With fewer lanes, down to two, where a scene with loops has very many speeds."""
+    if not equations.holonomic + equations.nonholonomic:
+        return chosen
+    lanes = chosen.lanes
+    while lanes > BASELINE.lanes and lanes * len(equations.symbols.u) ** 2 > MOST_SQUARES:
+        lanes //= 2
+    return replace(chosen, lanes=lanes)
 
 
 def build_listing(

@@ -1,8 +1,12 @@
 """Which link takes up which row of the cuts."""
 
+from types import SimpleNamespace
+
 import pytest
 from mechc_codegen.closing import plan_rows
+from mechc_codegen.emit_c import WIDER
 from mechc_codegen.equations import Tree
+from mechc_codegen.extension import _fitting
 
 CHAIN = tuple(range(-1, 9))
 
@@ -51,3 +55,13 @@ def test_a_link_of_several_speeds_takes_up_as_many_rows():
     plan = plan_rows(tree)
     assert plan.taken == (-1, 2, 1, 0)
     assert plan.first == (0, 0, 3)
+
+
+@pytest.mark.parametrize(("speeds", "rows", "lanes"), [
+    (11, 10, 8), (81, 80, 8), (161, 160, 2), (161, 0, 8), (400, 2, 2),
+])  # fmt: skip
+def test_scenes_of_very_many_speeds_have_fewer_lanes(speeds, rows, lanes):
+    """Rows that are solved together need factors of all lanes on the stack."""
+    symbols = SimpleNamespace(u=(None,) * speeds)
+    equations = SimpleNamespace(holonomic=rows, nonholonomic=0, symbols=symbols)
+    assert _fitting(WIDER[-1], equations).lanes == lanes

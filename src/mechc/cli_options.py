@@ -16,6 +16,18 @@ examples:
 """
 
 
+SWEEP_EPILOGUE = """\
+examples:
+  mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
+  mechc sweep four_bar --vary l_3=3.4:3.6 --vary m_1=1kg:3kg --sample sobol --count 4096 \\
+      --reduce 'max(theta_2)' --reduce 'range(energy)' --method dop853 --out study
+
+reductions: min, max, mean, range or final of a quantity, or first(QUANTITY > LEVEL); a quantity is
+a coordinate, a speed, energy or an output: abs(omega_0), norm(multipliers), points[3,1].
+The same command goes on where it was stopped; mechc.open('study/batch') reads the data.
+"""
+
+
 class Parser(argparse.ArgumentParser):
     """An argparse parser whose complaints are one line."""
 
@@ -53,6 +65,8 @@ def run_options(parser: argparse.ArgumentParser) -> None:
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:
     """Many runs: what varies, and what is mapped."""
+    parser.epilog = SWEEP_EPILOGUE
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
     _start_options(parser)
     several(
         parser, "--vary", "NAME=LOW:HIGH[:COUNT]", "vary",

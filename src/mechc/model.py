@@ -25,7 +25,7 @@ from mechc._driver import Scene
 from mechc.driven import DrivenScene
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
 from mechc.inputs import InputSlot
-from mechc.parameters import Array, Parameters, ParameterSet, Quantity
+from mechc.parameters import Array, Parameters, ParameterSet, Quantity, is_table
 
 if TYPE_CHECKING:
     from mechc.batch import Assembly, Batch
@@ -262,7 +262,7 @@ class Model:
             return self._evaluate("rates", y, params, t)
         values = self._parameters.resolve(params)
         into = getattr(self._scene, "evaluate_into", None)
-        tables = _is_table(y, self._scene.width) and _is_table(out, self._scene.width)
+        tables = is_table(y, self._scene.width) and is_table(out, self._scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
         if into is not None and tables and same and len(y) == len(out):
             into("rates", np.array([t], dtype=np.float64), y, values[None], out)
@@ -490,13 +490,3 @@ class Model:
 
     def _repr_html_(self) -> str:
         return _report.model_html(self)
-
-
-def _is_table(array: object, width: int) -> bool:
-    """Whether it is an array (n, width) of doubles, row after row in memory."""
-    return (
-        isinstance(array, np.ndarray)
-        and array.shape[1:] == (width,)
-        and array.dtype == np.float64
-        and array.flags.c_contiguous
-    )

@@ -161,3 +161,13 @@ def _as_array(name: str, value: Any) -> Array:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+
+
+def is_table(array: object, width: int) -> bool:
+    """Whether it is an array (n, width) of doubles, row after row in memory."""
+    return (
+        isinstance(array, np.ndarray)
+        and array.shape[1:] == (width,)
+        and array.dtype == np.float64
+        and array.flags.c_contiguous
+    )

@@ -16,6 +16,7 @@ from mechc.batch import Batch
 from mechc.batch_recipe import Assembly
 from mechc.errors import MechcError, UnknownNameError
 from mechc.parameters import Array
+from mechc.reduction import read_reduction
 from mechc.typed import read_value, split_assignment
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 SAMPLINGS = ("grid", "random", "sobol", "lhs")
 MOST = 100_000_000
 DRAWN = 1024  # members where no count is given
+# unit in results -> unit and factor in what people look at
+READ_AS = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 @dataclass(frozen=True)
@@ -235,13 +238,24 @@ def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
         lines.append(f"  {'passed change points':22} {told['change_point_members']}")
     for text, found in told["reductions"].items():
         if found["members"]:
-            lines.append(f"{text}: {found['min']:.6g} ... {found['max']:.6g}")
-            lines += [f"  largest at {_where(found['max_at'])}"]
-            lines += [f"  least at   {_where(found['min_at'])}"]
+            unit = read_reduction(batch.model, text).unit
+            low, high = (_as_read(found[end], unit) for end in ("min", "max"))
+            lines.append(f"{text}: {low} ... {high}")
+            lines += [f"  largest at {_where(batch.model, found['max_at'])}"]
+            lines += [f"  least at   {_where(batch.model, found['min_at'])}"]
         else:
             lines.append(f"{text}: no member has it")
     return "\n".join(lines)
 
 
-def _where(place: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {value:.6g}" for name, value in place.items())
+def _where(model: Model, place: Mapping[str, float]) -> str:
+    return ", ".join(
+        f"{name} = {_as_read(value, model.units[name])}" for name, value in place.items()
+    )
+
+
+def _as_read(value: float, unit: str) -> str:
+    """A number with its unit; angles in degrees."""
+    shown, factor = READ_AS.get(unit, (unit, 1.0))
+    gap = "" if shown.startswith("°") else " "
+    return f"{value * factor:.6g}{gap}{shown}".rstrip()

@@ -14,6 +14,7 @@ from mechc.panels import _plain
 from mechc.parameters import Array
 from mechc.plot import STYLE, _figure_class, _matplotlib, _save, _settled
 from mechc.reduction import read_reduction
+from mechc.sweep import READ_AS
 from mechc.view import clean_text, pretty_name
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from mechc.sweep import Plan
 
 NOT_ASSEMBLED = 112
+WIDE = 1e3  # ratio of values from which on colours are by their logarithm
 CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
-DEGREES = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 def save_maps(batch: Batch, chosen: Plan, folder: Path) -> list[Path]:
@@ -46,7 +47,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     change point black.
     """
     reduction = read_reduction(batch.model, text)
-    unit, factor = DEGREES.get(reduction.unit, (reduction.unit, 1.0))
+    unit, factor = READ_AS.get(reduction.unit, (reduction.unit, 1.0))
     values = np.where(batch.ok, batch[text], np.nan) * factor
     shown = clean_text(reduction.text, 60)
     label = _plain(f"{shown} [{unit}]" if unit else shown)
@@ -63,7 +64,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
 def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
     """Values of what varies i-th as people read them, and the label."""
     name = chosen.variations[i].name
-    unit, factor = DEGREES.get(batch.model.units[name], (batch.model.units[name], 1.0))
+    unit, factor = READ_AS.get(batch.model.units[name], (batch.model.units[name], 1.0))
     return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
 
 
@@ -84,20 +85,44 @@ def _draw_plane(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: st
     axes.set(xlabel=x_name, ylabel=y_name)
     axes.grid(visible=False)
     axes.set_facecolor(CANNOT)
+    colours, extend = _colours(batch, values)
     if chosen.shape is not None and len(chosen.shape) == 2 and min(chosen.shape) > 1:
         grid = [a.reshape(chosen.shape) for a in (x, y, values)]
-        drawn: Any = axes.pcolormesh(*grid, shading="nearest", cmap="viridis", rasterized=True)
+        drawn: Any = axes.pcolormesh(
+            *grid, shading="nearest", cmap="viridis", norm=colours, rasterized=True
+        )
         size = 2.0
     else:
         axes.set_facecolor("white")
         lost = batch["status"] == NOT_ASSEMBLED
         axes.scatter(x[lost], y[lost], s=9, color=CANNOT, linewidths=0)
-        drawn = axes.scatter(x, y, c=values, s=9, cmap="viridis", linewidths=0, rasterized=True)
+        drawn = axes.scatter(
+            x, y, c=values, s=9, cmap="viridis", norm=colours, linewidths=0, rasterized=True
+        )
         size = 4.0
-    axes.figure.colorbar(drawn, ax=axes, label=label)
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend=extend)
     _mark_failed(axes, batch, x, y)
     crossing = batch["change_points"] > 0
     axes.plot(x[crossing], y[crossing], "s", color=CROSSING, markersize=size, markeredgewidth=0)
+
+
+def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
+    """What values the colours span, and at which ends there are more beyond.
+
+    Reactions grow without bound where a change point is met: those members, marked as they are,
+    would leave one colour for all others.  Spans of three decades and more are logarithmic.
+    """
+    from matplotlib.colors import LogNorm, Normalize
+
+    finite = np.isfinite(values)
+    ordinary = values[finite & (batch["change_points"] == 0)]
+    span = ordinary if len(ordinary) else values[finite]
+    if not len(span):
+        return Normalize(0.0, 1.0), "neither"
+    low, high = span.min(), span.max()
+    below, above = bool((values[finite] < low).any()), bool((values[finite] > high).any())
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    return (LogNorm if low > 0 and high > WIDE * low else Normalize)(low, high), extend
 
 
 def _mark_failed(axes: Axes, batch: Batch, x: Array, y: Array) -> None:

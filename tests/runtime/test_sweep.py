@@ -1,6 +1,7 @@
 """``mechc sweep``: what varies, how it is drawn, what is told, written and drawn."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -89,6 +90,25 @@ def test_the_map_shows_what_cannot_be_assembled_and_change_points():
         np.ma.filled(drawn, np.nan).reshape(3, 3),
         np.degrees(np.where(batch.ok, batch["max(theta_2)"], np.nan)).reshape(3, 3),
     )
+
+
+def test_colours_span_the_members_that_met_no_change_point():
+    """At l_3 = 4 m the reaction grows without bound, and says nothing of the others."""
+    model = mechc.load("four_bar")
+    chosen = plan([read_variation(model, v) for v in ("l_3=3.8:4.2:3", "theta_0=80deg:90deg:2")])
+    reaction = "max(norm(multipliers))"
+    batch = run_sweep(model, chosen, 3.0, [reaction], params={}, start={}, guess={}, rtol=1e-8)
+    met = batch["change_points"] > 0
+    colours = draw_map(batch, chosen, reaction).axes[0].collections[0].norm
+    assert met.any()
+    assert colours.vmax == batch[reaction][~met].max() < 1e-3 * batch[reaction][met].max()
+
+
+def test_what_is_printed_has_units_and_degrees(capsys):
+    assert main([*GRID, "--out", "found"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"max\(theta_2\): -?[\d.]+° \.\.\. -?[\d.]+°", printed)
+    assert re.search(r"largest at l_3 = [\d.]+ m, theta_0 = [\d.]+°", printed)
 
 
 def test_one_variation_is_a_line_and_drawn_ones_are_points():

@@ -16,6 +16,8 @@ from mechc import cache
 from mechc.errors import CacheError
 
 KEY = "0123456789abcdef" * 4
+# Python 3.12 warns where a process that forks has threads, as a worker of the tests may.
+pytestmark = pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
 
 
 @pytest.fixture(autouse=True)

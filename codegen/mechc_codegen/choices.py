@@ -24,6 +24,7 @@ from sympy import (
     Piecewise,
     S,
     Symbol,
+    UnevaluatedExpr,
     sign,
 )
 from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
@@ -82,7 +83,7 @@ def without_corners(expression: Basic) -> Basic:
         x, at_zero = expression.args
         return Above(x) + at_zero * (1 - Above(x) - Above(-x))
     if _is_curve(expression):
-        return expression.doit(deep=False)
+        return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
     if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
         return S.Zero
     return expression

@@ -27,6 +27,7 @@ from mechc_codegen.mechanism import (
     Parameter,
     Quantity,
     Speed,
+    State,
     is_rigid,
     printed_name,
 )
@@ -41,8 +42,9 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     """The mechanism that a Source describes."""
     read = read or walk(source)
     _refuse_accelerations(source)
-    inputs = _inputs(source, settings, read)
-    parameters = _parameter_symbols(source, settings, read, inputs)
+    states = _states(source, settings, read)
+    inputs = _inputs(source, settings, read, states)
+    parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
@@ -50,7 +52,9 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin)
-    units = _Units(source, kinematics, _resolved(settings.units, "units", source, parameters))
+    units = _Units(
+        source, kinematics, _resolved(settings.units, "units", source, (*parameters, *states))
+    )
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
@@ -59,7 +63,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
         speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
         kinematics=kinematics,
-        parameters=_parameters(source, settings, parameters, units),
+        parameters=_parameters(source, settings, parameters, units, states),
         bodies=bodies,
         loads=source.loads,
         configuration_constraints=_named("constraint", configuration),
@@ -72,6 +76,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         potential=potential.value,
         unknown_potentials=potential.unknown,
         joints=_joints(source, bodies),
+        states=_described_states(source, settings, states, units, parameters),
     )
 
 
@@ -155,25 +160,68 @@ def _unknown_functions(source: Source, read: Walk) -> list[AppliedUndef]:
     return sorted(found, key=str)
 
 
-def _inputs(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr | None]:
+def _states(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr]:
+    """Functions of time with a rate of their own; in the object, or in another rate or input."""
+    own = [key for key in settings.states if isinstance(key, AppliedUndef)]
+    named = [*own, *_named_in((*settings.inputs.values(), *settings.states.values()))]
+    known = list(dict.fromkeys([*_unknown_functions(source, read), *named]))
+    return {
+        find_symbol(key, known, "states", "function of time"): rate
+        for key, rate in settings.states.items()
+    }
+
+
+def _inputs(
+    source: Source, settings: Settings, read: Walk, states: Mapping[AppliedUndef, Expr]
+) -> dict[AppliedUndef, Expr | None]:
     """Every specified function of time; without an expression it is given at run time."""
-    chosen = dict[AppliedUndef, Expr | None].fromkeys(_unknown_functions(source, read))
+    known = {*source.q, *source.u, *source.auxiliary, *states}
+    found = _unknown_functions(source, read)
+    found += _named_in((*settings.inputs.values(), *states.values()))
+    chosen = dict[AppliedUndef, Expr | None].fromkeys(f for f in found if f not in known)
     for key, value in settings.inputs.items():
         function = find_symbol(key, list(chosen), "inputs", "specified function of time")
         chosen[function] = None if value is None else sympify(value)
     return chosen
 
 
+def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
+    """The functions of time in expressions, in order of their names."""
+    found = {f for e in expressions if e is not None for f in sympify(e).atoms(AppliedUndef)}
+    return sorted(found, key=str)
+
+
 def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUndef, Expr]:
     return {f: expression for f, expression in inputs.items() if expression is not None}
 
 
+def _described_states(
+    source: Source,
+    settings: Settings,
+    states: Mapping[AppliedUndef, Expr],
+    units: _Units,
+    parameters: Sequence[Symbol],
+) -> tuple[State, ...]:
+    given = _resolved(settings.defaults, "defaults", source, (*parameters, *states))
+    return tuple(
+        State(x, rate, Quantity(units.of(x), ""), _start(x, given.get(x)))
+        for x, rate in states.items()
+    )
+
+
+def _start(state: AppliedUndef, given: Any) -> float:
+    value = number(0 if given is None else given)
+    if value is None or not value.is_number:
+        raise MechanismError(f"defaults: the state {printed_name(state)} starts from a number")
+    return float(value)
+
+
 def _parameter_symbols(
-    source: Source, settings: Settings, read: Walk, inputs: Mapping[AppliedUndef, Expr | None]
+    source: Source, settings: Settings, read: Walk, given: Iterable[Expr | None]
 ) -> list[Symbol]:
     found = {x for x in read.leaves if isinstance(x, Symbol)}
-    for expression in _expressions(inputs).values():
-        found |= expression.free_symbols
+    for expression in given:
+        found |= expression.free_symbols if expression is not None else set()
     for expression in settings.configuration_constraints or ():
         found |= sympify(expression).free_symbols
     for value in settings.defaults.values():
@@ -182,9 +230,13 @@ def _parameter_symbols(
 
 
 def _parameters(
-    source: Source, settings: Settings, symbols: Sequence[Symbol], units: _Units
+    source: Source,
+    settings: Settings,
+    symbols: Sequence[Symbol],
+    units: _Units,
+    states: Iterable[AppliedUndef],
 ) -> tuple[Parameter, ...]:
-    defaults = _resolved(settings.defaults, "defaults", source, symbols)
+    defaults = _resolved(settings.defaults, "defaults", source, (*symbols, *states))
     return tuple(
         Parameter(symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""))
         for symbol in symbols
@@ -205,9 +257,9 @@ def number(value: Any) -> Expr | None:
 
 
 def _resolved(
-    given: Mapping[Key, Any], what: str, source: Source, parameters: Sequence[Symbol]
+    given: Mapping[Key, Any], what: str, source: Source, others: Sequence[Expr]
 ) -> dict[Expr, Any]:
-    known: list[Expr] = [*source.q, *source.u, *parameters]
+    known: list[Expr] = [*source.q, *source.u, *others]
     return {find_symbol(key, known, what, "symbol"): value for key, value in given.items()}
 
 

@@ -71,11 +71,12 @@ def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
         parameter_defaults=tuple(plain.default(p.default) for p in mechanism.parameters),
         holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
-        identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
+        identity_kinematics=tuple(mechanism.kinematics) == mechanism.u and not mechanism.states,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
         mass_scale=plain.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
         if mechanism.bodies
         else S.One,
+        states=len(mechanism.states),
     )
 
 
@@ -229,12 +230,13 @@ def _weights(mechanism: Mechanism) -> list[Load]:
 
 
 def _kinematics(mechanism: Mechanism) -> list[Output]:
-    names = [printed_name(q) for q in mechanism.q]
+    names = [printed_name(q) for q in (*mechanism.q, *mechanism.x)]
+    of_states = (mechanism.rates[x.diff(dynamicsymbols._t)] for x in mechanism.x)
     return [
         Output(
             "coordinate_rates",
             "kinematic differential equations: rates of the coordinates",
-            tuple(mechanism.kinematics),
+            (*mechanism.kinematics, *of_states),
             (len(names),),
             tuple(f"rate of {name}" for name in names),
         )

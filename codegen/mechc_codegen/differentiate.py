@@ -13,6 +13,7 @@ from dataclasses import replace
 from sympy import Expr, S
 
 from mechc_codegen.equations import Equations, Output, Symbols
+from mechc_codegen.errors import MechanismError
 
 
 def differentiate(equations: Equations) -> Equations:
@@ -22,6 +23,7 @@ def differentiate(equations: Equations) -> Equations:
     symbols = equations.symbols
     rates = equations.outputs["coordinate_rates"].elements
     holonomic = equations.outputs["constraints"]
+    _refuse_states(equations, holonomic)
     motion = equations.outputs["motion_constraints"]
     along = [directional(e, symbols, rates) for e in holonomic.elements]
     velocity = (*along, *motion.elements)
@@ -49,7 +51,11 @@ def differentiate(equations: Equations) -> Equations:
         Output(
             "kinematic_matrix",
             "N: derivative of the coordinates' rates by the speeds",
-            tuple(rate.diff(u) for rate in rates for u in symbols.u),
+            tuple(
+                rate.diff(u) if q in equations.moved else S.Zero
+                for q, rate in zip(symbols.q, rates, strict=True)
+                for u in symbols.u
+            ),
             (len(rates), size),
             tuple(f"N[{r}, {c}]" for r in range(len(rates)) for c in range(size)),
         ),
@@ -57,6 +63,17 @@ def differentiate(equations: Equations) -> Equations:
     outputs = {**equations.outputs, **{output.name: output for output in added}}
     outputs |= {o.name: o for o in _with_mass_for_all(outputs, equations.mass_scale)}
     return replace(equations, outputs=outputs)
+
+
+def _refuse_states(equations: Equations, holonomic: Output) -> None:
+    """A constraint closes by moving coordinates, and states are not moved."""
+    states = set(equations.symbols.q) - set(equations.moved)
+    for label, expression in zip(holonomic.labels, holonomic.elements, strict=True):
+        if expression.free_symbols & states:
+            raise MechanismError(
+                f"the configuration constraint {label!r} holds a state: give what it follows as an "
+                "input, or as a coordinate with a speed of its own"
+            )
 
 
 def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Output, ...]:

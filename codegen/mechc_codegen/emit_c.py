@@ -129,7 +129,7 @@ class _Emitter:
             "turns": sum(isinstance(s, SineCosine) for s in self.configuration_statements),
             "identity": int(equations.identity_kinematics),
             **self.layout.sizes,
-            "tables": self._inputs_size() + self.layout.tables,
+            "tables": self._extents() + self.layout.tables,
             "widest": max([*widths, len(symbols.q) + len(symbols.u), rows]),
             "outputs": self._output_list(rows),
             "solved": self._solved_list(),
@@ -140,10 +140,11 @@ class _Emitter:
         }
         return _template("scene_sizes.h.in").substitute(values)
 
-    def _inputs_size(self) -> str:
-        return (
-            f"#define MECHC_NI {len(self.inputs)} /* values of inputs */\n" if self.inputs else ""
-        )
+    def _extents(self) -> str:
+        """Sizes of what few scenes have."""
+        states, values = self.equations.states, len(self.inputs)
+        text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
+        return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)

@@ -100,6 +100,9 @@ class Tree:
 class Equations:
     """Everything derived for one mechanism.
 
+    The last ``states`` of the coordinates have rates of their own, which are nonlinear in the
+    speeds, and no displacement moves them.
+
     ``holonomic`` of the constraints are on the configuration; the remaining rows of the
     constraint Jacobian constrain the speeds alone.  ``mass_scale`` is an expression of the size of
     M's entries.
@@ -119,6 +122,12 @@ class Equations:
     mass_scale: Expr = S.One
     intermediates: tuple[tuple[Symbol, Expr], ...] = ()
     tree: Tree | None = None
+    states: int = 0
+
+    @property
+    def moved(self) -> tuple[Symbol, ...]:
+        """The coordinates without the states: what displacements and projections move."""
+        return self.symbols.q[: len(self.symbols.q) - self.states]
 
     def __str__(self) -> str:
         lines = [f"{symbol} = {value}" for symbol, value in self.intermediates]

@@ -72,6 +72,20 @@ class Speed:
 
 
 @dataclass(frozen=True)
+class State:
+    """A function of time that is neither coordinate nor speed and has a rate of its own.
+
+    ``rate``: of time, coordinates and their rates, speeds, states, inputs and parameters, linear or
+    not.  ``start``: what it is at first where nothing else is said.
+    """
+
+    symbol: AppliedUndef
+    rate: Expr
+    quantity: Quantity
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
 class Drawing:
     """What people see: polylines through named points, pivots on the ground, traced points."""
 
@@ -92,7 +106,7 @@ class Mechanism:
     frame, origin
         The inertial frame and a point fixed in it, from which positions are measured.
     coordinates, speeds
-        In state order; ``y = [q, u]``.
+        In state order; ``y = [q, u]``, with the states, where there are any, ``y = [q, x, u]``.
     kinematics
         The coordinates' rates as expressions of coordinates, speeds and time, in the order of
         ``coordinates``.
@@ -123,6 +137,9 @@ class Mechanism:
         Specified functions of time that are no state, each with the expression that it stands
         for: of time, and where no derivative of it appears also of coordinates and speeds.  With
         None it is given at run time; one that no equation holds then is not asked for.
+    states
+        Functions of time with rates of their own: activations, controllers.  Loads, rates and
+        inputs may hold them, configuration constraints not.
     auxiliary
         Auxiliary speeds: zero, and so are their rates.
     lagrangian
@@ -168,16 +185,22 @@ class Mechanism:
     closures: tuple[Closure, ...] = ()
     gravity: Vector | None = None
     joints: tuple[Joint, ...] = ()
+    states: tuple[State, ...] = ()
 
     def __post_init__(self) -> None:
         _take_joints(self)
         _check_lengths(self)
         _check_names(self)
+        _check_states(self)
         _check_symbols(self)
 
     @property
     def q(self) -> tuple[AppliedUndef, ...]:
         return tuple(c.symbol for c in self.coordinates)
+
+    @property
+    def x(self) -> tuple[AppliedUndef, ...]:
+        return tuple(s.symbol for s in self.states)
 
     @property
     def u(self) -> tuple[AppliedUndef, ...]:
@@ -217,7 +240,9 @@ class Mechanism:
         """
         time = dynamicsymbols._t
         zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
-        return zero | {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+        rates = {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+        of_states = {s.symbol.diff(time): s.rate.xreplace(zero | rates) for s in self.states}
+        return zero | rates | of_states
 
 
 def _take_joints(mechanism: Mechanism) -> None:
@@ -243,10 +268,22 @@ def _check_lengths(mechanism: Mechanism) -> None:
 
 
 def _check_names(mechanism: Mechanism) -> None:
-    symbols = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+    symbols = [*mechanism.q, *mechanism.x, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
     symbols += mechanism.open_inputs
     _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
     _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
+
+
+def _check_states(mechanism: Mechanism) -> None:
+    accelerations = {u.diff(dynamicsymbols._t) for u in mechanism.u}
+    for state in mechanism.states:
+        held = state.rate.atoms(Derivative) & accelerations
+        if held:
+            raise MechanismError(
+                f"{mechanism.name}: the rate of {printed_name(state.symbol)} holds the "
+                f"acceleration {min(map(str, held))}, which is not known before loads and states "
+                "are: write it by what accelerates"
+            )
 
 
 def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
@@ -259,7 +296,7 @@ def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
 
 
 def _check_symbols(mechanism: Mechanism) -> None:
-    known = {*mechanism.q, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
+    known = {*mechanism.q, *mechanism.x, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
     known |= {p.symbol for p in mechanism.parameters}
     specified = {*mechanism.inputs, *mechanism.auxiliary}
     known |= specified
@@ -282,6 +319,8 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
     """The scalar expressions a user writes down, each with what to call it."""
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
         yield f"the rate of {printed_name(q)}", rate
+    for state in mechanism.states:
+        yield f"the rate of {printed_name(state.symbol)}", state.rate
     for parameter in (p for p in mechanism.parameters if p.default is not None):
         place = f"the default of {parameter.symbol}"
         yield place, as_expression(parameter.default, place)

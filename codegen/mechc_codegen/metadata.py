@@ -37,7 +37,8 @@ def scene_metadata(
         "name": mechanism.name,
         "title": mechanism.title,
         "coordinates": [
-            _described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates
+            *(_described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
+            *(_described(printed_name(s.symbol), s.quantity) for s in mechanism.states),
         ],
         "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
         "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
@@ -63,6 +64,7 @@ def scene_metadata(
         "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
         "unavailable": _unavailable(mechanism, wishes),
         **_inputs(mechanism, program),
+        **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         "smooth": _smooth(program, wishes),
         "operations": operation_counts((lowered, program), equations, wishes),
         "loads": _loads(mechanism, wishes),
@@ -120,7 +122,7 @@ def _solved_shapes(
 ) -> dict[str, list[int]]:
     """Of what the runtime makes, where the scene has it; ``others``: parameters and inputs."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
-    states = len(mechanism.coordinates) + size
+    states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
     own = len(wishes.expressions)
     for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):

@@ -25,7 +25,7 @@ def plain_symbols(mechanism: Mechanism) -> Symbols:
 
     return Symbols(
         Symbol("t", real=True),
-        numbered("q", len(mechanism.coordinates)),
+        numbered("q", len(mechanism.coordinates) + len(mechanism.states)),
         numbered("u", len(mechanism.speeds)),
         numbered("p", len(mechanism.parameters)),
         numbered("a", len(mechanism.speeds)),
@@ -38,7 +38,12 @@ class Plain:
     """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
 
     def __init__(self, mechanism: Mechanism, symbols: Symbols, wishes: Wishes) -> None:
-        named = [*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+        named = [
+            *mechanism.q,
+            *mechanism.x,
+            *mechanism.u,
+            *(p.symbol for p in mechanism.parameters),
+        ]
         plain = [*symbols.q, *symbols.u, *symbols.parameters]
         self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
         self.symbols |= wishes.fixed

@@ -100,6 +100,7 @@ def _with_expressions(asked: Asked) -> Asked:
             key: None if value is None else as_expression(value, f"inputs: {key}")
             for key, value in settings.inputs.items()
         },
+        states={x: as_expression(rate, f"states: {x}") for x, rate in settings.states.items()},
         configuration_constraints=None
         if added is None
         else tuple(as_expression(each, "configuration_constraints") for each in added),
@@ -125,6 +126,8 @@ def _say_asked(text: Walk, asked: Asked) -> None:
     ):
         said = [f"{_text(text, key)}={_text(text, value)}" for key, value in pairs.items()]
         text.say(label, sorted(said))
+    rates = [f"{_text(text, x)}={_text(text, rate)}" for x, rate in settings.states.items()]
+    text.say("states", rates)
     extra = settings.configuration_constraints
     text.say("added", ["None"] if extra is None else [_text(text, e) for e in extra])
     outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in asked.outputs or ()]

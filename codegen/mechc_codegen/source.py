@@ -69,7 +69,9 @@ class Settings:
     defaults, units
         Of parameters; units also of coordinates and speeds.
     inputs
-        Specified functions of time -> expressions of t, q, u and parameters.
+        Specified functions of time -> expressions of t, q, u and parameters; None leaves one open.
+    states
+        Functions of time with rates of their own -> these rates.
     configuration_constraints
         Added to those of the object; an empty sequence says that there are none besides.
     """
@@ -79,3 +81,4 @@ class Settings:
     units: Mapping[Key, str] = field(default_factory=dict)
     inputs: Mapping[Key, Any] = field(default_factory=dict)
     configuration_constraints: Sequence[Any] | None = None
+    states: Mapping[Key, Any] = field(default_factory=dict)

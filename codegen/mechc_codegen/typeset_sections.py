@@ -86,7 +86,7 @@ def _derived(mechanism: Mechanism) -> Derived:
     equations = differentiate(derive(mechanism))
     symbols = equations.symbols
     plain = (*symbols.q, *symbols.u, *symbols.parameters, symbols.time)
-    user = (*mechanism.q, *mechanism.u, *(p.symbol for p in mechanism.parameters))
+    user = (*mechanism.q, *mechanism.x, *mechanism.u, *(p.symbol for p in mechanism.parameters))
     back = dict(zip(plain, (*user, dynamicsymbols._t), strict=True))
     return Derived(mechanism, equations, back)
 

@@ -72,7 +72,7 @@ def wishes_of(
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
     """An output of the user's own holds what the mechanism knows."""
     time = dynamicsymbols._t
-    known = {time, *mechanism.q, *mechanism.u, *mechanism.inputs}
+    known = {time, *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs}
     known |= {p.symbol for p in mechanism.parameters}
     accelerations = {u.diff(time) for u in mechanism.u}
     plain = expression.xreplace(mechanism.second_rates).xreplace(mechanism.rates)

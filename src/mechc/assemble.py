@@ -118,8 +118,8 @@ def _configurations(
     if values.ndim != 1:
         raise ValueOutOfBoundsError("assembly takes one set of parameters at a time")
     kept = [model.state_index(name) for name in given]
-    free = [i for i in range(len(model.coordinates)) if i not in kept]
-    fixed = np.zeros(len(model.coordinates))
+    free = model._unknown(kept)
+    fixed = model._first.copy()
     fixed[kept] = list(given.values())
     loop = Loop(model, values, fixed, free, t)
     if not free or not loop.rows:

@@ -36,12 +36,12 @@ def configurations(
     AssemblyError
         If the coordinates given leave a choice and there is no guess.
     """
-    fixed = np.zeros((recipe.count, len(model.coordinates)))
+    fixed = np.tile(model._first, (recipe.count, 1))
     for name, column in {**recipe.guess, **recipe.coordinates}.items():
         fixed[:, model.state_index(name)] = column
     rows = model._scene.holonomic
     kept = [model.state_index(name) for name in recipe.coordinates]
-    free = [i for i in range(len(model.coordinates)) if i not in kept]
+    free = model._unknown(kept)
     if not recipe.count or not rows or not free:
         closed, miss = _as_given(model, recipe, values, length, fixed)
         return fixed, closed, miss, True

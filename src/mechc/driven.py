@@ -98,6 +98,11 @@ class DrivenScene:
     # -- functions that are called back ------------------------------------------------------
 
     @property
+    def called(self) -> bool:
+        """Whether there are such functions; how smooth they are is not known."""
+        return self._values is not None and bool(self._values.called)
+
+    @property
     def failed(self) -> bool:
         """Whether a function failed since this was last raised."""
         return self._values is not None and self._values.caller.failure is not None

@@ -172,8 +172,18 @@ def _scene(
             f"of sympy.physics.mechanics, not {type(thing).__name__}"
         )
     given = {key: value for key, value in settings.items() if value is not None}
+    if "states" in given:
+        given["states"] = _rates(given["states"])
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
     return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+
+
+def _rates(states: Any) -> dict[Any, Any]:
+    """State -> rate, also of objects that know both."""
+    if isinstance(states, Mapping):
+        return dict(states)
+    several = [states] if hasattr(states, "rhs") else list(states)
+    return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
 
 
 def _single(outputs: Any) -> bool:

@@ -135,6 +135,7 @@ def compile(
     defaults: Mapping[Any, Any] | None = None,
     units: Mapping[Any, str] | None = None,
     inputs: Mapping[Any, Any] | None = None,
+    states: Mapping[Any, Any] | Iterable[Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
     backend: str = "c",
 ) -> Model:
@@ -161,10 +162,16 @@ def compile(
         Mechanism, the energy of an object of SymPy's.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and
-        speeds -> units in words.  A parameter without a default is asked for by name.
+        speeds -> units in words.  A parameter without a default is asked for by name.  The default
+        of a state is what it starts from where nothing else is said (else 0).
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
-        time, coordinates, speeds and parameters.
+        time, coordinates, speeds, states and parameters.  Those that are left open, or None, are
+        given with a run: ``model.simulate(..., inputs={...})``.
+    states
+        Functions of time that are neither coordinates nor speeds -> their rates, expressions of
+        all that is named here: activations, controllers.  Or objects that have ``x`` and
+        ``rhs()``, as the muscles of ``sympy.physics.biomechanics`` do.
     configuration_constraints
         Added to those that the object holds, where it was given their rates alone.
     backend
@@ -193,6 +200,7 @@ def compile(
         defaults=defaults,
         units=units,
         inputs=inputs,
+        states=states,
         configuration_constraints=None
         if configuration_constraints is None
         else tuple(configuration_constraints),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
@@ -56,9 +56,12 @@ class Model:
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
-    ``speeds``.  Every output takes states of shape (..., nq + nu), parameters as a mapping of
-    some names to values or an array (..., np) of all, and a time; it is vectorised over the
-    leading axes, which broadcast against each other, and returns a fresh array.
+    ``speeds``.  The last of the coordinates are what ``states`` names: activations, controllers,
+    with rates of their own and no speed.
+
+    Every output takes states of shape (..., nq + nu), parameters as a mapping of some names to
+    values or an array (..., np) of all, and a time; it is vectorised over the leading axes, which
+    broadcast against each other, and returns a fresh array.
 
     Raises (all outputs)
     --------------------
@@ -93,6 +96,11 @@ class Model:
         units = [q.unit for k in ("coordinates", "speeds") for q in self._quantities(k)]
         self._angular = np.array([unit.startswith("rad") for unit in units])
         self._pure = np.array([unit.startswith(("rad", "1")) for unit in units])
+        starts = self._data.get("states", [])
+        self._first = np.zeros(len(self.coordinates))  # what they are where nothing is said
+        self._first[len(self.coordinates) - len(starts) :] = starts
+        self.states = self.coordinates[len(self.coordinates) - len(starts) :]
+        self._pure[len(self.coordinates) - len(starts) : len(self.coordinates)] = True
         self._all_pure = bool(self._pure.all())
         self._ones = np.ones(len(units))
         self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
@@ -206,6 +214,11 @@ class Model:
     redundant_constraints = _redundancy.redundant_constraints
     report = _model_report.model_report
 
+    def _unknown(self, given: Iterable[int]) -> list[int]:
+        """The coordinates that closing the loops may move: neither given nor states."""
+        movable = len(self.coordinates) - len(self.states)
+        return sorted(set(range(movable)) - set(given))
+
     # -- inputs -----------------------------------------------------------------------------
 
     def with_inputs(self, inputs: Mapping[str, Any]) -> Model:
@@ -227,7 +240,9 @@ class Model:
         Notes
         -----
         A function is called back from compiled code: a microsecond or so each time, some thousand
-        times a run; ``sol.status.warnings`` say how often and how long.
+        times a run; ``sol.status.warnings`` say how often and how long.  How smooth it is is not
+        known, so ``method="auto"`` takes the pair of order 8, whose error follows the tolerance
+        over kinks too.
         """
         if self._driven is None:
             for name in inputs:

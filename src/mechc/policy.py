@@ -65,7 +65,8 @@ def checked_change_point(policy: str) -> str:
 def _chosen_method(model: Model, method: str) -> str:
     without_c = model.backend == "numpy"
     if method == "auto":
-        return "gauss8" if model._data.get("smooth", True) and not without_c else "dop853"
+        smooth = model._data.get("smooth", True) and not (model._driven and model._driven.called)
+        return "gauss8" if smooth and not without_c else "dop853"
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
     if without_c and method != "dop853":

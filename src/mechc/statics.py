@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mechc.errors import AssemblyError, UnknownNameError
+from mechc.errors import AssemblyError, MechcError, UnknownNameError
 from mechc.loop import SAME, Loop, even_points, wrap
 from mechc.parameters import Array, Parameters
 
@@ -45,7 +45,14 @@ def equilibria(model: Model, params: Parameters = None, t: float = 0.0) -> tuple
     ------
     AssemblyError
         If no closed configuration was found at all.
+    MechcError
+        If the model has states besides coordinates and speeds.
     """
+    if model.states:
+        raise MechcError(
+            f"{model.name} has states of its own ({', '.join(model.states)}): equilibria are known "
+            "of mechanisms without them; model.rhs vanishes at an equilibrium of both"
+        )
     values = model._parameters.resolve(params)
     starts = _closed_starts(model, values, t)
     if not starts:
@@ -91,8 +98,8 @@ def limits(
 def _closed_at(model: Model, name: str, grid: Array, values: Array) -> list[Array | None]:
     """For each value of a coordinate some closed configuration, or None: all searched at once."""
     driven = model.state_index(name)
-    free = [i for i in range(len(model.coordinates)) if i != driven]
-    fixed = np.zeros((len(grid) * STARTS, len(model.coordinates)))
+    free = model._unknown([driven])
+    fixed = np.tile(model._first, (len(grid) * STARTS, 1))
     fixed[:, driven] = np.repeat(grid, STARTS)
     loop = Loop(model, values, fixed, free)
     starts = even_points(STARTS, len(free)) * np.where(loop.angular, np.pi, loop.length)
@@ -108,13 +115,13 @@ Side = tuple[float, Array | None]
 def _edge(model: Model, name: str, a: Side, b: Side, values: Array) -> float:
     """Where closing starts or ends between a and b, on the side that closes, by bisection."""
     driven = model.state_index(name)
-    free = [i for i in range(len(model.coordinates)) if i != driven]
+    free = model._unknown([driven])
     (inside, x), (outside, _) = (a, b) if a[1] is not None else (b, a)
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)
         if middle in (inside, outside) or x is None:
             break
-        fixed = np.zeros(len(model.coordinates))
+        fixed = model._first.copy()
         fixed[driven] = middle
         trial, closed = Loop(model, values, fixed, free).search(x[None])
         if closed[0]:

@@ -146,6 +146,24 @@ def test_a_spring_called_back_is_the_spring_compiled(pushed):
     assert "The input F is a Python function" in str(sol.status)
 
 
+def test_the_error_follows_the_tolerance_over_the_kinks_of_a_function(pushed):
+    """A spring with a stop: between its kinks the motion is in closed form, piece by piece."""
+
+    def stopped(time, q, u):
+        return min(max(-8.0 * q[0], -4.0), 4.0)
+
+    driven = pushed.with_inputs({"F": stopped})
+    sol = driven.simulate(3.0, [2.0, 0.0], rtol=1e-9)
+    assert sol.stats["method"] == "dop853"
+    fall = np.sqrt(1.5)  # from 2 m to 0.5 m at -2 m/s2
+    rate, phase = 2.0, 3.0 - fall
+    turn = np.arctan(0.5 * rate / (2.0 * fall)) * 2 / rate  # from 0.5 m to -0.5 m
+    assert turn < phase
+    speed, left = 2.0 * fall, phase - turn
+    q = -0.5 - speed * left + left**2
+    assert sol["q"][-1] == pytest.approx(q, abs=3e-8)
+
+
 def test_several_signals_break_a_run_at_the_knots_of_each():
     q, u, f, g = dynamicsymbols("q u f g")
     frame, origin = ReferenceFrame("N"), Point("O")

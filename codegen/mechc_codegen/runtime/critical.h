@@ -375,7 +375,7 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, 
     int turned = 0;
     mechc_scalar_place place;
     *c = *known;
-    for (int i = 0; i < MECHC_NQ; i++) {
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
         const double turns = nearbyint((q[i] - known->q[i]) / turn);
         if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
         square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);

@@ -11,6 +11,10 @@
 #define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
 #endif
 
+#ifndef MECHC_STATES
+#define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
+#endif
+
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
     const double *data;

@@ -126,8 +126,8 @@ MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
 #if MECHC_IDENTITY_KINEMATICS
     return c->speeds[i] * c->speeds[i];
 #else
-    (void)c, (void)i;
-    return 1.0;
+    (void)c;
+    return i < MECHC_NQ - MECHC_STATES;
 #endif
 }
 

@@ -97,7 +97,8 @@ MECHC_STATIC double mechc_rk_passed(const mechc_rk_run *run, const double *rows,
 {
     double y[MECHC_NX], sum = 0.0;
     mechc_rk_polynomial(run->y, rows, run->tableau->dense_rows, s, y);
-    for (int i = 0; i < MECHC_NQ; i++) sum += (y[i] - run->passing.q[i]) * along[i];
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
+        sum += (y[i] - run->passing.q[i]) * along[i];
     return sum;
 }
 

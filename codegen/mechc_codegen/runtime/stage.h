@@ -162,7 +162,7 @@ MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, re
         const real size = FN(size)(place->gap[i]);
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
     }
-    for (int j = 0; j < MECHC_NQ; j++) {
+    for (int j = 0; j < MECHC_NQ - MECHC_STATES; j++) {
         const real size = FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }

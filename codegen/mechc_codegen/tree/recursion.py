@@ -71,7 +71,8 @@ class _Derivation:
         self.symbols = plain_symbols(mechanism)
         self.plain = Plain(mechanism, self.symbols, wishes)
         self.tape = Tape(self.symbols.parameters)
-        self.rates = [self._plain(rate) for rate in mechanism.kinematics]
+        rates = (*mechanism.kinematics, *(state.rate for state in mechanism.states))
+        self.rates = [self._plain(rate) for rate in rates]
         local = Local(self.symbols, self.rates, self._plain)
         self.frames = Frames(mechanism.frame, self.tape, local)
         frames = [body.frame for body in mechanism.bodies if is_rigid(body)]
@@ -108,7 +109,8 @@ class _Derivation:
             parameter_defaults=tuple(self.plain.default(p.default) for p in mechanism.parameters),
             holonomic=len(self.cuts),
             nonholonomic=0,
-            identity_kinematics=tuple(mechanism.kinematics) == mechanism.u,
+            identity_kinematics=self._plain_kinematics(),
+            states=len(mechanism.states),
             speed_names=tuple(printed_name(u) for u in mechanism.u),
             mass_scale=sum((b.mass for b in self.loaded.bodies), S.Zero),
             intermediates=tuple(self.tape.statements),
@@ -119,6 +121,11 @@ class _Derivation:
                 tuple((cut.point.link, cut.target.link) for cut in self.cuts),
             ),
         )
+
+    def _plain_kinematics(self) -> bool:
+        """Whether speeds are the coordinates' rates, and there is nothing besides."""
+        mechanism = self.mechanism
+        return tuple(mechanism.kinematics) == mechanism.u and not mechanism.states
 
     def _plain(self, expression: Expr) -> Expr:
         return self.plain.expression(sympify(expression).xreplace(self.mechanism.rates))
@@ -187,7 +194,7 @@ class _Derivation:
         labels = tuple(cut.label for cut in self.cuts)
         along = tuple(f"rate of {label}" for label in labels)
         count = (len(labels),)
-        if self.cuts and tuple(self.mechanism.kinematics) != self.mechanism.u:
+        if self.cuts and not self._plain_kinematics():
             raise NotATreeError("loops are closed, and speeds are not the coordinates' rates")
         gamma = tuple(-value for value in self._across("bias"))
         return [
@@ -224,10 +231,15 @@ class _Derivation:
     # -- other outputs ----------------------------------------------------------------------
 
     def _kinematics(self) -> list[Output]:
-        names = [printed_name(q) for q in self.mechanism.q]
+        names = [printed_name(q) for q in (*self.mechanism.q, *self.mechanism.x)]
         labels = tuple(f"rate of {name}" for name in names)
         size = len(self.symbols.u)
-        matrix = tuple(rate.diff(u) for rate in self.rates for u in self.symbols.u)
+        coordinates = len(self.mechanism.q)  # no displacement moves the states behind them
+        matrix = tuple(
+            rate.diff(u) if k < coordinates else S.Zero
+            for k, rate in enumerate(self.rates)
+            for u in self.symbols.u
+        )
         return [
             Output(
                 "coordinate_rates",

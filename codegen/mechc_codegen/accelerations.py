@@ -109,12 +109,11 @@ def _difference(
     frame: ReferenceFrame, place: Point | ReferenceFrame, replaced: Mapping[Expr, Expr]
 ) -> Vector | None:
     """What was set less the derivative; None where nothing was set, or it is the same at sight."""
-    if isinstance(place, ReferenceFrame):
-        given, velocity = place._ang_acc_dict.get(frame), place.ang_vel_in(frame)
-    else:
-        given, velocity = place._acc_dict.get(frame), velocity_of(place, frame)
+    turning = isinstance(place, ReferenceFrame)
+    given = (place._ang_acc_dict if turning else place._acc_dict).get(frame)
     if given is None:
         return None
+    velocity = place.ang_vel_in(frame) if turning else velocity_of(place, frame)
     time = dynamicsymbols._t
     second = {first.diff(time): rate.diff(time) for first, rate in replaced.items() if rate != 0}
     difference = given - velocity.xreplace(dict(replaced)).dt(frame)

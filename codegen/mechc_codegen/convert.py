@@ -12,11 +12,12 @@ from copy import copy
 from dataclasses import replace
 from typing import Any
 
-from sympy import Expr, Float, Integer, S, Symbol, cos, sin, sympify, tan
+from sympy import Expr, Float, Integer, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
-from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.accelerations import refuse_other_accelerations
+from mechc_codegen.at_rest import Rest
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.joints import Joint
 from mechc_codegen.kinematics import coordinate_rates
@@ -31,10 +32,9 @@ from mechc_codegen.mechanism import (
     is_rigid,
     printed_name,
 )
-from mechc_codegen.potential import potential_of
+from mechc_codegen.potential import gravity_apart, potential_of
 from mechc_codegen.source import Key, Settings, Source
 from mechc_codegen.split import Rates, alone, idle, integrable
-from mechc_codegen.terms import velocity_of
 from mechc_codegen.walk import Walk, walk
 
 
@@ -48,13 +48,17 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     kinematics = _kinematics(source)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
-    bodies = tuple(b for b in source.bodies if not _fixed(b, source.frame))
+    rest = Rest(source.frame)
+    bodies = tuple(b for b in source.bodies if not rest.body(b))
+    gravity, source = gravity_apart(source, bodies)
     refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin)
     units = _Units(
         source, kinematics, _resolved(settings.units, "units", source, (*parameters, *states))
     )
+    potential = potential_of(source, bodies, origin, rest)
+    units = _Units(source, read, kinematics, _resolved(settings.units, "units", source, parameters))
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
@@ -77,6 +81,7 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
         unknown_potentials=potential.unknown,
         joints=_joints(source, bodies),
         states=_described_states(source, settings, states, units, parameters),
+        gravity=gravity,
     )
 
 
@@ -281,10 +286,10 @@ class _Units:
     """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise."""
 
     def __init__(
-        self, source: Source, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+        self, source: Source, read: Walk, kinematics: Sequence[Expr], given: Mapping[Expr, str]
     ) -> None:
         self.given = given
-        turning = _turning(source)
+        turning = _turning(source, read)
         self.known: dict[Expr, str] = {}
         for q, rate in zip(source.q, kinematics, strict=True):
             unit = given.get(q, "rad" if q in turning else "")
@@ -296,39 +301,14 @@ class _Units:
         return str(self.given.get(symbol, self.known.get(symbol, "")))
 
 
-def _turning(source: Source) -> set[Expr]:
-    """Coordinates that stand in sines and cosines of the constraints and velocities."""
-    expressions = [*source.configuration, *source.kinematics]
-    expressions += [source.lagrangian] if source.lagrangian is not None else []
-    for body in source.bodies:
-        for matrix, frame in velocity_of(body.masscenter, source.frame).args:
-            expressions += list(matrix)
-            expressions += _orientation(source.frame, frame)
-        if is_rigid(body):
-            expressions += _orientation(source.frame, body.frame)
-    angles: set[Expr] = set()
-    for expression in expressions:
-        for function in sympify(expression).atoms(sin, cos, tan):
-            argument = function.args[0]
-            angles |= {q for q in source.q if argument.diff(q).is_Number and argument.has(q)}
-    return angles
-
-
-def _orientation(frame: ReferenceFrame, other: ReferenceFrame) -> list[Expr]:
-    try:
-        return list(frame.dcm(other))
-    except ValueError:  # a wheel that is given by its angular velocity alone
-        return []
+def _turning(source: Source, read: Walk) -> set[Expr]:
+    """Coordinates that stand in sines and cosines of what places points and frames."""
+    return {
+        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
+    }
 
 
 # -- bodies and points ----------------------------------------------------------------------------
-
-
-def _fixed(body: RigidBody | Particle, frame: ReferenceFrame) -> bool:
-    """The ground among the bodies: nothing of it enters the equations."""
-    if velocity_of(body.masscenter, frame) != 0:
-        return False
-    return not is_rigid(body) or body.frame.ang_vel_in(frame) == 0
 
 
 def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:

@@ -8,15 +8,15 @@ is taken for all.  Loads that depend on speeds, time or inputs alone have none.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from sympy import Expr, S, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
+from mechc_codegen.at_rest import Rest
 from mechc_codegen.source import Source
-from mechc_codegen.terms import velocity_of
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,35 @@ class Potential:
     unknown: tuple[str, ...] = ()
 
 
+def gravity_apart(
+    source: Source, bodies: Sequence[RigidBody | Particle]
+) -> tuple[Vector | None, Source]:
+    """One uniform gravity in place of the weights of all moving bodies, where there are joints.
+
+    So described it costs no more in a long chain than in a short one.  None where the weights are
+    not all alike, or the bodies say a potential energy themselves.
+    """
+    weights = [load for load in source.loads if load[0] in {b.masscenter for b in bodies}]
+    places = [place for place, _ in weights]
+    if not (source.joints and bodies) or any(b.potential_energy != 0 for b in bodies):
+        return None, source
+    if len(places) != len(bodies) or set(places) != {b.masscenter for b in bodies}:
+        return None, source
+    mass = {b.masscenter: b.mass for b in bodies}
+    found = {tuple(c / mass[p] for c in w.to_matrix(source.frame)) for p, w in weights}
+    (components, *others) = found
+    if others or any(c.has(AppliedUndef, dynamicsymbols._t) for c in components):
+        return None, source
+    axes = (source.frame.x, source.frame.y, source.frame.z)
+    gravity = sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
+    return gravity, replace(source, loads=tuple(x for x in source.loads if x not in weights))
+
+
 def potential_of(
-    source: Source, bodies: Sequence[RigidBody | Particle], origin: Point | None
+    source: Source,
+    bodies: Sequence[RigidBody | Particle],
+    origin: Point | None,
+    rest: Rest,
 ) -> Potential:
     """The potential energy, as far as it can be known."""
     said = sum((sympify(b.potential_energy) for b in bodies), S.Zero)
@@ -36,7 +63,7 @@ def potential_of(
         return Potential(said)
     total, unknown = S.Zero, []
     for place, vector in source.loads:
-        value = _of_load(source, place, vector, origin)
+        value = _of_load(source, place, vector, origin, rest)
         if value is None:
             unknown.append(f"the load on {place.name}")
         else:
@@ -45,11 +72,15 @@ def potential_of(
 
 
 def _of_load(
-    source: Source, place: Point | ReferenceFrame, vector: Vector, origin: Point | None
+    source: Source,
+    place: Point | ReferenceFrame,
+    vector: Vector,
+    origin: Point | None,
+    rest: Rest,
 ) -> Expr | None:
     """V of one load, 0 where it has none, None where it is not known."""
     at_rest = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
-    if all(c == 0 for c in at_rest) or _stands_still(source, place):
+    if all(c == 0 for c in at_rest) or rest.place(place):
         return S.Zero
     if any(c.has(*source.q) for c in at_rest):
         return None
@@ -60,13 +91,6 @@ def _of_load(
         if isinstance(place, ReferenceFrame)
         else _constant_force(source, place, at_rest, origin)
     )
-
-
-def _stands_still(source: Source, place: Point | ReferenceFrame) -> bool:
-    """A load on what does not move does no work."""
-    if isinstance(place, ReferenceFrame):
-        return bool(place.ang_vel_in(source.frame) == 0)
-    return bool(velocity_of(place, source.frame) == 0)
 
 
 def _at_rest(source: Source, component: Expr) -> Expr:

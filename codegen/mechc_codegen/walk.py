@@ -11,13 +11,26 @@ import hashlib
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from sympy import Basic, Dummy, Expr, Float, Function, Integer, Rational, Symbol
+from sympy import (
+    Basic,
+    Dummy,
+    Expr,
+    Float,
+    Function,
+    Integer,
+    Rational,
+    Symbol,
+    cos,
+    sin,
+    sympify,
+    tan,
+)
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.source import Source
-from mechc_codegen.terms import is_rigid, velocity_of
+from mechc_codegen.terms import is_rigid
 
 if TYPE_CHECKING:
     from mechc_codegen.joints import Joint
@@ -29,11 +42,13 @@ class Walk:
     def __init__(self, frame: ReferenceFrame) -> None:
         self.lines: list[str] = []
         self.leaves: set[Expr] = set()
+        self.angles: set[Expr] = set()  # what places are turned by
         self.inertial = frame
         self._nodes: dict[Basic, int] = {}
         self._frames: dict[int, int] = {}
         self._points: dict[int, int] = {}
         self._kept: list[object] = []  # so that no id is used twice
+        self._turning: set[frozenset[int]] = set()
         self.frame(frame)
 
     def digest(self) -> str:
@@ -89,6 +104,13 @@ class Walk:
         ]
         return "+".join(parts) or "0"
 
+    def placing(self, entries: Iterable[Expr]) -> str:
+        """Expressions that say where something is; their angles are kept."""
+        told = list(entries)
+        for entry in told:
+            self.angles |= {f.args[0] for f in sympify(entry).atoms(sin, cos, tan)}
+        return self.entries(told)
+
     def entries(self, matrix: Iterable[Expr]) -> str:
         return ",".join(self.expression(entry) for entry in matrix)
 
@@ -100,8 +122,14 @@ class Walk:
         self._kept.append(frame)
         for other, matrix in frame._dcm_dict.items():
             if id(other) not in self._frames:
-                entries = self.entries(matrix)
+                entries = self.placing(matrix)
                 self.say(f"f{number}", [self.frame(other), entries])
+        for other, velocity in frame._ang_vel_dict.items():
+            pair = frozenset((id(frame), id(other)))
+            if pair not in self._turning:
+                self._turning.add(pair)
+                text = self.vector(velocity)
+                self.say(f"f{number} turns", [self.frame(other), text])
         return f"f{number}"
 
     def point(self, point: Point) -> str:
@@ -115,20 +143,23 @@ class Walk:
             if id(other) not in self._points:
                 text = self.vector(vector)
                 self.say(f"p{number}", [self.point(other), text])
+                self.placing(entry for matrix, _ in vector.args for entry in matrix)
+        if self.inertial in point._vel_dict:
+            velocity = point._vel_dict[self.inertial]
+            self.say(f"p{number} moves", [self.vector(velocity)])
+            self.placing(entry for matrix, _ in velocity.args for entry in matrix)
         return f"p{number}"
 
     def motion(self, place: Point | ReferenceFrame) -> str:
-        """Velocity of a point or frame as SymPy has it, and an acceleration set by hand."""
+        """A point or frame, whose velocities against others are said with it.
+
+        And an acceleration that was set by hand.
+        """
         if isinstance(place, ReferenceFrame):
-            number, velocity = self.frame(place), place.ang_vel_in(self.inertial)
-            given = place._ang_acc_dict.get(self.inertial)
+            number, given = self.frame(place), place._ang_acc_dict.get(self.inertial)
         else:
-            number, velocity = self.point(place), velocity_of(place, self.inertial)
-            given = place._acc_dict.get(self.inertial)
-        told = [] if given is None else [self.vector(given)]
-        if isinstance(place, Point) and self.inertial not in place._vel_dict:
-            told.append("not set")
-        return " ".join([number, self.vector(velocity), *told])
+            number, given = self.point(place), place._acc_dict.get(self.inertial)
+        return " ".join([number, *([] if given is None else [self.vector(given)])])
 
     def body(self, body: RigidBody | Particle) -> None:
         parts = [repr(body.name), self.expression(body.mass)]
@@ -153,10 +184,10 @@ def walk(source: Source) -> Walk:
     text = Walk(source.frame)
     text.lines.append(source.kind)
     for label in ("q", "u", "kinematics", "configuration", "motion", "auxiliary"):
-        text.say(label, [text.expression(e) for e in getattr(source, label)])
+        text.say(label, [text.placing([e]) for e in getattr(source, label)])
     text.say("mixed", [str(source.mixed)])
     if source.lagrangian is not None:
-        text.say("lagrangian", [text.expression(source.lagrangian)])
+        text.say("lagrangian", [text.placing([source.lagrangian])])
     for body in source.bodies:
         text.body(body)
     for place, vector in source.loads:

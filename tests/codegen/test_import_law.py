@@ -61,11 +61,12 @@ CONVERSION = DATA | {
     "algebra",
     "kinematics",
     "loads",
+    "at_rest",
     "potential",
     "split",
     "walk",
 }
-ALLOWED |= dict.fromkeys((*READERS, "split", "convert", "accelerations"), CONVERSION)
+ALLOWED |= dict.fromkeys((*READERS, "split", "convert", "accelerations", "potential"), CONVERSION)
 ALLOWED |= {"from_system": CONVERSION | READERS, "from_sympy": CONVERSION | READERS}
 ALLOWED |= {"from_sympy_joints": CONVERSION | READERS | {"convert"}}
 ALLOWED |= {"scene": CONVERSION | {"convert", "from_sympy", "wishing"}}

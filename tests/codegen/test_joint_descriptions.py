@@ -6,19 +6,26 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from mechc_codegen.at_rest import Rest
+from mechc_codegen.convert import convert
 from mechc_codegen.cuts import Cut
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.from_sympy import read
 from mechc_codegen.from_sympy_joints import from_joints
 from mechc_codegen.joints import Joint
 from mechc_codegen.mechanism import Mechanism, Parameter, Quantity
+from mechc_codegen.scene import Asked, Scene
+from mechc_codegen.source import Settings
 from sympy import Symbol, sqrt
 from sympy.physics.mechanics import (
+    Force,
     Particle,
     PinJoint,
     Point,
     PrismaticJoint,
     ReferenceFrame,
     RigidBody,
+    System,
     WeldJoint,
     dynamicsymbols,
 )
@@ -191,3 +198,81 @@ def test_vectors_for_interframes_point_the_x_axes_along_them() -> None:
     cut = Cut.weld("cut", ground, a, parent_interframe=ground.x + ground.y)
     assert cut.parent_interframe is not None
     assert cut.parent_interframe.x.dot(ground.x) == sqrt(2) / 2
+
+
+# -- Systems --------------------------------------------------------------------------------------
+
+
+def system_of(ground: RigidBody, joints: Any) -> System:
+    system = System.from_newtonian(ground)
+    system.add_joints(*joints)
+    return system
+
+
+def test_the_joints_of_a_system_are_those_of_its_mechanism() -> None:
+    ground, a, b = bodies("a", "b")
+    joints = pins(ground, a, b)
+    made = convert(read(system_of(ground, joints)), Settings())
+    assert [j.name for j in made.joints] == ["pin_a", "pin_b"]
+    assert [(j.parent, j.child) for j in made.joints] == [(None, a), (a, b)]
+    for mine, theirs in zip(made.joints, joints, strict=True):
+        assert mine.parent_point is theirs.parent_point
+        assert mine.child_point is theirs.child_point
+        assert mine.parent_interframe is theirs.parent_interframe
+        assert mine.child_interframe is theirs.child_interframe
+        assert mine.speeds == tuple(theirs.speeds)
+
+
+def test_weights_of_a_system_that_are_all_alike_are_gravity_with_its_potential() -> None:
+    g = Symbol("g")
+    ground, a, b = bodies("a", "b")
+    system = system_of(ground, pins(ground, a, b))
+    system.apply_uniform_gravity(-g * ground.y)
+    made = convert(read(system), Settings())
+    assert made.gravity == -g * ground.y
+    assert {place for place, _ in made.loads} <= {ground.masscenter}
+    assert not made.unknown_potentials
+    system.add_loads(Force(b.masscenter, g * ground.x))  # one weighs otherwise
+    made = convert(read(system), Settings())
+    assert made.gravity is None
+    assert len(made.loads) == 4
+
+
+def test_what_turns_or_moves_otherwise_is_another_scene() -> None:
+    def named(change: Any) -> str | None:
+        ground, a, b = bodies("a", "b")
+        joints = pins(ground, a, b)
+        change(ground, a, b)
+        return Scene(system_of(ground, joints), Asked(Settings())).digest
+
+    u = dynamicsymbols("u_pin_a")
+    changes = [
+        lambda ground, a, b: None,
+        lambda ground, a, b: a.frame.set_ang_vel(ground.frame, 2 * u * ground.z),
+        lambda ground, a, b: a.masscenter.set_vel(ground.frame, u * ground.x),
+        lambda ground, a, b: b.masscenter.set_vel(ground.frame, u * ground.x),
+        lambda ground, a, b: b.frame.set_ang_vel(ground.frame, u * ground.z),
+        lambda ground, a, b: b.masscenter.set_acc(ground.frame, 0),
+    ]
+    names = [named(change) for change in changes]
+    assert names[0] == named(changes[0])
+    assert len(set(names)) == len(names)
+
+
+def test_what_is_at_rest_is_told_from_what_moves() -> None:
+    ground, a, b, c = bodies("a", "b", "c")
+    slide = dynamicsymbols("x") * ground.x
+    joints = [
+        *pins(ground, a),
+        WeldJoint("weld", ground, b, parent_point=l * ground.x + 2 * ground.y),
+        WeldJoint("on", a, c, parent_point=l * a.x),
+    ]
+    rest = Rest(ground.frame)
+    assert [rest.body(body) for body in (ground, a, b, c)] == [True, False, True, False]
+    assert joints[0].child_point is a.masscenter
+    assert rest.place(a.masscenter)  # it turns about its mass centre, which stays
+    moved = ground.masscenter.locatenew("moved", slide)
+    ground.masscenter.set_vel(ground.frame, 0)
+    assert not rest.place(moved)
+    moved.set_vel(ground.frame, 0)
+    assert rest.place(moved)  # as it was said

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from mechanisms.jointed import CHAIN, PINS, chain, four_bar, rod, tree
+from mechanisms.jointed import CHAIN, PINS, chain, four_bar, rod, spatial_four_bar, tree
 from mechc_codegen import extension
 from sympy import Symbol
 from sympy.physics.mechanics import (
@@ -244,6 +244,37 @@ def test_the_shipped_four_bar_has_reactions_on_request():
     assert plain.joint_names == ()
     with pytest.raises(UnavailableOutputError, match=r"outputs=.*'reactions'"):
         plain.reactions(y)
+
+
+def test_in_a_loop_in_space_nothing_is_left_along_the_free_directions_of_any_joint():
+    """A wrench of the cut pin that was wrong in any part would be found in these."""
+    model = mechc.compile(spatial_four_bar(), outputs=ASKED)
+    assert len(model.constraint_names) == 5
+    for seed in range(3):
+        y = closed(model, seed)
+        force, torque = model.reactions(y)
+        size = np.abs(force).max()
+        first, ball_1, ball_2, second = torque
+        assert abs(first[2]) < 1e-10 * size
+        assert np.abs([ball_1, ball_2]).max() < 1e-10 * size
+        axis = np.array([1, 0, 1]) / np.sqrt(2)  # the interframe's x, which the pin turns about
+        assert abs(second @ axis) < 1e-10 * size
+        assert np.abs(second).max() > 1e-2 * size  # it does hold moments
+
+
+def closed(model, seed):
+    """A closed state with speeds that keep it, by Newton's method."""
+    size, rng = len(model.coordinates), np.random.default_rng(seed)
+    for _ in range(50):
+        y = rng.uniform(-1.5, 1.5, 2 * size)
+        for _ in range(40):
+            step = np.linalg.lstsq(model.constraint_jacobian(y), model.constraints(y), rcond=1e-9)
+            y[:size] -= step[0]
+        if np.abs(model.constraints(y)).max() < 1e-13:
+            rows = model.constraint_jacobian(y)
+            y[size:] -= np.linalg.lstsq(rows, model.velocity_constraints(y), rcond=1e-9)[0]
+            return y
+    raise AssertionError("no closed state was found")
 
 
 # -- objects of SymPy's ---------------------------------------------------------------------------

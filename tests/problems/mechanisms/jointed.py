@@ -6,7 +6,14 @@ from mechc_codegen.cuts import Cut
 from mechc_codegen.from_sympy_joints import from_joints
 from mechc_codegen.mechanism import Mechanism
 from sympy import Symbol, symbols
-from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody, dynamicsymbols, inertia
+from sympy.physics.mechanics import (
+    PinJoint,
+    PrismaticJoint,
+    RigidBody,
+    SphericalJoint,
+    dynamicsymbols,
+    inertia,
+)
 
 m, l, g = Symbol("m"), Symbol("l"), Symbol("g")
 CHAIN = {"m": 1.3, "l": 0.7, "g": 9.81}
@@ -104,3 +111,21 @@ def four_bar(cut: int = 3) -> Mechanism:
         f"four_bar_{cut}", sorted(joints, key=lambda j: j.name),
         gravity=-g * ground.y, parameters=FOUR_BAR, ground=ground,
     )  # fmt: skip
+
+
+# -- a loop in space ------------------------------------------------------------------------------
+
+
+def spatial_four_bar() -> Mechanism:
+    """Two levers on skew pins and a rod between balls; the second pin is cut, five rows."""
+    ground, lever, coupler, rocker = (RigidBody("ground"), rod("lever"), rod("rod"), rod("rocker"))
+    near = {body: -l / 2 * body.x for body in (lever, coupler, rocker)}
+    far = {body: l / 2 * body.x for body in (lever, coupler, rocker)}
+    pivot, skew = l * ground.x + l / 3 * ground.y, ground.z + ground.x
+    joints = [
+        PinJoint("first", ground, lever, child_point=near[lever], joint_axis=ground.z),
+        SphericalJoint("ball_1", lever, coupler, None, None, far[lever], near[coupler]),
+        SphericalJoint("ball_2", coupler, rocker, None, None, far[coupler], far[rocker]),
+        Cut.pin("second", ground, rocker, pivot, near[rocker], skew, rocker.z),
+    ]
+    return from_joints("spatial", joints, gravity=-g * ground.y, parameters=CHAIN)

@@ -120,7 +120,7 @@ class Members:
 
 
 def trajectories(chosen: Any) -> list[Row]:
-    members = Members(max(chosen.members, 4000))
+    members = Members(max(chosen.members, 8000))
     work: dict[str, tuple[int, Callable[[], Any]]] = {}
     rows, asked = add_heyoka(members, work)
     tolerances = {}
@@ -189,7 +189,7 @@ def two_cores(members: Members, rtol: float) -> list[Row]:
     least = {1: np.inf, 2: np.inf}
     for _ in range(ROUNDS):
         for threads in least:
-            work = lambda: members.run(4000, "dop853", rtol, threads)  # noqa: E731, B023
+            work = lambda: members.run(8000, "dop853", rtol, threads)  # noqa: E731, B023
             least[threads] = min(least[threads], seconds_of(work, time.perf_counter))
     load = os.getloadavg()[0]
     print(f"load of the machine while two cores were measured: {load:.1f}", file=sys.stderr)

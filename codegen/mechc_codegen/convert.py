@@ -29,7 +29,6 @@ from mechc_codegen.mechanism import (
     Quantity,
     Speed,
     State,
-    is_rigid,
     printed_name,
 )
 from mechc_codegen.potential import gravity_apart, potential_of
@@ -53,12 +52,9 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     gravity, source = gravity_apart(source, bodies)
     refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
     origin = source.origin or _origin(source)
-    potential = potential_of(source, bodies, origin)
-    units = _Units(
-        source, kinematics, _resolved(settings.units, "units", source, (*parameters, *states))
-    )
     potential = potential_of(source, bodies, origin, rest)
-    units = _Units(source, read, kinematics, _resolved(settings.units, "units", source, parameters))
+    told = _resolved(settings.units, "units", source, (*parameters, *states))
+    units = _Units(source, read, kinematics, told)
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",

@@ -84,6 +84,8 @@ def without_corners(expression: Basic) -> Basic:
         return Above(x) + at_zero * (1 - Above(x) - Above(-x))
     if _is_curve(expression):
         return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
+    if isinstance(expression, UnevaluatedExpr):
+        return expression.args[0]
     if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
         return S.Zero
     return expression

@@ -71,6 +71,7 @@ __all__ = [
     "Signal",
     "Solution",
     "Speed",
+    "State",
     "Status",
     "UnavailableOutputError",
     "UnknownNameError",
@@ -95,6 +96,7 @@ _DESCRIPTION = {
     "Parameter",
     "Quantity",
     "Speed",
+    "State",
     "from_joints",
     "multiplier",
 }

@@ -130,6 +130,19 @@ def test_a_muscle_lifts_a_forearm_as_sympys_equations_say(formulation, start):
     assert 0.0 < sol["a_biceps"].min() < sol["a_biceps"].max() < 0.9
 
 
+def test_a_muscle_told_by_the_force_of_its_tendon_has_sympys_rates():
+    kane, muscle = forearm(MusculotendonFormulation.TENDON_FORCE_EXPLICIT)
+    model = mechc.compile(kane, states=muscle, defaults=ARM, outputs=())
+    states = dict(zip(muscle.x, muscle.rhs(), strict=True))
+    expected = reference(kane, states, muscle.r[0], ARM)
+    start = model.assemble({"q": -0.5, "F_T_tilde_biceps": 0.03, "a_biceps": 0.05})
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        y = start + rng.uniform(-0.01, 0.01, len(start))
+        found = model.rhs(0.0, y, inputs={"e_biceps": 0.6})
+        np.testing.assert_allclose(found, expected(0.0, y, 0.6), rtol=1e-11, atol=1e-11)
+
+
 # -- a controller -------------------------------------------------------------------------------
 
 GAINS = {"m": 1.0, "l": 1.0, "k_p": 40.0, "k_i": 30.0, "k_d": 9.0}

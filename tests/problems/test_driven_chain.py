@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from mechanisms.chains import planar_chain
 from mechc_codegen import extension
-from mechc_codegen.mechanism import Quantity, State
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -28,7 +27,11 @@ def driven_chain(name):
         name=name,
         loads=loads,
         inputs={torque: None, target: None},
-        states=(State(z, error - z**2 / 10, Quantity("rad s", "integral of the error"), 0.1),),
+        states=(
+            mechc.State(
+                z, error - z**2 / 10, mechc.Quantity("rad s", "integral of the error"), 0.1
+            ),
+        ),
     )
 
 

@@ -137,6 +137,7 @@ class _Emitter:
             "parameter_jacobian": int("residual_by_parameters" in self.outputs),
             "input_jacobian": int("residual_by_inputs" in self.outputs),
             "own": len(self.wishes.expressions),
+            "multipliers": int(rows > 0 and self._uses_multipliers(bool(jacobians))),
         }
         return _template("scene_sizes.h.in").substitute(values)
 
@@ -145,6 +146,11 @@ class _Emitter:
         states, values = self.equations.states, len(self.inputs)
         text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
         return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
+
+    def _uses_multipliers(self, jacobians: bool) -> bool:
+        """Whether any output is made of them; the motion itself is solved without."""
+        solved = any(self._needs_motion(o) for o in self._listed())
+        return jacobians or solved or self.wishes.wants("multipliers")
 
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)

@@ -27,8 +27,8 @@ def lower(equations: Equations) -> Program:
 
 
 def _unused(name: str, equations: Equations) -> bool:
-    if name in ("kinematic_matrix", "constraint_gradient"):
-        return equations.identity_kinematics  # then N is the unit matrix and the gradient is J
+    if name in ("coordinate_rates", "kinematic_matrix", "constraint_gradient"):
+        return equations.identity_kinematics  # then q' is u, N the unit matrix, the gradient J
     return name in KEPT_APART
 
 

@@ -20,6 +20,7 @@ from mechc import cache as kept
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "problems"))
 from mechanisms.chains import planar_chain, spatial_chain
+from mechanisms.heavy_top import heavy_top
 
 NOTHING = Wishes(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to
@@ -96,6 +97,26 @@ def test_without_constraints_the_binary_has_no_code_for_them():
     found = {of for of in OF_ROWS if of in names[loop.name]}
     assert len(found) >= 3, "the names that are looked for are those of the runtime"
     assert not [of for of in OF_ROWS if of in names[open_chain.name]]
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="nm lists what is in a binary")
+def test_without_multipliers_asked_for_the_binary_has_no_code_for_them():
+    """Of constraints, redundant ones included, the motion is solved without them."""
+    found = {}
+    for outputs in ((), ("multipliers",)):
+        made = mechc.load("four_bar", outputs=outputs)
+        assert made.capsule
+        command = ["nm", str(kept.find(made.build["key"]))]
+        listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+        found[outputs] = "multipliers" in listed
+    assert found == {(): False, ("multipliers",): True}
+
+
+def test_rates_that_are_the_speeds_are_not_written():
+    made, _ = functions(planar_chain(3), NOTHING)
+    assert "output_coordinate_rates" not in made
+    made, _ = functions(heavy_top(), NOTHING)
+    assert "output_coordinate_rates" in made
 
 
 def test_a_plane_has_no_third_dimension():

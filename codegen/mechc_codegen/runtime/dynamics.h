@@ -75,7 +75,7 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
 {
     const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
     const FN(motion_terms) split = {terms, jacobian, forcing, forcing + MECHC_NU};
-    FN(solve_in_mass_metric)(&split, solution, solution + MECHC_NU);
+    FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
 /* The lanes that need it anew.  Works on copies: an array whose address leaves the usual path is
@@ -91,7 +91,7 @@ MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lane
     for (int i = 0; i < MECHC_NC; i++) *to++ = terms->gamma[i];
     FN(solve_redundant)(copy, solution);
     for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(lanes, solution[i], x[i]);
-    for (int i = 0; lambda && i < MECHC_NC; i++)
+    for (int i = 0; MECHC_MULTIPLIERS && lambda && i < MECHC_NC; i++)
         lambda[i] = R_SELECT(lanes, solution[MECHC_NU + i], lambda[i]);
 }
 #endif

@@ -87,7 +87,7 @@ def test_without_constraints_nothing_of_them_is_written_or_compiled():
 @pytest.mark.skipif(shutil.which("nm") is None, reason="nm lists what is in a binary")
 def test_without_constraints_the_binary_has_no_code_for_them():
     open_chain = model(planar_chain, 3)
-    loop = mechc.load("four_bar", outputs=("points",))
+    loop = mechc.load("four_bar", outputs=("multipliers",))
     names = {}
     for each in (open_chain, loop):
         assert each.capsule

@@ -13,6 +13,8 @@ from sympy import Expr, Symbol, lambdify
 Rows = list[list[float]]
 Evaluate = Callable[..., list[float]]
 _RANK = 1e-9  # of the largest pivot
+_DRAWS = 12
+_COLLAPSED = 1e-2  # parameters are drawn from 0.4 to 1.7
 
 
 def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
@@ -100,31 +102,41 @@ def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
     return [sum(multiples[i] * rows[i][j] for i in range(size)) for j in range(columns)]
 
 
-def random_point(gap: Evaluate | None, size: int, seed: int) -> list[float] | None:
-    """Values of ``size`` arguments at which the gap vanishes: parameters too are chosen for it.
+def random_point(
+    gap: Evaluate | None, size: int, seed: int, moving: Sequence[int] | None = None
+) -> list[float] | None:
+    """Values of ``size`` arguments at which the gap vanishes, by changing those that may move.
 
-    None if none was found: the constraints may contradict each other.
+    Where that closes nothing all of them are changed, parameters too; never to where arguments
+    vanish together, as lengths of nothing close every loop.  None if none was found: the
+    constraints may contradict each other.
     """
     generator = random.Random(seed)
-    for _ in range(12):
-        x = [generator.uniform(0.4, 1.7) for _ in range(size)]
-        if gap is None or _newton(x, gap):
-            return x
+    for changed in (list(range(size)) if moving is None else list(moving), list(range(size))):
+        for _ in range(_DRAWS):
+            x = [generator.uniform(0.4, 1.7) for _ in range(size)]
+            if gap is None or (_newton(x, gap, changed) and _sound(x, changed, moving)):
+                return x
     return None
 
 
-def _newton(x: list[float], gap: Evaluate) -> bool:
-    """Change x until the gap vanishes; whether that was reached."""
+def _sound(x: Sequence[float], changed: Sequence[int], moving: Sequence[int] | None) -> bool:
+    held = [i for i in changed if moving is not None and i not in moving]
+    return all(abs(x[i]) > _COLLAPSED for i in held)
+
+
+def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
+    """Change some of x until the gap vanishes; whether that was reached."""
     try:
         for _ in range(60):
             values = gap(*x)
             if max(map(abs, values)) < 1e-13:
                 return True
-            units = ([float(k == i) for k in range(len(x))] for i in range(len(x)))
+            units = ([float(k == i) for k in range(len(x))] for i in changed)
             columns = [slope(gap, x, unit, 1e-6) for unit in units]
             rows = [list(row) for row in zip(*columns, strict=True)]
-            step = solve_least(rows, values)
-            x[:] = [a - b for a, b in zip(x, step, strict=True)]
+            for i, step in zip(changed, solve_least(rows, values), strict=True):
+                x[i] -= step
         return max(map(abs, gap(*x))) < 1e-10
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return False

@@ -102,7 +102,7 @@ class RateRows:
 
     def points(self) -> list[list[float]]:
         """Random states in which the constraints hold."""
-        found = (random_point(self._gap, self._size, seed) for seed in _SEEDS)
+        found = (random_point(self._gap, self._size, seed, self._places) for seed in _SEEDS)
         return [point for point in found if point is not None]
 
     def at(self, point: Sequence[float]) -> Rows:

@@ -54,6 +54,40 @@ def four_bar_kane() -> KanesMethod:
     return system.eom_method
 
 
+def windows_kane(count: int) -> KanesMethod:
+    """Four-bar windows in a row, of rods all alike: closed at any length, and at none."""
+    size = 2 * count + 1
+    q, u = dynamicsymbols(f"q_0:{size}"), dynamicsymbols(f"u_0:{size}")
+    frame, origin, l, m = ReferenceFrame("N"), Point("O"), Symbol("l"), Symbol("m")
+    origin.set_vel(frame, 0)
+    bodies: list[RigidBody] = []
+
+    def rod(start: Point, on: ReferenceFrame) -> tuple[Point, ReferenceFrame]:
+        k = len(bodies)
+        turned = on.orientnew(f"L{k}", "Axis", (q[k], on.z))
+        turned.set_ang_vel(on, u[k] * on.z)
+        centre, end = (start.locatenew(f"P{k}{j}", l / j * turned.x) for j in (2, 1))
+        for point in (centre, end):
+            point.v2pt_theory(start, frame, turned)
+        about = (inertia(turned, 0, 0, m * l**2 / 12), centre)
+        bodies.append(RigidBody(f"B{k}", centre, turned, m, about))
+        return end, turned
+
+    (top, on), gaps = rod(origin, frame), list[Expr]()
+    for i in range(1, count + 1):
+        top, on = rod(top, on)
+        gap = rod(top, on)[0].pos_from(origin) - i * l * frame.x
+        gaps += [gap.dot(frame.x), gap.dot(frame.y)]
+    rates = {a.diff(t): b for a, b in zip(q, u, strict=True)}
+    method = KanesMethod(
+        frame, q[:1], u[:1], [a - b for a, b in rates.items()],
+        q_dependent=q[1:], u_dependent=u[1:], configuration_constraints=gaps,
+        velocity_constraints=[gap.diff(t).xreplace(rates) for gap in gaps],
+    )  # fmt: skip
+    method.kanes_equations(bodies, [])
+    return method
+
+
 def slider(
     force: Any = None, *, mass: Expr | None = None, formed: bool = True, **kane: Any
 ) -> KanesMethod:

@@ -31,7 +31,7 @@ from sympy.physics.mechanics import (
     System,
     dynamicsymbols,
 )
-from sympy_objects import four_bar_kane, four_bar_system, slider
+from sympy_objects import four_bar_kane, four_bar_system, slider, windows_kane
 
 t = dynamicsymbols._t
 x, y = dynamicsymbols("x y")
@@ -73,6 +73,15 @@ def test_rates_of_configuration_constraints_are_told_from_nonholonomic_ones() ->
     assert len(kane._k_nh.row(0)) == 3
     made = mechanism(kane)
     assert len(made.configuration_constraints) == 2
+    assert made.motion_constraints == ()
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_loops_that_rods_of_no_length_would_close_are_told_at_rods_of_some_length(
+    count: int,
+) -> None:
+    made = mechanism(windows_kane(count))
+    assert len(made.configuration_constraints) == 2 * count
     assert made.motion_constraints == ()
 
 

@@ -7,6 +7,7 @@ terms, which is what rounding of each term allows.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import mpmath
@@ -117,6 +118,18 @@ class Reference:
         right = np.linalg.norm(np.hstack([forcing, gamma]) * scale, axis=-1)
         unknowns = np.linalg.norm(solution / scale, axis=-1)
         return np.asarray(PROMISE * (inverse * (matrix * unknowns + right))[:, None] * scale)
+
+
+def printed(named: Mapping[str, Array], name: str, states: int) -> Array:
+    """An output of a program that prints them all, (states, width).
+
+    Rates of coordinates that are the speeds are no output of their own.
+    """
+    if name in named:
+        return named[name].reshape(states, -1)
+    assert name == "coordinate_rates"
+    rates = named["rates"].reshape(states, -1)
+    return rates[:, : rates.shape[1] // 2]
 
 
 def magnitude(expression: Expr) -> Expr:

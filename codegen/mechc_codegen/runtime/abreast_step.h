@@ -3,7 +3,7 @@
 
 #define MECHC_ABREAST_ENDS 1 /* evaluations at a step's end */
 #define MECHC_ABREAST_CLOSINGS 4
-#define MECHC_ABREAST_SAFETY 0.86
+#define MECHC_ABREAST_SAFETY 0.84
 #define MECHC_ABREAST_GROWTH 2.0
 
 MECHC_INLINE mechc_lane mechc_abreast_rates_at(const struct mechc_abreast *a, mechc_lane t,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mechc._scenes import four_bar
 
 Array = NDArray[np.float64]
-DATA = Path(__file__).resolve().parent.parent / "tests" / "problems" / "data"
+DATA = Path(__file__).resolve().parent / "data"
 OUT = Path(__file__).resolve().parent / "out"
 METHODS = {"dopri5": 0, "dop853": 1, "gauss8": 3}
 STATUS = {

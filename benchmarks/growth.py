@@ -30,17 +30,16 @@ from typing import Any
 import numpy as np
 from _machine import about
 from _scene import OUT, write
+from _windows import first_upright, upright_start
 from mechc._driver import capsule_of
 from mechc_codegen.extension import build_scene, equations_of
+from mechc_codegen.mechanisms.chains import planar_chain, spatial_chain
+from mechc_codegen.mechanisms.windows import windows
 from mechc_codegen.scene import Asked, Scene
 from mechc_codegen.source import Settings
 
 from mechc import jit
 from mechc.model import Model
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "problems"))
-from mechanisms.chains import planar_chain, spatial_chain
-from mechanisms.windows import first_upright, upright_start, windows
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
 SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows}

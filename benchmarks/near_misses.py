@@ -3,7 +3,7 @@
     python benchmarks/near_misses.py
 
 l_3 = 4 +- 10^-k, k = 1 ... 16, from rest at 85 degrees, 3 s, against the motion of the same doubles
-in 40 digits (near_miss_reference.py made tests/problems/data/four_bar_near_misses.json).
+in 40 digits (near_miss_reference.py made benchmarks/data/four_bar_near_misses.json).
 4 - 1e-16 is 4.0 itself and is held against the change point's own exact motion.  Right: within
 100 rtol times a condition of 100, and 2.5e-8 for rounding.
 """

@@ -13,23 +13,19 @@ state at a call and a thousand.
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from _scene import write
+from mechc_codegen.mechanisms.chains import planar_chain
+from mechc_codegen.mechanisms.heavy_top import heavy_top
 
 import mechc
 from mechc import cache, jit
-
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "problems"))
-from mechanisms.chains import planar_chain
-from mechanisms.heavy_top import heavy_top
 
 USUAL = ("energy", "momenta", "points", "multipliers")
 ALL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")

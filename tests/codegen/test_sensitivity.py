@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -14,6 +12,8 @@ import pytest
 import scenes
 from mechc_codegen import Mechanism, extension
 from mechc_codegen.extension import build_scene
+from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.mechanisms.windows import windows
 from mechc_codegen.optimize import optimize
 from mechc_codegen.sensitivity import add_sensitivities
 from mechc_codegen.terms import multiplier
@@ -22,10 +22,6 @@ from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "problems"))
-from mechanisms.pendulum import pendulum
-from mechanisms.windows import windows
 
 JACOBIANS = ("state_jacobian", "parameter_jacobian")
 SCENES = ("four_bar", "everything", "swing", "guided swing", "bead")

@@ -3,24 +3,20 @@
 import re
 import shutil
 import subprocess
-import sys
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 import pytest
 from mechc_codegen.emit_c import BASELINE
 from mechc_codegen.extension import build_scene, equations_of, operations_of_all
 from mechc_codegen.mechanisms import shipped_mechanism
+from mechc_codegen.mechanisms.chains import planar_chain, spatial_chain
+from mechc_codegen.mechanisms.heavy_top import heavy_top
 from mechc_codegen.wishes import EVERYTHING, Wishes
 from sympy import Integer, Symbol
 
 import mechc
 from mechc import cache as kept
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "problems"))
-from mechanisms.chains import planar_chain, spatial_chain
-from mechanisms.heavy_top import heavy_top
 
 NOTHING = Wishes(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechanisms.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
+from mechc_codegen.mechanisms.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
 from mechc import jit
 
-PUBLISHED = json.loads((Path(__file__).parent / "data" / "bicycle.json").read_text("utf-8"))
+DATA = Path(__file__).parents[2] / "benchmarks" / "data"
+PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # coefficients of central differences
 STEP = 0.007
 OUTPUTS = ("energy", "multipliers", "state_jacobian", "parameter_jacobian")

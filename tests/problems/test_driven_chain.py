@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from mechanisms.chains import planar_chain
 from mechc_codegen import extension
+from mechc_codegen.mechanisms.chains import planar_chain
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc

@@ -9,7 +9,7 @@ import pytest
 
 import mechc
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[2] / "benchmarks" / "data"
 
 
 def reference(name):

@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from mechanisms.andrews import andrews
-from mechanisms.car_axis import car_axis
-from mechanisms.chains import closed_chain, planar_chain, spatial_chain
-from mechanisms.flyball_governor import flyball_governor
-from mechanisms.heavy_top import heavy_top
-from mechanisms.pendulum import pendulum
 from mechanisms.redundant import spatial, two_rockers
-from mechanisms.rigid_body import rigid_body
-from mechanisms.slider_crank import slider_crank
-from mechanisms.windows import windows
+from mechc_codegen.mechanisms.andrews import andrews
+from mechc_codegen.mechanisms.car_axis import car_axis
+from mechc_codegen.mechanisms.chains import closed_chain, planar_chain, spatial_chain
+from mechc_codegen.mechanisms.flyball_governor import flyball_governor
+from mechc_codegen.mechanisms.heavy_top import heavy_top
+from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.mechanisms.rigid_body import rigid_body
+from mechc_codegen.mechanisms.slider_crank import slider_crank
+from mechc_codegen.mechanisms.windows import windows
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -28,7 +28,7 @@ from mechc.errors import CompilerError, MechcError, UnknownNameError, ValueOutOf
 sys.path.insert(0, str(Path(__file__).parents[1] / "codegen"))
 import scenes
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[2] / "benchmarks" / "data"
 SCENES = {
     "andrews": andrews,
     "car_axis": car_axis,

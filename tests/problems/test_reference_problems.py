@@ -1,6 +1,6 @@
 """Problems of the field against answers in closed form or quadruple precision.
 
-The numbers and their sources are in ``data``; the mechanisms are in ``mechanisms``.
+The numbers and their sources are in ``benchmarks/data``; the mechanisms are the library's.
 """
 
 import json
@@ -11,18 +11,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechanisms.andrews import ANGLES, andrews
-from mechanisms.car_axis import car_axis
-from mechanisms.flyball_governor import flyball_governor
-from mechanisms.heavy_top import heavy_top
-from mechanisms.pendulum import pendulum
-from mechanisms.rigid_body import rigid_body
-from mechanisms.slider_crank import slider_crank
-from mechanisms.windows import windows
+from mechc_codegen.mechanisms.andrews import ANGLES, andrews
+from mechc_codegen.mechanisms.car_axis import car_axis
+from mechc_codegen.mechanisms.flyball_governor import flyball_governor
+from mechc_codegen.mechanisms.heavy_top import heavy_top
+from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.mechanisms.rigid_body import rigid_body
+from mechc_codegen.mechanisms.slider_crank import slider_crank
+from mechc_codegen.mechanisms.windows import windows
 
 import mechc
 
-DATA = Path(__file__).parent / "data"
+DATA = Path(__file__).parents[2] / "benchmarks" / "data"
 EVERY_TOLERANCE = (1e-6, 1e-8, 1e-10, 1e-12)
 MARGIN = 30.0  # of the tolerance times the condition; most runs stay below 10
 FLOOR = 1e-13  # below this an error is rounding

@@ -9,6 +9,14 @@ does; of two rockers, each has half of the rocker's mass.
 from __future__ import annotations
 
 from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import (
+    coordinates,
+    fixed_point,
+    located,
+    parameter,
+    speeds,
+    weight,
+)
 from sympy import Expr, Symbol, symbols
 from sympy.physics.mechanics import (
     ReferenceFrame,
@@ -17,8 +25,6 @@ from sympy.physics.mechanics import (
     dynamicsymbols,
     inertia,
 )
-
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
 
 LINKS = ("crank", "coupler", "rocker", "other rocker")
 l, m, g = symbols("l_0:4"), symbols("m_0:3"), Symbol("g")

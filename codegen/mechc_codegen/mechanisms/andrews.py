@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from mechc_codegen.mechanism import Constraint, Drawing, Load, Mechanism, Parameter
 from sympy import Symbol, sqrt
 from sympy.physics.mechanics import (
     Point,
@@ -20,7 +19,8 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.mechanism import Constraint, Drawing, Load, Mechanism, Parameter
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
 
 ANGLES = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
 MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)

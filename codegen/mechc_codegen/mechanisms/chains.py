@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mechc_codegen.mechanism import Closure, Mechanism
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechanisms.parts import coordinates, fixed_point, parameter, speeds
+from mechc_codegen.mechanism import Closure, Mechanism
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, parameter, speeds
 
 l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from math import pi
 
-from mechc_codegen.mechanism import Drawing, Load, Mechanism, Parameter
 from sympy import Expr, Symbol, sqrt
 from sympy.physics.mechanics import (
     Particle,
@@ -20,7 +19,15 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
+from mechc_codegen.mechanism import Drawing, Load, Mechanism, Parameter
+from mechc_codegen.mechanisms.parts import (
+    coordinates,
+    fixed_point,
+    located,
+    parameter,
+    speeds,
+    weight,
+)
 
 l, a, b, h = Symbol("l"), Symbol("a"), Symbol("b"), Symbol("h")
 m, m_s, m_b = Symbol("m"), Symbol("m_s"), Symbol("m_b")

@@ -7,11 +7,11 @@ attitude is a quaternion, so there are four coordinates to three speeds.
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Drawing, Mechanism
 from sympy import Rational, sqrt, symbols
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.mechanism import Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
 
 MODULUS = Rational(51, 100)
 

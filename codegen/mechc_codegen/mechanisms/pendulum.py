@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Drawing, Mechanism
 from sympy import Symbol, symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
+from mechc_codegen.mechanism import Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import (
+    coordinates,
+    fixed_point,
+    located,
+    parameter,
+    speeds,
+    weight,
+)
 
 
 def pendulum(count: int) -> Mechanism:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
 from sympy import Symbol, symbols
 from sympy.physics.mechanics import (
     Particle,
@@ -13,7 +12,8 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
 
 
 def slider_crank() -> Mechanism:

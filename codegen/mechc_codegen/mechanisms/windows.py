@@ -8,13 +8,11 @@ Rods and cuts are described from one to the next and never written out across th
 
 from __future__ import annotations
 
-import numpy as np
-from mechc_codegen.mechanism import Closure, Drawing, Mechanism
-from scipy.special import ellipj, ellipk
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechanisms.parts import coordinates, fixed_point, parameter, speeds
+from mechc_codegen.mechanism import Closure, Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, parameter, speeds
 
 l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
@@ -78,24 +76,3 @@ def windows(count: int) -> Mechanism:
             traced=("B_0",),
         ),
     )
-
-
-def upright_start(count: int, *, angle: float = np.pi / 2, rate: float = -1.0) -> np.ndarray:
-    """The state in which all uprights stand at an angle (rad) and turn at a rate (rad/s).
-
-    By default that of problem A02, vertical, the first upright's end moving at +1 m/s along x.
-    """
-    size = 2 * count + 1
-    y = np.zeros(2 * size)
-    # The first coupler lies along the ground; uprights point down from the couplers.
-    y[0], y[1], y[2:size:2] = angle, -angle, angle - np.pi
-    y[size], y[size + 1], y[size + 2 :: 2] = rate, -rate, rate
-    return y
-
-
-def first_upright(count: int, times: np.ndarray, g: float = 9.81) -> np.ndarray:
-    """The first upright's end (m, on the ground's axes) in problem A02, in closed form."""
-    a = g * ((count + 1) / 2 + count) / ((count + 1) / 3 + count)
-    omega = np.sqrt(1 + 4 * a) / 2
-    sn, cn, _, _ = ellipj(ellipk(a / omega**2) + omega * np.asarray(times), a / omega**2)
-    return np.stack([-2 * sn * cn, sn**2 - cn**2], axis=1)

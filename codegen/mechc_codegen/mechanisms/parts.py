@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mechc_codegen.mechanism import Coordinate, Load, Parameter, Quantity, Speed
 from sympy import Expr, Symbol
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
+
+from mechc_codegen.mechanism import Coordinate, Load, Parameter, Quantity, Speed
 
 t = dynamicsymbols._t
 

@@ -7,11 +7,11 @@ the second one depends on time.
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
 from sympy import sin, sqrt, symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dot, dynamicsymbols
 
-from mechanisms.parts import coordinates, fixed_point, parameter, speeds, t, weight
+from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import coordinates, fixed_point, parameter, speeds, t, weight
 
 ENDS = ("x of the left", "y of the left", "x of the right", "y of the right")
 

@@ -21,7 +21,7 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from mechanisms.parts import fixed_point, located, weight
+from mechc_codegen.mechanisms.parts import fixed_point, located, weight
 
 # Where the rear wheel touches the ground, yaw, roll, pitch of the frame (when upright the tilt of
 # the steer axis), angle of the rear wheel, steer angle, angle of the front wheel; and their rates.
@@ -84,8 +84,10 @@ def bicycle() -> KanesMethod:
 def _frames() -> tuple[ReferenceFrame, ...]:
     """Inertial, yaw, roll, rear frame, fork, rear wheel, front wheel, one turned from the other."""
     frames = {"": ReferenceFrame("N")}
-    turns = (("yaw", "", "z"), ("roll", "yaw", "x"), ("pitch", "roll", "y"))
-    turns += (("steer", "pitch", "z"), ("rear", "pitch", "y"), ("front", "steer", "y"))
+    turns = (
+        *(("yaw", "", "z"), ("roll", "yaw", "x"), ("pitch", "roll", "y")),
+        *(("steer", "pitch", "z"), ("rear", "pitch", "y"), ("front", "steer", "y")),
+    )
     for name, before, axis in turns:
         start = frames[before]
         frames[name] = start.orientnew(name, "Axis", (q[name], getattr(start, axis)))

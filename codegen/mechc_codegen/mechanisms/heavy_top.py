@@ -7,11 +7,18 @@ speeds are the body's angular velocity in its own axes, not rates of the angles.
 
 from __future__ import annotations
 
-from mechc_codegen.mechanism import Drawing, Mechanism
 from sympy import cos, sin, symbols
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechanisms.parts import coordinates, fixed_point, located, parameter, speeds, weight
+from mechc_codegen.mechanism import Drawing, Mechanism
+from mechc_codegen.mechanisms.parts import (
+    coordinates,
+    fixed_point,
+    located,
+    parameter,
+    speeds,
+    weight,
+)
 
 
 def heavy_top() -> Mechanism:

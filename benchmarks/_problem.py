@@ -1,0 +1,79 @@
+"""A problem of the suite: a mechanism, its start, and what is known of its motion.
+
+``Problem`` is what every tool is given.  A tool integrates it in whatever coordinates suit it and
+hands back the quantities named in ``quantities`` at ``t_end``; their exact values, from a closed
+form or from arithmetic of 30 digits or more, judge it.  No tool is judged by its own runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import mechc
+
+Array = NDArray[np.float64]
+Observe = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is integrated, from where, until when, and what is compared.
+
+    Parameters
+    ----------
+    mechanism
+        Builds the ``mechc.Mechanism`` or the object of SymPy's that mechc compiles.
+    start
+        The whole first state, coordinates then speeds in the model's order.
+    params
+        Parameters that differ from the defaults.
+    quantities, exact, scale
+        What is compared at ``t_end``: names, exact values, and what an error is counted in.
+    observe
+        The quantities of a state, coordinates then speeds in the model's order.
+    shipped
+        Name in the library, where the model is compiled already.
+    stiff
+        Explicit methods are not given this problem.
+    note
+        What makes it hard, or special; shown in the report.
+    """
+
+    name: str
+    title: str
+    mechanism: Callable[[], Any]
+    start: Array
+    t_end: float
+    quantities: tuple[str, ...]
+    exact: Array
+    observe: Observe
+    scale: Array | float = 1.0
+    params: Mapping[str, float] = field(default_factory=dict)
+    compile_options: Mapping[str, Any] = field(default_factory=dict)
+    shipped: str = ""
+    stiff: bool = False
+    note: str = ""
+
+    @cached_property
+    def model(self) -> mechc.Model:
+        """Compiled at the first use, and then from the cache."""
+        if self.shipped:
+            return mechc.load(self.shipped)
+        return mechc.compile(self.mechanism(), **self.compile_options)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """All parameters by name."""
+        model = self.model
+        found = model._parameters.resolve(self.params)
+        return dict(zip(model.parameters, map(float, found), strict=True))
+
+    def error(self, observed: Array) -> float:
+        """Largest difference of any quantity from its exact value, in its scale."""
+        return float((np.abs(observed - self.exact) / self.scale).max())

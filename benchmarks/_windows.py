@@ -1,0 +1,30 @@
+"""The start and the closed form of the row of four-bar windows, problem A02."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ellipj, ellipk
+
+Array = NDArray[np.float64]
+
+
+def upright_start(count: int, *, angle: float = np.pi / 2, rate: float = -1.0) -> Array:
+    """The state in which all uprights stand at an angle (rad) and turn at a rate (rad/s).
+
+    By default that of problem A02, vertical, the first upright's end moving at +1 m/s along x.
+    """
+    size = 2 * count + 1
+    y = np.zeros(2 * size)
+    # The first coupler lies along the ground; uprights point down from the couplers.
+    y[0], y[1], y[2:size:2] = angle, -angle, angle - np.pi
+    y[size], y[size + 1], y[size + 2 :: 2] = rate, -rate, rate
+    return y
+
+
+def first_upright(count: int, times: Array, g: float = 9.81) -> Array:
+    """The first upright's end (m, on the ground's axes) in problem A02, in closed form."""
+    a = g * ((count + 1) / 2 + count) / ((count + 1) / 3 + count)
+    omega = np.sqrt(1 + 4 * a) / 2
+    sn, cn, _, _ = ellipj(ellipk(a / omega**2) + omega * np.asarray(times), a / omega**2)
+    return np.stack([-2 * sn * cn, sn**2 - cn**2], axis=1)

@@ -1,35 +1,9 @@
 """The benchmarks measure what they say: envelopes, verdicts, regressions; and one runs through."""
 
 import json
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-FOLDER = Path(__file__).parents[2] / "benchmarks"
-
-
-@pytest.fixture
-def module(monkeypatch, tmp_path):
-    """A module of the benchmarks by name, writing into a folder of the test's own."""
-    monkeypatch.syspath_prepend(str(FOLDER))
-    import importlib
-
-    def imported(name):
-        scene = importlib.import_module("_scene")
-        monkeypatch.setattr(scene, "OUT", tmp_path)
-        found = importlib.import_module(name)
-        if hasattr(found, "OUT"):
-            monkeypatch.setattr(found, "OUT", tmp_path)
-        return found
-
-    before = set(sys.modules)
-    yield imported
-    for name in set(sys.modules) - before:
-        file = getattr(sys.modules[name], "__file__", None)
-        if file and Path(file).parent == FOLDER:
-            del sys.modules[name]
 
 
 def test_time_at_an_error_is_read_off_the_lower_envelope(module):

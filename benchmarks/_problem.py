@@ -3,11 +3,12 @@
 ``Problem`` is what every tool is given.  A tool integrates it in whatever coordinates suit it and
 hands back the quantities named in ``quantities`` at ``t_end``; their exact values, from a closed
 form or from arithmetic of 30 digits or more, judge it.  No tool is judged by its own runs.
+Tools that integrate equations take them from ``_equations.equations_of(problem)``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -21,7 +22,31 @@ Array = NDArray[np.float64]
 Observe = Callable[[Array], Array]
 
 
+WRONG = 0.1  # of a scale: beyond this it is another motion, not an inaccurate one
+
+
 @dataclass(frozen=True)
+class Formulation:
+    """Coordinates to integrate the scene in, for tools that are given equations.
+
+    Parameters
+    ----------
+    mechanism
+        As in :class:`Problem`; its parameters are called the same.
+    start, observe
+        The first state and the quantities of a state, coordinates then speeds in its order.
+    accelerations
+        Of coordinates, speeds, values by name, sine and cosine: the accelerations in the fewest
+        operations known, written for any arithmetic; None where elimination gives them.
+    """
+
+    mechanism: Callable[[], Any]
+    start: Array
+    observe: Observe
+    accelerations: Callable[..., Sequence[Any]] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """What is integrated, from where, until when, and what is compared.
 
@@ -37,6 +62,11 @@ class Problem:
         What is compared at ``t_end``: names, exact values, and what an error is counted in.
     observe
         The quantities of a state, coordinates then speeds in the model's order.
+    wrong
+        Errors beyond it, in the scale, are those of another motion: a wrong branch.
+    formulation
+        What tools that take equations are given where the model's own coordinates do not suit
+        them best, or where a form by hand is shorter than what elimination gives.
     shipped
         Name in the library, where the model is compiled already.
     stiff
@@ -54,6 +84,8 @@ class Problem:
     exact: Array
     observe: Observe
     scale: Array | float = 1.0
+    wrong: float = WRONG
+    formulation: Formulation | None = None
     params: Mapping[str, float] = field(default_factory=dict)
     compile_options: Mapping[str, Any] = field(default_factory=dict)
     shipped: str = ""
@@ -66,6 +98,11 @@ class Problem:
         if self.shipped:
             return mechc.load(self.shipped)
         return mechc.compile(self.mechanism(), **self.compile_options)
+
+    @property
+    def given(self) -> Formulation:
+        """What tools that take equations are given."""
+        return self.formulation or Formulation(self.mechanism, self.start, self.observe)
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -1,16 +1,25 @@
 """The tools that mechc is compared with, by name; each module is imported when it is asked for.
 
 A module ``peers.NAME`` has ``TOOLS``, the names that it reports as, and
-``build(problem, tolerances)``, which gives its cases and the seconds of setting up; it raises
-ImportError where its package is missing and :class:`NotExpressibleError` where it cannot model the
-problem.
+``build(problem, tolerances, *, quick=False)``, which gives its cases and the seconds of setting
+up; it raises ImportError where its package is missing and :class:`NotExpressibleError` where it
+cannot model the problem.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib import import_module
+from types import ModuleType
 
+from _problem import Problem
 from _timing import Case
+
+MODULES = {
+    "scipy": "scipy_ivp",
+}
+NAMES = tuple(MODULES)
 
 
 class NotExpressibleError(Exception):
@@ -23,3 +32,16 @@ class Built:
 
     cases: list[Case]
     setup: dict[str, dict[str, float]] = field(default_factory=dict)
+
+
+def module_of(name: str) -> ModuleType:
+    """The module of a peer; a KeyError where none is called so."""
+    return import_module(f"peers.{MODULES[name]}")
+
+
+def build(
+    name: str, problem: Problem, tolerances: Sequence[float], *, quick: bool = False
+) -> Built:
+    """The cases of a peer on a problem."""
+    built: Built = module_of(name).build(problem, tolerances, quick=quick)
+    return built

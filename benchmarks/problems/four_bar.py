@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
-from _problem import Problem
+from _four_bar_forms import accelerations
+from _problem import Array, Formulation, Problem
 from _scene import reference
 from mechc_codegen import shipped_mechanism
 
 import mechc
 
 T_END = 20.0
+ORDER = (*(f"l_{k}" for k in range(4)), *(f"{x}_{k}" for x in "mI" for k in range(3)), "g")
 
 
 def regular() -> Problem:
@@ -23,17 +28,29 @@ def change_point() -> Problem:
 
 def _four_bar(which: str, params: dict[str, float], note: str) -> Problem:
     model = mechc.load("four_bar")
+    start = model.assemble({"theta_0": np.radians(85)}, params=params)
     states = reference(f"four_bar_{which}")["states"]
     return Problem(
         name=f"four_bar_{which}",
         title=f"Four-bar, {which.replace('_', ' ')}",
         mechanism=lambda: shipped_mechanism("four_bar"),
-        start=model.assemble({"theta_0": np.radians(85)}, params=params),
+        start=start,
         t_end=T_END,
         quantities=(*model.coordinates, *model.speeds),
         exact=np.array(states[str(T_END)], float),
-        observe=lambda y: y,
+        observe=whole_state,
+        formulation=Formulation(
+            lambda: shipped_mechanism("four_bar"), start, whole_state, _accelerations
+        ),
         params=params,
         shipped="four_bar",
         note=note,
     )
+
+
+def whole_state(y: Array) -> Array:
+    return y
+
+
+def _accelerations(q: Any, u: Any, values: Mapping[str, Any], sin: Any, cos: Any) -> list[Any]:
+    return accelerations(q, u, [values[name] for name in ORDER], sin, cos)

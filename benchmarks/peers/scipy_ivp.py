@@ -1,0 +1,97 @@
+"""SciPy's solve_ivp on code that SymPy's lambdify writes, with common subexpressions and without.
+
+With cse: one straight-line function of floats, elimination included, which is the quickest that
+lambdify gives (NumPy takes longer on so few numbers).  Without: the matrices lambdified for NumPy
+entry by entry, and solved with at every evaluation, as most scripts have it.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import sympy
+from _equations import Equations, equations_of
+from _problem import Array, Problem
+from _timing import Case
+
+from peers import Built
+
+TOOLS = ("SciPy, cse", "SciPy, no cse")
+METHODS = ("RK45", "DOP853", "LSODA", "Radau")
+IMPLICIT = ("LSODA", "Radau")  # alone on stiff problems: explicit methods take minutes there
+TIGHTEST = {"RK45": 9e-9, "Radau": 9e-7}  # beyond these one run takes seconds
+
+Rates = Callable[[float, Array], Any]
+
+
+def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
+    """Every method on both forms; ``quick`` has no cases without cse at tight tolerances."""
+    equations = equations_of(problem)
+    built = Built([])
+    for tool, make in zip(TOOLS, (with_cse, without_cse), strict=True):
+        start = time.perf_counter()
+        rates = make(equations)
+        compiled = time.perf_counter() - start
+        built.setup[tool] = {"derive": equations.seconds, "compile": compiled}
+        few = quick and make is without_cse
+        tols = [tol for tol in tolerances if tol > 1e-7] if few else tolerances
+        built.cases += cases(tool, rates, problem, tols)
+    return built
+
+
+def with_cse(equations: Equations) -> Rates:
+    """q' and u' as one function of floats."""
+    fast = equations.rates().function("math")
+    return lambda t, y: fast(*y.tolist())
+
+
+def without_cse(equations: Equations) -> Rates:
+    """Matrices as they were derived, put together and solved with by NumPy."""
+    e, n, m = equations, len(equations.u), len(equations.velocity)
+    matrices = [sympy.Matrix(e.q_rates), e.M, e.F, *((e.J, e.gamma) if m else ())]
+    function = sympy.lambdify(e.state, matrices, "numpy")
+    A, b = np.zeros((n + m, n + m)), np.zeros(n + m)
+
+    def rates(t: float, y: Array) -> Array:
+        q_rates, A[:n, :n], F, *rows = function(*y)
+        b[:n] = F[:, 0]
+        if m:
+            J, gamma = rows
+            A[n:, :n], A[:n, n:], b[n:] = J, J.T, gamma[:, 0]
+        return np.concatenate([q_rates[:, 0], np.linalg.solve(A, b)[:n]])
+
+    return rates
+
+
+def cases(
+    tool: str, rates: Rates, problem: Problem, tolerances: Sequence[float],
+    methods: Sequence[str] = METHODS,
+) -> list[Case]:  # fmt: skip
+    """solve_ivp by each method at each tolerance, relative and absolute."""
+    from scipy.integrate import solve_ivp
+
+    given = problem.given
+
+    def run(method: str, tol: float) -> Any:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return solve_ivp(
+                rates, (0, problem.t_end), given.start, method=method, rtol=tol, atol=tol
+            )
+
+    return [
+        Case(
+            tool, method, tol,
+            lambda method=method, tol=tol: run(method, tol),  # type: ignore[misc]
+            lambda s: given.observe(s.y[:, -1]) if s.success else None,
+            lambda s: "finished" if s.success else s.message,
+        )
+        for method in methods
+        if method in IMPLICIT or not problem.stiff
+        for tol in tolerances
+        if tol >= TIGHTEST.get(method, 0.0)
+    ]  # fmt: skip

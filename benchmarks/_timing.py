@@ -24,7 +24,8 @@ class Case:
     """One tool, method and tolerance on one problem.
 
     ``run`` is what is timed; its value goes to ``state``, which gives the final state, or None
-    where the run ended with a status, and to ``word``, which gives that status.
+    where the run ended with a status, and to ``word``, which gives that status.  Where a run
+    integrates several ``trajectories`` abreast, what is reported is the time of one.
     """
 
     tool: str
@@ -34,6 +35,7 @@ class Case:
     state: Callable[[Any], Array | None]
     word: Callable[[Any], str] = lambda _: "finished"
     prepare: Callable[[], None] = nothing
+    trajectories: int = 1
     seconds: list[float] = field(default_factory=list)
     error: float = np.inf
     status: str = ""
@@ -47,12 +49,12 @@ class Case:
 
     def record(self) -> dict[str, Any]:
         """One row of the JSON."""
-        ok = np.isfinite(self.error)
+        ok, seconds = np.isfinite(self.error), np.array(self.seconds) / self.trajectories
         return {
             "tool": self.tool, "method": self.method, "tol": self.tol, "label": self.label,
             "error": float(self.error) if ok else None, "status": self.status,
-            "seconds": min(self.seconds), "median": float(np.median(self.seconds)),
-            "repeats": len(self.seconds),
+            "seconds": float(seconds.min()), "median": float(np.median(seconds)),
+            "repeats": len(seconds),
         }  # fmt: skip
 
 

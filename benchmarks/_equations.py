@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -25,8 +25,6 @@ from mechc_codegen.scene import Asked, Scene
 from mechc_codegen.source import Settings
 from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
-
-Numbers = Callable[[float], Expr]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +43,8 @@ class Equations:
         (m, n) and (m, 1): all constraint rows at acceleration level.
     position, velocity
         Residuals of the holonomic constraints, and of all constraints at velocity level (m).
+    parameters
+        Those that stayed symbols; none in what tools are given.
     shortest
         Accelerations in the fewest operations known, where there is such a form by hand.
     start, observe
@@ -62,14 +62,20 @@ class Equations:
     gamma: Matrix
     position: tuple[Expr, ...]
     velocity: tuple[Expr, ...]
-    shortest: tuple[Expr, ...] | None
-    start: Array
-    observe: Observe
-    seconds: float
+    parameters: tuple[Symbol, ...] = ()
+    shortest: tuple[Expr, ...] | None = None
+    start: Array | None = None
+    observe: Observe | None = None
+    seconds: float = 0.0
 
     @property
     def state(self) -> tuple[Symbol, ...]:
         return (*self.q, *self.u)
+
+    @property
+    def arguments(self) -> tuple[Symbol, ...]:
+        """Of every program: the state, and parameters that stayed symbols."""
+        return (*self.state, *self.parameters)
 
     @property
     def multipliers(self) -> tuple[Symbol, ...]:
@@ -79,16 +85,16 @@ class Equations:
     def rates(self) -> Program:
         """(q', u') of the state, solved for by elimination written out."""
         if self.shortest is not None:
-            return program(self.state, (*self.q_rates, *self.shortest))
+            return program(self.arguments, (*self.q_rates, *self.shortest))
         tape, n, m = Tape(), len(self.u), len(self.velocity)
         values = tape.shared((*self.q_rates, *self.M, *self.F, *self.J, *self.gamma))
         q_rates, M, F, J, gamma = _parts(values, len(self.q), n * n, n, m * n, m)
         u_rates = tape.accelerations(_rows(M, n), F, _rows(J, n), gamma)
-        return Program(self.state, *tape.finished((*q_rates, *u_rates)))
+        return Program(self.arguments, *tape.finished((*q_rates, *u_rates)))
 
     def entries(self) -> Program:
         """(q', M, F, J, gamma) of the state, matrices row by row; see :meth:`matrices`."""
-        return program(self.state, (*self.q_rates, *self.M, *self.F, *self.J, *self.gamma))
+        return program(self.arguments, (*self.q_rates, *self.M, *self.F, *self.J, *self.gamma))
 
     def matrices(self, values: Sequence[Any]) -> tuple[Sequence[Any], ...]:
         """What ``entries`` gave, apart: q', M (row by row), F, J (row by row), gamma."""
@@ -105,49 +111,58 @@ class Equations:
             balance += self.J.T * lambdas
             rows = list(self.J * a - self.gamma)
         kinematic = [x - rate for x, rate in zip(q_dot, self.q_rates, strict=True)]
-        arguments = (*self.state, *self.multipliers, *q_dot, *u_dot)
+        arguments = (*self.state, *self.multipliers, *q_dot, *u_dot, *self.parameters)
         return program(arguments, (*kinematic, *balance, *rows))
 
     def constraints(self) -> Program:
         """(position, velocity) residuals of the state."""
-        return program(self.state, (*self.position, *self.velocity))
+        return program(self.arguments, (*self.position, *self.velocity))
 
 
 @cache
-def equations_of(problem: Problem, numbers: Numbers = Float) -> Equations:
-    """Derive the equations of a problem; once in a process.
-
-    Parameters
-    ----------
-    numbers
-        What the parameters' values become; by default doubles.  ``sympy.Rational`` keeps them
-        exact for arithmetic of many digits.
-    """
+def equations_of(problem: Problem) -> Equations:
+    """The equations of a problem with its numbers in, derived once in a process."""
     began = time.perf_counter()
     given = problem.given
-    mechanism = _described(given.mechanism(), problem)
-    values = {p.symbol: numbers(problem.values[p.symbol.name]) for p in mechanism.parameters}
+    mechanism = described(given.mechanism(), problem.compile_options.get("defaults", {}))
+    values = {name: Float(value) for name, value in problem.values.items()}
+    found = derive(mechanism, values)
+    shortest = given.accelerations and tuple(
+        given.accelerations(found.q, found.u, values, sympy.sin, sympy.cos)
+    )
+    seconds = time.perf_counter() - began
+    return replace(
+        found, shortest=shortest, start=given.start, observe=given.observe, seconds=seconds
+    )
+
+
+def derive(mechanism: Mechanism, values: Mapping[str, Expr]) -> Equations:
+    """The equations of a mechanism; parameters without a value stay symbols."""
+    names = {p.symbol: p.symbol.name for p in mechanism.parameters}
+    replaced = {symbol: values[name] for symbol, name in names.items() if name in values}
+    q = tuple(Symbol(f"q{k}") for k in range(len(mechanism.q)))
+    u = tuple(Symbol(f"u{k}") for k in range(len(mechanism.u)))
+    replaced |= dict(zip((*mechanism.q, *mechanism.u), (*q, *u), strict=True))
+
+    def plain(expressions: Iterable[Expr]) -> Matrix:
+        return Matrix([x.xreplace(mechanism.rates).xreplace(replaced) for x in expressions])
+
     tree = open_tree(mechanism)
-    velocity = Matrix(_at_velocity_level(mechanism))
-    q_rates = Matrix([x.xreplace(mechanism.rates) for x in mechanism.kinematics])
-    plain = {x: Symbol(f"q{k}") for k, x in enumerate(mechanism.q)}
-    plain |= {x: Symbol(f"u{k}") for k, x in enumerate(mechanism.u)}
-    position = [c.expression for c in _holonomic(mechanism)]
-    numeric = lambda matrix: Matrix(matrix).xreplace(plain | values)  # noqa: E731
-    q, u = (tuple(plain[x] for x in xs) for xs in (mechanism.q, mechanism.u))
-    q_rates, velocity = numeric(q_rates), numeric(velocity)
+    q_rates, velocity = plain(mechanism.kinematics), plain(_at_velocity_level(mechanism))
     J = velocity.jacobian(u) if velocity else Matrix(0, len(u), [])
     gamma = -velocity.jacobian(q) * q_rates if velocity else Matrix(0, 1, [])
-    by_hand = given.accelerations
     return Equations(
-        q=q, u=u, q_rates=tuple(q_rates),
-        M=numeric(tree.mass_matrix), F=numeric(tree.forcing), J=J, gamma=gamma,
-        position=tuple(numeric(position)), velocity=tuple(velocity),
-        shortest=None if by_hand is None else tuple(
-            by_hand(q, u, {s.name: value for s, value in values.items()}, sympy.sin, sympy.cos)
-        ),
-        start=given.start, observe=given.observe, seconds=time.perf_counter() - began,
-    )  # fmt: skip
+        q=q,
+        u=u,
+        q_rates=tuple(q_rates),
+        M=plain(tree.mass_matrix).reshape(len(u), len(u)),
+        F=plain(tree.forcing),
+        J=J,
+        gamma=gamma,
+        position=tuple(plain(c.expression for c in _holonomic(mechanism))),
+        velocity=tuple(velocity),
+        parameters=tuple(symbol for symbol, name in names.items() if name not in values),
+    )
 
 
 def open_tree(mechanism: Mechanism) -> KanesMethod:
@@ -164,12 +179,11 @@ def open_tree(mechanism: Mechanism) -> KanesMethod:
     return method
 
 
-def _described(given: Any, problem: Problem) -> Mechanism:
+def described(given: Any, defaults: Mapping[str, float]) -> Mechanism:
     """A mechanism as it is, an object of SymPy's as the mechanism it describes."""
     if isinstance(given, Mechanism):
         return given
-    settings = Settings(defaults=problem.compile_options.get("defaults", {}))
-    return Scene(given, Asked(settings, {}, ())).described()[0]
+    return Scene(given, Asked(Settings(defaults=defaults), {}, ())).described()[0]
 
 
 def _holonomic(mechanism: Mechanism) -> list[Any]:
@@ -181,7 +195,7 @@ def _at_velocity_level(mechanism: Mechanism) -> list[Expr]:
     t = dynamicsymbols._t
     rates = [c.expression.diff(t) for c in _holonomic(mechanism)]
     rates += [c.expression for c in mechanism.motion_constraints]
-    return [rate.xreplace(mechanism.rates) for rate in rates]
+    return rates
 
 
 def _parts(values: Sequence[Any], *sizes: int) -> list[Sequence[Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipj, ellipk
@@ -28,3 +29,22 @@ def first_upright(count: int, times: Array, g: float = 9.81) -> Array:
     omega = np.sqrt(1 + 4 * a) / 2
     sn, cn, _, _ = ellipj(ellipk(a / omega**2) + omega * np.asarray(times), a / omega**2)
     return np.stack([-2 * sn * cn, sn**2 - cn**2], axis=1)
+
+
+def first_upright_motion(count: int, time: float, g: float = 9.81) -> Array:
+    """Place (m) and velocity (m/s) of the first upright's end in problem A02, from 40 digits."""
+    with mpmath.workdps(40):
+        a = (
+            mpmath.mpf(g)
+            * (mpmath.mpf(count + 1) / 2 + count)
+            / (mpmath.mpf(count + 1) / 3 + count)
+        )
+        omega = mpmath.sqrt(1 + 4 * a) / 2
+        m = a / omega**2
+        sn, cn, dn = (
+            mpmath.ellipfun(name, mpmath.ellipk(m) + omega * time, m=m)
+            for name in ("sn", "cn", "dn")
+        )
+        place = [-2 * sn * cn, sn**2 - cn**2]
+        velocity = [-2 * (cn**2 - sn**2) * dn * omega, 4 * sn * cn * dn * omega]
+        return np.array([float(x) for x in (*place, *velocity)])

@@ -4,18 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from importlib import import_module
 
 from _problem import Problem
 
-from problems import four_bar
-
-BUILDERS: dict[str, Callable[[], Problem]] = {
-    "four_bar_regular": four_bar.regular,
-    "four_bar_change_point": four_bar.change_point,
+# Module and what builds the problem, in the order in which they are shown.
+BUILDERS: dict[str, tuple[str, str, tuple[int, ...]]] = {
+    "pendulum_1": ("pendulum", "simple", ()),
+    "pendulum_2": ("pendulum", "chain", (2,)),
+    "pendulum_5": ("pendulum", "chain", (5,)),
+    "four_bar_regular": ("four_bar", "regular", ()),
+    "four_bar_change_point": ("four_bar", "change_point", ()),
+    "windows_1": ("windows", "row", (1,)),
+    "windows_2": ("windows", "row", (2,)),
+    "windows_5": ("windows", "row", (5,)),
+    "slider_crank": ("linkages", "crank_and_slider", ()),
+    "andrews": ("linkages", "squeezing_mechanism", ()),
+    "heavy_top": ("spinning", "top", ()),
+    "flyball_governor": ("spinning", "governor", ()),
 }
 NAMES = tuple(BUILDERS)
 
 
 @cache
 def problem(name: str) -> Problem:
-    return BUILDERS[name]()
+    """The problem of this name; a KeyError where there is none."""
+    module, build, numbers = BUILDERS[name]
+    made: Callable[..., Problem] = getattr(import_module(f"problems.{module}"), build)
+    return made(*numbers)

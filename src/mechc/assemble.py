@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mechc.assemble_speeds import only_branch, with_speeds
+from mechc.default_start import filled_start
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.loop import Loop, even_points, wrap
 from mechc.parameters import Array, Parameters
@@ -20,7 +21,7 @@ STARTS_PER_UNKNOWN = 24
 
 def assemble(
     model: Model,
-    coordinates: Mapping[str, float],
+    coordinates: Mapping[str, float] | None = None,
     speeds: Mapping[str, float] | None = None,
     guess: Mapping[str, float] | None = None,
     params: Parameters = None,
@@ -32,6 +33,8 @@ def assemble(
     ----------
     coordinates
         Values to keep (rad, m); the other coordinates are solved for, as angles in (-pi, pi].
+        When None, those of the mechanism's own start (``model.start``), with its speeds too
+        as far as ``speeds`` leaves them a freedom.
     speeds
         Values to keep (rad/s, m/s); the others are made consistent, the least ones where the
         constraints leave a choice.
@@ -57,6 +60,8 @@ def assemble(
         configuration is a change point and the speeds lead along more than one branch.
     """
     guess = guess or {}
+    if coordinates is None:
+        coordinates, speeds, guess = filled_start(model, {}, speeds or {}, guess)
     pace = {name: value for name, value in guess.items() if name in model.speeds}
     pace = _checked(model, pace, model.speeds, "speed")
     beside = {name: value for name, value in guess.items() if name not in pace}

@@ -36,7 +36,8 @@ from mechc.cli_read import (
     whole,
 )
 from mechc.errors import MechcError
-from mechc.load import load, mechanisms
+from mechc.library import COMPILED_AT_INSTALL, LIBRARY
+from mechc.load import load
 from mechc.progress import ProgressBar
 from mechc.report import json_summary, summary
 from mechc.solution import Solution
@@ -81,7 +82,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mechc {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add(commands, "list", "the shipped mechanisms", _list)
+    _add(commands, "list", "the library's mechanisms", _list)
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
@@ -109,8 +110,10 @@ def _add(
 
 
 def _list(_: argparse.Namespace) -> int:
-    for name in mechanisms():
-        print(f"{name}  {load(name).title}")
+    names, titles = (max(map(len, c)) for c in (LIBRARY, (e.title for e in LIBRARY.values())))
+    for name, entry in LIBRARY.items():
+        when = "install" if name in COMPILED_AT_INSTALL else "its first use"
+        print(f"{name:{names}}  {entry.title:{titles}}  compiled at {when}")
     return 0
 
 
@@ -214,10 +217,11 @@ def _show(chosen: argparse.Namespace) -> int:
         value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
         print(f"  {name:10} {value:18} {quantity.description}")
     print()
-    for label, sentence in derivation_notes(chosen.name, values):
+    for label, sentence in derivation_notes(chosen.name, options, values):
         print(f"{label}: {sentence}.")
-    print("\nmore on request (--with NAME):")
-    for name, about in shipped_options(chosen.name).items():
+    if on_request := shipped_options(chosen.name):
+        print("\nmore on request (--with NAME):")
+    for name, about in on_request.items():
         print(f"  {name:15} {about}")
     if not chosen.out:
         ending = "tex" if chosen.latex else "html"

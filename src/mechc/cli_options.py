@@ -13,6 +13,7 @@ examples:
   mechc run four_bar --with friction --set c_0=0.5 --json
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
+  mechc run pendulum --with links=5 --open    compiled at the first use, then kept
 """
 
 
@@ -40,11 +41,11 @@ class Parser(argparse.ArgumentParser):
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:
-    """A shipped mechanism, and what is asked of it beyond its default scene."""
+    """A mechanism of the library, and what is asked of it beyond its default scene."""
     parser.add_argument("name", metavar="NAME", help="a mechanism of `mechc list`")
     several(
         parser, "--with", "OPTION[=VALUE]", "options",
-        "ask for more than the default scene, e.g. friction or crank_torque='2*sin(t)'",
+        "ask for more than the default scene, e.g. friction, crank_torque='2*sin(t)', links=5",
     )  # fmt: skip
 
 
@@ -92,7 +93,9 @@ def _start_options(parser: argparse.ArgumentParser) -> None:
         parser, "--guess", "NAME=VALUE", "guess",
         "a coordinate near which to assemble, where there is a choice",
     )  # fmt: skip
-    parser.add_argument("--t-end", default="20", metavar="TIME", help="20, 20s, 500ms, 2min [20 s]")
+    parser.add_argument(
+        "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [as suits; 20 s of four_bar]"
+    )
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
     parser.add_argument(
         "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"

@@ -7,16 +7,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from mechc.default_start import filled_start
 from mechc.errors import MechcError, UnknownNameError
+from mechc.library import LIBRARY
 from mechc.load import load, mechanisms
 from mechc.model import Model
+from mechc.progress import Notice
 from mechc.typed import read_seconds, read_value, split_assignment
 
 STATE = "coordinate or speed"
 
 
 def seconds_of(chosen: argparse.Namespace) -> float:
-    """The end of the run, positive."""
+    """The end of the run, positive; what suits the mechanism where nothing is said."""
+    if chosen.t_end is None:
+        return LIBRARY[chosen.name].seconds
     t_end = read_seconds(chosen.t_end)
     if not t_end > 0:
         raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
@@ -29,12 +34,8 @@ def start_state(model: Model, chosen: argparse.Namespace, params: dict[str, floa
     start = values_of(model, chosen.start, state_names, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
     coordinates = {n: v for n, v in start.items() if n in model.coordinates}
-    if not coordinates and not guess:
-        coordinates = {n: v for n, v in model.start.items() if n in model.coordinates}
     speeds = {n: v for n, v in start.items() if n in model.speeds}
-    if not speeds:
-        speeds = {n: v for n, v in model.start.items() if n in model.speeds}
-    return model.assemble(coordinates, speeds, guess or None, params)
+    return model.assemble(*filled_start(model, coordinates, speeds, guess), params)
 
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
@@ -53,15 +54,19 @@ def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | N
 
 
 def known(name: str) -> str:
-    """The name of a shipped mechanism."""
+    """The name of a mechanism of the library."""
     if name not in mechanisms():
         raise UnknownNameError("mechanism", name, mechanisms())
     return name
 
 
 def model_of(chosen: argparse.Namespace) -> Model:
-    """The mechanism named, with the options typed."""
-    return load(known(chosen.name), **options_of(chosen.options))
+    """The mechanism named, with the options typed, compiled to the end."""
+    name = known(chosen.name)
+    with Notice(f"compiling {name}, which is then kept for the next time ..."):
+        model = load(name, **options_of(chosen.options))
+        _ = model._scene.lanes  # waits for the integrators
+    return model
 
 
 def options_of(typed: Sequence[str]) -> dict[str, Any]:

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from mechc import cache, toolchain
 from mechc.errors import MechcError
-from mechc.load import load, mechanisms
+from mechc.library import COMPILED_AT_INSTALL
+from mechc.load import load
 
 Check = tuple[str, bool, str]
 PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray")
@@ -21,7 +22,7 @@ def examine() -> list[Check]:
     """(what, whether it is well, what was found) for everything mechc relies on."""
     checks = [_python(), *(_package(name) for name in PACKAGES)]
     checks += [_optional(name) for name in OPTIONAL]
-    checks += [_shipped(name) for name in mechanisms()]
+    checks += [_shipped(name) for name in COMPILED_AT_INSTALL]
     return [*checks, _guarded("C compiler", _compiler), _guarded("cache", _cache)]
 
 

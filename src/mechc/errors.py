@@ -17,6 +17,7 @@ class UnknownNameError(MechcError, KeyError):
         known = list(known)
         close = get_close_matches(str(name), known, n=3, cutoff=0.4)
         offered = f"did you mean {_or(close)}?" if close else f"known are {', '.join(known)}"
+        offered = offered if known else "there is none"
         self.message = f"no {kind} is called {name!r}; {offered}"
         super().__init__(self.message)
 

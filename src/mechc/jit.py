@@ -39,18 +39,25 @@ def include_folder() -> Path:
 
 
 def shipped_options(name: str) -> dict[str, str]:
-    """Option name -> what it does, of a shipped mechanism."""
+    """Option name -> what it does, of a mechanism of the library."""
     from mechc_codegen import SHIPPED
 
-    return {option.name: option.description for option in SHIPPED[name].options}
+    return {option.name: option.about for option in SHIPPED[name].options}
 
 
-def check_options(name: str, options: Mapping[str, Any]) -> None:
-    """Raise :class:`UnknownNameError` for an option that a shipped mechanism does not have."""
+def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that ask for more than a mechanism's default scene, counts as numbers.
+
+    Raises :class:`UnknownNameError` for an option that it does not have.
+    """
+    from mechc_codegen.mechanisms import beyond_default
+
     known = shipped_options(name)
     for option in options:
         if option not in known:
             raise UnknownNameError(f"option of {name}", option, known)
+    found: dict[str, Any] = _compiler_errors(lambda: beyond_default(name, options))
+    return found
 
 
 def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
@@ -115,7 +122,8 @@ def _operations_of_all(described: Described) -> dict[str, Any]:
 
 def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
     """What says the same to another process."""
-    return {k: v if isinstance(v, bool) else str(v) for k, v in options.items()} | dict(asked)
+    kept = (bool, int)
+    return {k: v if isinstance(v, kept) else str(v) for k, v in options.items()} | dict(asked)
 
 
 def _is_plain(value: Any) -> bool:
@@ -222,9 +230,11 @@ def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, 
     return str(written(derivation(mechanism), values))
 
 
-def derivation_notes(name: str, values: Mapping[str, float]) -> list[tuple[str, str]]:
+def derivation_notes(
+    name: str, options: Mapping[str, Any], values: Mapping[str, float]
+) -> list[tuple[str, str]]:
     """What the mechanism says about parameter values: for the four-bar its Grashof class."""
-    mechanism = _shipped(name, {})
+    mechanism = _compiler_errors(lambda: _shipped(name, options))
     return list(mechanism.notes(values)) if mechanism.notes else []
 
 

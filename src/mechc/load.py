@@ -1,4 +1,4 @@
-"""Getting a model: shipped, a variant of a shipped one, or one's own mechanism."""
+"""Getting a model: of the library, a variant of one of these, or one's own mechanism."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from mechc import _scenes
 from mechc.errors import UnknownNameError
+from mechc.library import COMPILED_AT_INSTALL, LIBRARY
 from mechc.model import Model
 
 BACKENDS = ("c", "numpy")
@@ -18,8 +18,8 @@ _loaded: dict[tuple[str, str | None], Model] = {}
 
 
 def mechanisms() -> tuple[str, ...]:
-    """Names of the shipped mechanisms."""
-    return _scenes.NAMES
+    """Names of the library's mechanisms."""
+    return tuple(LIBRARY)
 
 
 def load(
@@ -31,14 +31,18 @@ def load(
     backend: str = "c",
     **options: Any,
 ) -> Model:
-    """A shipped mechanism.
+    """A mechanism of the library.
+
+    ``four_bar`` is compiled when mechc is installed; the others are at their first use, and then
+    cached, which needs a C compiler.
 
     Parameters
     ----------
     name
         One of :func:`mechanisms`.
     instruction_set
-        ``"baseline"``, ``"avx2"`` or ``"avx512"``; the widest of this processor when None.
+        ``"baseline"``, ``"avx2"`` or ``"avx512"`` of what is compiled at install; the widest of
+        this processor when None.
     fix, outputs
         Parameters that become numbers, and names of the outputs wanted, as in :func:`compile`;
         such a variant is compiled on demand too.
@@ -46,35 +50,37 @@ def load(
         ``"c"``, or ``"numpy"``: derived and evaluated in this process without any compiled code,
         slowly (docs/backends.md says how and what is missing).
     options
-        What the scene asks for beyond the shipped default, for instance ``friction=True`` or
-        ``crank_torque="2*sin(3*t)"`` (``mechc show NAME`` lists them).  Such a variant is
-        compiled on demand and cached, which needs a C compiler.
+        What the scene asks for beyond the default, for instance ``friction=True``,
+        ``crank_torque="2*sin(3*t)"`` or ``links=5`` (``mechc show NAME`` lists them).  Such a
+        variant is compiled on demand and cached too.
 
     Raises
     ------
     UnknownNameError
         If there is no such mechanism or option; the nearest known names are offered.
+    MechcError
+        If an option has a value that it does not take.
     ValueError
         If this processor or build lacks the instruction set.
     CompilerError
         If a variant has to be compiled and cannot be.
     """
-    if name not in _scenes.NAMES:
-        raise UnknownNameError("mechanism", name, _scenes.NAMES)
+    if name not in LIBRARY:
+        raise UnknownNameError("mechanism", name, LIBRARY)
+    chosen = options
     if options:
-        from mechc.jit import check_options
+        from mechc.jit import beyond_default
 
-        check_options(name, options)
-    chosen = {key: value for key, value in options.items() if value is not False}
+        chosen = beyond_default(name, options)
     asked = _asked(fix, outputs)
     if checked_backend(backend) == "numpy":
         return _without_c(name, instruction_set, chosen, asked)
-    if chosen or asked:
+    if chosen or asked or name not in COMPILED_AT_INSTALL:
         from mechc.jit import compile_shipped
 
         if instruction_set is not None:
             raise ValueError(
-                "a variant is compiled for this processor alone: leave instruction_set out"
+                "what is compiled on demand is for this processor alone: leave instruction_set out"
             )
         return compile_shipped(name, chosen, asked)
     key = (name, instruction_set)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from types import TracebackType
 from typing import Self
@@ -42,6 +43,31 @@ class ProgressBar:
     ) -> None:
         if self.shown:
             print(f"\r{' ' * (len(self.title) + WIDTH + NOTE + 10)}\r", end="", file=sys.stderr)
+
+
+class Notice:
+    """``with Notice("compiling ..."): ...``: said after a second, and taken away at the end."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.shown = False
+        self._timer = threading.Timer(PATIENCE, self._show)
+        self._timer.daemon = True
+
+    def _show(self) -> None:
+        if sys.stderr.isatty():
+            print(self.text, end="", file=sys.stderr, flush=True)
+            self.shown = True
+
+    def __enter__(self) -> Self:
+        self._timer.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._timer.cancel()
+        self._timer.join()
+        if self.shown:
+            print(f"\r{' ' * len(self.text)}\r", end="", file=sys.stderr, flush=True)
 
 
 class CountBar(ProgressBar):

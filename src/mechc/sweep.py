@@ -14,6 +14,7 @@ import numpy as np
 
 from mechc.batch import Batch
 from mechc.batch_recipe import Assembly
+from mechc.default_start import filled_start
 from mechc.errors import MechcError, UnknownNameError
 from mechc.parameters import Array
 from mechc.reduction import read_reduction
@@ -178,13 +179,13 @@ def run_sweep(
         if name in params or name in start or name in guess:
             raise MechcError(f"{name} varies and is fixed as well; leave one of them out")
     given = {**start, **{n: c for n, c in chosen.columns.items() if n not in model.parameters}}
-    for known in (model.coordinates, model.speeds):
-        if not any(name in known for name in given) and not (known == model.coordinates and guess):
-            given |= {n: v for n, v in model.start.items() if n in known}
     assembly = Assembly(
-        {n: v for n, v in given.items() if n in model.coordinates},
-        {n: v for n, v in given.items() if n in model.speeds},
-        guess,
+        *filled_start(
+            model,
+            {n: v for n, v in given.items() if n in model.coordinates},
+            {n: v for n, v in given.items() if n in model.speeds},
+            guess,
+        )
     )
     varied = {n: c for n, c in chosen.columns.items() if n in model.parameters}
     return model.simulate_batch(t_end, assembly, {**params, **varied}, reduce=reduce, **policy)

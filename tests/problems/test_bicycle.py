@@ -57,6 +57,21 @@ def test_accelerations_at_a_general_state_are_the_published_ones(model):
         assert rates[place[name]] == pytest.approx(value, abs=2e-12), name
 
 
+def test_the_library_has_the_same_bicycle_by_its_constraints(model):
+    """Written as a mechanism with five constraint rows, instead of read from Kane's method."""
+    library = mechc.load("bicycle", outputs=("energy",), backend="numpy")
+    assert len(library.constraint_names) == 5
+    assert library.defaults == pytest.approx(values(), rel=1e-15)
+    y = np.zeros(len(places(model)))
+    for name, value in PUBLISHED["general_state"].items():
+        y[places(model)[name]] = value
+    ours = y[[places(model)[name] for name in (*library.coordinates, *library.speeds)]]
+    rates = dict(zip((*library.coordinates, *library.speeds), library.rhs(0.0, ours), strict=True))
+    for name, value in PUBLISHED["general_accelerations"].items():
+        assert rates[name] == pytest.approx(value, abs=2e-12), name
+    assert library.energy(ours) == pytest.approx(model.energy(y), rel=1e-13)
+
+
 def on_the_manifold(model, speed, **lateral):
     """The state with these lateral components, the rear wheel turning for this speed."""
     place, size = places(model), len(model.coordinates)

@@ -11,14 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.andrews import ANGLES, andrews
-from mechc_codegen.mechanisms.car_axis import car_axis
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.heavy_top import heavy_top
-from mechc_codegen.mechanisms.pendulum import pendulum
-from mechc_codegen.mechanisms.rigid_body import rigid_body
-from mechc_codegen.mechanisms.slider_crank import slider_crank
-from mechc_codegen.mechanisms.windows import windows
+from mechc_codegen.mechanisms.andrews import ANGLES
 
 import mechc
 
@@ -37,11 +30,12 @@ class Problem:
     how many times an error at the start grows until the end, over the reference's own scale.
     """
 
-    mechanism: Callable
+    mechanism: str
     start: Mapping[str, float]
     known: Callable
     condition: float = 1.0
     params: Mapping[str, float] = field(default_factory=dict)
+    options: Mapping[str, int] = field(default_factory=dict)
 
 
 def columns(*names):
@@ -90,33 +84,33 @@ SQUEEZED = dict(zip(ANGLES, reference("andrews")["rows"][0, 1:8], strict=True))
 TURN = 2.0
 
 PROBLEMS = {
-    "pendulum_1": Problem(
-        lambda: pendulum(1), {"theta_0": -pi / 2}, place_and_velocity("p_1"), condition=3
-    ),
-    "slider_crank": Problem(slider_crank, LEVEL, columns("theta", "omega", "x")),
-    "andrews": Problem(andrews, SQUEEZED, motion_and_forces),
+    "pendulum_1": Problem("pendulum", {"theta_0": -pi / 2}, place_and_velocity("p_1"), condition=3),
+    "slider_crank": Problem("slider_crank", LEVEL, columns("theta", "omega", "x")),
+    "andrews": Problem("andrews", SQUEEZED, motion_and_forces),
     # Its one row has rates of a hundredth of their largest.
-    "car_axis": Problem(car_axis, ROAD, states_and_negative_multipliers, condition=20),
+    "car_axis": Problem("car_axis", ROAD, states_and_negative_multipliers, condition=20),
     "flyball_governor": Problem(
-        flyball_governor, HANGING, columns("s", "alpha_1", "v", "nu_1", "psi", "omega")
+        "flyball_governor", HANGING, columns("s", "alpha_1", "v", "nu_1", "psi", "omega")
     ),
     "pendulum_2": Problem(
-        lambda: pendulum(2),
+        "pendulum",
         {"theta_0": pi / 2, "theta_1": pi / 2},
         columns("theta_0", "theta_1", "omega_0", "omega_1"),
         condition=54,
+        options={"links": 2},
     ),
     "pendulum_5": Problem(
-        lambda: pendulum(5),
+        "pendulum",
         {f"theta_{k}": pi / 2 for k in range(5)},
         columns(*[f"theta_{k}" for k in range(5)], *[f"omega_{k}" for k in range(5)]),
+        options={"links": 5},
     ),
-    "heavy_top": Problem(heavy_top, {"w_y": 150.0, "w_z": -4.61538}, spin_and_centre),
+    "heavy_top": Problem("heavy_top", {"w_y": 150.0, "w_z": -4.61538}, spin_and_centre),
     "rigid_body": Problem(
-        rigid_body, {"e_0": 1.0, "y_2": 1.0, "y_3": 1.0}, columns("y_1", "y_2", "y_3")
+        "rigid_body", {"e_0": 1.0, "y_2": 1.0, "y_3": 1.0}, columns("y_1", "y_2", "y_3")
     ),
     "windows_2": Problem(
-        lambda: windows(2),
+        "windows",
         UPRIGHT,
         place_and_velocity("B_0", TURN),
         condition=10,
@@ -128,18 +122,15 @@ CONSTRAINED = ("slider_crank", "andrews", "car_axis", "windows_2")
 BEFORE_THE_CROSSING = 0.7
 
 
-@pytest.fixture(scope="session")
-def model_of(tmp_path_factory):
-    """A problem's model by name, compiled once, in a cache of the session's own."""
-    models = {}
+@pytest.fixture(scope="module")
+def model_of(shared_cache):
+    """A problem's model by name, compiled once."""
 
     def compiled(name):
-        if name not in models:
-            models[name] = mechc.compile(PROBLEMS[name].mechanism())
-        return models[name]
+        return mechc.load(PROBLEMS[name].mechanism, **PROBLEMS[name].options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("problems")))
+        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
         yield compiled
 
 

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-from mechc import cli, plot
+from mechc import cli, mechanisms, plot
 from mechc.cli import main
 
 KEYS = {
@@ -116,9 +116,17 @@ def test_the_browser_is_opened_on_a_desktop_only(monkeypatch):
     assert [address.startswith("file:///") for address in opened] == [True]
 
 
-def test_list_names_what_is_shipped(capsys):
+def test_list_names_the_library_and_when_it_is_compiled(capsys):
     assert main(["list"]) == 0
-    assert "four_bar  Planar four-bar linkage" in capsys.readouterr().out
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == len(mechanisms())
+    for name, title, when in (
+        ("four_bar", "Planar four-bar linkage", "compiled at install"),
+        ("andrews", "Andrews' squeezing mechanism", "compiled at its first use"),
+    ):
+        line = next(line for line in said if line.startswith(name))
+        assert title in line
+        assert line.endswith(when)
 
 
 def test_show_tells_names_units_geometry_and_options(capsys, here):

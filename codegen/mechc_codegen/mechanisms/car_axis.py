@@ -17,6 +17,10 @@ ENDS = ("x of the left", "y of the left", "x of the right", "y of the right")
 
 
 def car_axis() -> Mechanism:
+    """Two ends with mass on springs, one over a standing and one over a bouncing wheel.
+
+    The numbers are those of the test set, where all is scaled: they are no car's.
+    """
     x_l, y_l, x_r, y_r = q = dynamicsymbols("x_l y_l x_r y_r")
     u = dynamicsymbols("vx_l vy_l vx_r vy_r")
     L, L0, radius, omega, m, c, g = symbols("L L_0 r omega m c g")
@@ -46,7 +50,7 @@ def car_axis() -> Mechanism:
     bar = left.pos_from(right)
     return Mechanism(
         name="car_axis",
-        title="Car axis",
+        title="Car axis on a bumpy road",
         frame=frame,
         origin=origin,
         coordinates=coordinates(q, "m", *[f"{what} end" for what in ENDS]),
@@ -72,5 +76,11 @@ def car_axis() -> Mechanism:
             Constraint("length of the bar", dot(bar, bar) - L**2, "m^2"),
         ),
         points=(origin, wheel, left, right),
-        drawing=Drawing(links=(("car", ("O", "left", "right", "wheel")),), ground=("O",)),
+        drawing=Drawing(
+            links=(("car", ("O", "left", "right", "wheel")),),
+            ground=("O",),
+            traced=("left", "right", "wheel"),
+        ),
+        start={"y_l": 0.5, "y_r": 0.5, "vy_l": 0.0, "vy_r": 0.0},
+        preference=x_r - x_l,  # the bar points the way the axle does
     )

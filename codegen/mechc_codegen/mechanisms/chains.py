@@ -7,20 +7,26 @@ from dataclasses import replace
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from mechc_codegen.mechanism import Closure, Mechanism
+from mechc_codegen.mechanism import Closure, Drawing, Mechanism
 from mechc_codegen.mechanisms.parts import coordinates, fixed_point, parameter, speeds
 
 l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
 
 
-def planar_chain(count: int) -> Mechanism:
-    """``count`` uniform rods, one hinged to the end of the other, all in one plane."""
-    return _chain(count, spatial=False)
+BENT = 0.5  # rad, out of the plane in which gravity and the first hinge would keep the bars
 
 
-def spatial_chain(count: int) -> Mechanism:
-    """``count`` uniform bars of square section; hinge axes across and along in turn."""
-    return _chain(count, spatial=True)
+def planar_chain(links: int = 3) -> Mechanism:
+    """Uniform rods, one hinged to the end of the other, all in one plane; they start level."""
+    return _chain(links, spatial=False)
+
+
+def spatial_chain(links: int = 3) -> Mechanism:
+    """Uniform bars of square section; hinge axes across and along in turn.
+
+    They start level, the second bar bent sideways.
+    """
+    return _chain(links, spatial=True)
 
 
 def _chain(count: int, *, spatial: bool) -> Mechanism:
@@ -41,8 +47,8 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
         ends.append(end)
         on = frame
     return Mechanism(
-        name=f"{'spatial' if spatial else 'planar'}_chain_{count}",
-        title=f"chain of {count} links",
+        name="spatial_chain" if spatial else "planar_chain",
+        title=f"Chain of {count} {'bar' if spatial else 'rod'}{'s' if count > 1 else ''}",
         frame=r,
         origin=origin,
         coordinates=coordinates(q, "rad", *[f"angle at hinge {k}" for k in range(count)]),
@@ -55,7 +61,13 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
         ),
         bodies=tuple(bodies),
         gravity=-g * r.y,
-        points=tuple(ends),
+        points=(origin, *ends),
+        drawing=Drawing(
+            links=(("links", (origin.name, *(end.name for end in ends))),),
+            ground=(origin.name,),
+            traced=(ends[-1].name,),
+        ),
+        start={f"q_{k}": BENT if spatial and k == 1 else 0.0 for k in range(count)},
     )
 
 
@@ -71,6 +83,7 @@ def closed_chain(count: int, *, spatial: bool) -> Mechanism:
     return replace(
         chain,
         name=f"closed_{chain.name}",
-        title=f"ring of {count} links",
+        title=f"Ring of {count} links",
+        start={},
         closures=(Closure("end", end, held, axes),),
     )

@@ -22,6 +22,7 @@ from mechc_codegen.mechanisms.parts import (
 
 
 def heavy_top() -> Mechanism:
+    """Spun at 150 rad/s with its axis level, it precesses and nods; spin and energy are kept."""
     psi, theta, phi = q = dynamicsymbols("psi theta phi")
     w_x, w_y, w_z = u = dynamicsymbols("w_x w_y w_z")
     m, d, I_s, I_t, g = symbols("m d I_s I_t g")
@@ -58,4 +59,5 @@ def heavy_top() -> Mechanism:
         loads=(weight(top, origin, g, r.z),),
         points=(origin, centre),
         drawing=Drawing(links=(("axis", ("O", "g")),), ground=("O",), traced=("g",)),
+        start={"w_y": 150.0, "w_z": -4.61538},
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import pi
+
 from sympy import Symbol, symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
@@ -15,17 +17,19 @@ from mechc_codegen.mechanisms.parts import (
     weight,
 )
 
+TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
 
-def pendulum(count: int) -> Mechanism:
-    """``count`` links; every angle is the link's own from the downward vertical."""
-    theta, omega = dynamicsymbols(f"theta_0:{count}"), dynamicsymbols(f"omega_0:{count}")
-    m, l, g = symbols(f"m_0:{count}"), symbols(f"l_0:{count}"), Symbol("g")
+
+def pendulum(links: int = 1) -> Mechanism:
+    """Every angle is the link's own from the downward vertical; it starts level, at rest."""
+    theta, omega = dynamicsymbols(f"theta_0:{links}"), dynamicsymbols(f"omega_0:{links}")
+    m, l, g = symbols(f"m_0:{links}"), symbols(f"l_0:{links}"), Symbol("g")
     r = ReferenceFrame("r")
     origin = fixed_point("O", r)
 
     # Link k hangs from the end of link k-1; its mass is at its own end.
     joints, bobs, loads = [origin], [], []
-    for k in range(count):
+    for k in range(links):
         link = r.orientnew(f"link_{k}", "Axis", (theta[k], r.z))
         link.set_ang_vel(r, omega[k] * r.z)
         joints.append(located(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
@@ -33,16 +37,16 @@ def pendulum(count: int) -> Mechanism:
         loads.append(weight(bobs[k], origin, g, r.y))
 
     return Mechanism(
-        name=f"pendulum_{count}",
-        title=f"Pendulum of {count} links",
+        name="pendulum",
+        title=TITLES.get(links, f"Pendulum of {links} links"),
         frame=r,
         origin=origin,
-        coordinates=coordinates(theta, "rad", *[f"angle of link {k}" for k in range(count)]),
-        speeds=speeds(omega, "rad/s", *[f"angular velocity of link {k}" for k in range(count)]),
+        coordinates=coordinates(theta, "rad", *[f"angle of link {k}" for k in range(links)]),
+        speeds=speeds(omega, "rad/s", *[f"angular velocity of link {k}" for k in range(links)]),
         kinematics=tuple(omega),
         parameters=(
-            *[parameter(m[k], 1.0, "kg", f"mass {k}", positive=True) for k in range(count)],
-            *[parameter(l[k], 1.0, "m", f"length {k}", positive=True) for k in range(count)],
+            *[parameter(m[k], 1.0, "kg", f"mass {k}", positive=True) for k in range(links)],
+            *[parameter(l[k], 1.0, "m", f"length {k}", positive=True) for k in range(links)],
             parameter(g, 9.81, "m/s^2", "acceleration of free fall, along -y"),
         ),
         bodies=tuple(bobs),
@@ -53,4 +57,5 @@ def pendulum(count: int) -> Mechanism:
             ground=("O",),
             traced=(joints[-1].name,),
         ),
+        start={f"theta_{k}": pi / 2 for k in range(links)},
     )

@@ -17,6 +17,7 @@ MODULUS = Rational(51, 100)
 
 
 def rigid_body() -> Mechanism:
+    """It turns about its axis of least inertia and tumbles back and forth; speeds y_k as in B5."""
     e = dynamicsymbols("e_0:4")
     y = dynamicsymbols("y_1:4")
     A, B, C, d = symbols("A B C d")
@@ -55,6 +56,6 @@ def rigid_body() -> Mechanism:
         ),
         bodies=(RigidBody("body", origin, body, 1, (moments, origin)),),
         points=(origin, mark),
-        drawing=Drawing(links=(("body", ("O", "mark")),), ground=("O",), traced=("mark",)),
+        drawing=Drawing(links=(("body", ("O", "mark")),), traced=("mark",)),
         start={"e_0": 1.0, "y_2": 1.0, "y_3": 1.0},
     )

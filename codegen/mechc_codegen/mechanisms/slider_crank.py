@@ -1,8 +1,11 @@
-"""Slider-crank driven by a torque on the crank, no gravity (EXUDYN's example)."""
+"""Slider-crank driven by a torque on the crank, no gravity (EXUDYN's example).
+
+It starts stretched, in the dead point from which the slider could not be driven.
+"""
 
 from __future__ import annotations
 
-from sympy import Symbol, symbols
+from sympy import Symbol, cos, symbols
 from sympy.physics.mechanics import (
     Particle,
     ReferenceFrame,
@@ -17,6 +20,10 @@ from mechc_codegen.mechanisms.parts import coordinates, fixed_point, located, pa
 
 
 def slider_crank() -> Mechanism:
+    """Crank and rod by their angles from the slideway, the slider by its place on it.
+
+    Of the two ways to close the loop the one with the slider ahead of the pin is preferred.
+    """
     theta, phi, x = dynamicsymbols("theta phi x")
     omega, nu, v = dynamicsymbols("omega nu v")
     l, m, T = symbols("l_0:2"), symbols("m_0:3"), Symbol("T")
@@ -76,5 +83,7 @@ def slider_crank() -> Mechanism:
         loads=((crank, T * r.z),),
         configuration_constraints=closure,
         points=(origin, pin, slider),
-        drawing=Drawing(links=(("links", ("O", "p", "s")),), ground=("O",), traced=("s",)),
+        drawing=Drawing(links=(("links", ("O", "p", "s")),), ground=("O",), traced=("p", "s")),
+        start={"theta": 0.0, "omega": 0.0},
+        preference=cos(phi),
     )

@@ -8,6 +8,8 @@ Rods and cuts are described from one to the next and never written out across th
 
 from __future__ import annotations
 
+from math import pi
+
 from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
@@ -17,8 +19,12 @@ from mechc_codegen.mechanisms.parts import coordinates, fixed_point, parameter, 
 l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
 
-def windows(count: int) -> Mechanism:
-    """``count`` windows; coordinates: the first upright, then coupler and upright of each."""
+def windows(count: int = 2) -> Mechanism:
+    """``count`` windows; coordinates: the first upright, then coupler and upright of each.
+
+    One degree of freedom, ``count + 1`` where all rods lie flat: there as many branches cross.
+    The start is upright, its top moving with 1 m/s for rods of 1 m: it swings through.
+    """
     size = 2 * count + 1
     q, u = dynamicsymbols(f"q_0:{size}"), dynamicsymbols(f"u_0:{size}")
     r = ReferenceFrame("r")
@@ -47,8 +53,8 @@ def windows(count: int) -> Mechanism:
     pivots = [origin.locatenew(f"pivot_{i}", i * l * ground.x) for i in range(1, count + 1)]
 
     return Mechanism(
-        name=f"windows_{count}",
-        title=f"{count} four-bar windows",
+        name="windows",
+        title=f"{count} four-bar window{'s' if count > 1 else ''} in a row",
         frame=r,
         origin=origin,
         coordinates=coordinates(q, "rad", *[f"relative angle of {body.name}" for body in bodies]),
@@ -75,4 +81,10 @@ def windows(count: int) -> Mechanism:
             ground=tuple(p.name for p in feet),
             traced=("B_0",),
         ),
+        start={f"q_{k}": value for k, value in enumerate(_upright(count))} | {"u_0": -1.0},
     )
+
+
+def _upright(count: int) -> list[float]:
+    """The square angles of upright, coupler, upright; each further coupler goes straight on."""
+    return [pi / 2, *[-pi / 2, -pi / 2], *[0.0, -pi / 2] * (count - 1)]

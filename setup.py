@@ -4,7 +4,7 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from setuptools import Extension, setup
+from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
 from setuptools.modified import newer_group
 
@@ -77,7 +77,14 @@ class BuildScenes(build_ext):
         return self.force or newer_group([*extension.sources, *extension.depends], target)
 
 
+def packages():
+    """The runtime, the compiler, and the benchmarks, whose folder holds scripts."""
+    parts = [f"mechc_bench.{name}" for name in find_packages("benchmarks")]
+    return [*find_packages("src"), *find_packages("codegen"), "mechc_bench", *parts]
+
+
 setup(
+    packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
         Extension(

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _results import OUT, write
 from mechc._driver import Scene
 from numpy.typing import NDArray
 
@@ -16,7 +17,7 @@ from mechc._scenes import four_bar
 
 Array = NDArray[np.float64]
 DATA = Path(__file__).resolve().parent / "data"
-OUT = Path(__file__).resolve().parent / "out"
+__all__ = ["OUT", "FourBar", "Outcome", "reference", "write"]
 METHODS = {"dopri5": 0, "dop853": 1, "gauss8": 3}
 STATUS = {
     1: "finished", 2: "not closed", 3: "step too small", 4: "not finite", 5: "singular mass",
@@ -87,8 +88,3 @@ class FourBar:
 
 def reference(name: str) -> dict[str, Any]:
     return json.loads((DATA / f"{name}.json").read_text())  # type: ignore[no-any-return]
-
-
-def write(name: str, data: Any) -> None:
-    OUT.mkdir(exist_ok=True)
-    (OUT / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n")

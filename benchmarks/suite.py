@@ -1,105 +1,175 @@
 """The benchmark suite, from one command.
 
-    python -m benchmarks [--quick | --full] [--against RESULTS.json]
+    mechc bench [--quick | --full | --smoke] [--only SCRIPT ...] [--out DIR] [--against JSON]
+    mechc bench SCRIPT [options of the script]
+    mechc bench --list
 
-Runs the scripts of this folder, each in a process of its own, and writes their JSON together with
-machine, versions and commit into benchmarks/out/results.json.  ``--against`` compares the times
-of the work-precision runs with an earlier such file and lists what became slower.  Exits with 1
-where a script does.
+In a clone ``python -m benchmarks`` is the same.  Runs the scripts, each in a process of its own,
+and writes their figures together with machine, versions and commit into results.json, and the
+report into results.html beside it: in benchmarks/out of a clone, else in ./mechc_bench.
+``--against`` compares with an earlier results.json.  Exits with 1 where a script fails, 130 when
+interrupted; what has been measured until then is kept.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import _results
 from _machine import about
-from _scene import OUT, write
+from _running import TOO_LONG, run_script
+from report import write_report
 
-FOLDER = Path(__file__).resolve().parent
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+ENDED = {INTERRUPTED: "INTERRUPTED", TOO_LONG: "TOOK TOO LONG"}
+Options = tuple[str, ...]
 
-QUICK = {
-    "essentials": [],
-    "first_value": [],
-    "work_precision": ["--quick", "--only", "heyoka", "scipy", "casadi"],
-    "change_point": [],
-    "stress": [],
-    "growth": ["--most", "10"],
-}
-FULL: dict[str, list[str]] = {
-    **QUICK, "work_precision": [], "near_misses": [], "failure_rate": [], "long_run": [],
-    "growth": ["--follow", "40"],
+
+@dataclass(frozen=True)
+class Script:
+    """What a script asks; its options for a quick, a full and a smoke run (None: not then); and
+    the seconds that a quick and a full run of it may take at most."""
+
+    asks: str
+    quick: Options | None
+    full: Options | None
+    smoke: Options | None
+    limits: tuple[float, float] = (300.0, 1800.0)
+
+
+SCRIPTS = {
+    "work_precision": Script(
+        "run time against achieved error, all problems, all methods, all peers",
+        ("--quick",), (), ("--quick", "--scene", "regular", "--only"), (600.0, 3600.0),
+    ),
+    "stress": Script(
+        "right, refused, or ended with a status: never else", (), (), ()
+    ),
+    "change_point": Script(
+        "error against the exact motion through change points", (), (), ()
+    ),
+    "near_misses": Script(
+        "the four-bar that misses its change point by 10^-k: right, or flagged?", (), (), ()
+    ),
+    "failure_rate": Script(
+        "random starts through change points: how often wrong without a word?",
+        ("20", "4"), (), ("2", "1", "2"),
+    ),
+    "long_run": Script(
+        "energy and closure over many periods", ("1000",), (), ("10",)
+    ),
+    "growth": Script(
+        "what more links cost", ("--most", "10"), ("--follow", "40"),
+        ("--most", "1", "--scenes", "planar"),
+    ),
+    "first_value": Script(
+        "from a KanesMethod object to the first value of its right-hand side", ("2",), (), ("1",)
+    ),
+    "essentials": Script(
+        "accuracy, the cost of one evaluation, start-up", (), (), ()
+    ),
+    "scenes": Script(
+        "compiled scenes beside the same in NumPy", None, (), None
+    ),
+    "batch": Script(
+        "many trajectories: rates, threads, streaming, restarting",
+        ("--only", "trajectories", "--members", "2000"), (), ("--only", "rhs"),
+    ),
 }  # fmt: skip
-SLOWER = 1.25  # times an earlier figure: beyond what minima of runs in turns scatter
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if given and given[0] in SCRIPTS:
+        return run_script(given[0], given[1:], _results.OUT, None)
+    chosen = _options().parse_args(given)
+    if chosen.list:
+        print("\n".join(f"{name:16s}{script.asks}" for name, script in SCRIPTS.items()))
+        return 0
+    earlier, out = _read(chosen.against), chosen.out.resolve()
+    results: dict[str, Any] = {"about": about(), "size": chosen.size, "codes": {}, "seconds": {}}
+    code = measure(results, chosen.only or list(SCRIPTS), out)
+    slower = write_report(results, earlier, out)
+    conclude(results, slower, out)
+    return code
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mechc bench", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="a few minutes (the default)")
-    size.add_argument("--full", action="store_true", help="everything; about an hour")
+    for name, told in (
+        ("quick", "under five minutes on two cores (the default)"),
+        ("full", "everything, in about half an hour"),
+        ("smoke", "whether every script runs; its figures mean nothing"),
+    ):
+        size.add_argument(f"--{name}", dest="size", action="store_const", const=name, help=told)
+    parser.set_defaults(size="quick")
+    parser.add_argument("--only", nargs="+", choices=SCRIPTS, metavar="SCRIPT", help="these alone")
+    parser.add_argument("--out", type=Path, metavar="DIR", default=_results.OUT,
+                        help=f"where results go [{_results.OUT}]")  # fmt: skip
     parser.add_argument("--against", type=Path, metavar="JSON", help="an earlier results.json")
-    chosen = parser.parse_args(arguments)
-    earlier = json.loads(chosen.against.read_text()) if chosen.against else None
-    results: dict[str, Any] = {"about": about(), "codes": {}, "seconds": {}}
-    for script, options in (FULL if chosen.full else QUICK).items():
-        print(f"\n== {script}", flush=True)
-        (OUT / f"{script}.json").unlink(missing_ok=True)  # an older run's figures
-        start = time.perf_counter()
-        command = [sys.executable, str(FOLDER / f"{script}.py"), *options]
-        results["codes"][script] = subprocess.run(command, check=False).returncode
-        results["seconds"][script] = time.perf_counter() - start
-        if (OUT / f"{script}.json").exists():
-            results[script] = json.loads((OUT / f"{script}.json").read_text())
-    write("results", results)
-    print(f"\nwritten: {OUT / 'results.json'}")
-    failed = [script for script, code in results["codes"].items() if code]
-    for script in failed:
-        print(f"FAILED: {script}")
-    if earlier is not None:
-        print_comparison(regressions(results, earlier), earlier)
-    return 1 if failed else 0
+    parser.add_argument("--list", action="store_true", help="the scripts, and what each asks")
+    return parser
 
 
-def regressions(now: Mapping[str, Any], earlier: Mapping[str, Any]) -> dict[str, float]:
-    """Scene, tool and error -> how many times slower than before, where beyond SLOWER.
-
-    Times are taken relative to heyoka's in the same process where both have it, so that another
-    load or clock is not taken for a regression.
-    """
-    found = {}
-    for name, scene in now.get("work_precision", {}).get("scenes", {}).items():
-        before = earlier.get("work_precision", {}).get("scenes", {}).get(name)
-        for target in scene["times"]["mechc"] if before else ():
-            a, b = _relative(scene["times"], before["times"], target)
-            if a and b and a / b > SLOWER:
-                found[f"{name}, error {target}"] = a / b
-    return found
+def _read(path: Path | None) -> dict[str, Any] | None:
+    """An earlier results.json; ends the command where there is none."""
+    if path is None:
+        return None
+    try:
+        found = json.loads(path.read_text("utf-8"))
+        return {**found, "about": dict(found["about"])}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        print(f"mechc bench: {path} is no results.json: {error}", file=sys.stderr)
+        raise SystemExit(BAD_INPUT) from None
 
 
-def _relative(
-    now: Mapping[str, Any], before: Mapping[str, Any], target: str
-) -> tuple[float | None, float | None]:
-    """mechc's times at an error now and before, over heyoka's if both runs have them."""
-    mine, was = now["mechc"][target], before["mechc"][target]
-    clock, clock_was = (run.get("heyoka", {}).get(target) for run in (now, before))
-    if mine and was and clock and clock_was:
-        return mine / clock, was / clock_was
-    return mine, was
+def measure(results: dict[str, Any], scripts: Sequence[str], out: Path) -> int:
+    """Run the scripts one after the other; ``results`` is written after each."""
+    for name in scripts:
+        options = getattr(SCRIPTS[name], results["size"])
+        if options is None:
+            continue
+        try:
+            run_one(results, name, options, out)
+        except KeyboardInterrupt:
+            results["codes"][name] = INTERRUPTED
+            return INTERRUPTED
+        finally:
+            _results.write("results", results, out)
+    return FAILED if any(results["codes"].values()) else 0
 
 
-def print_comparison(slower: Mapping[str, float], earlier: Mapping[str, Any]) -> None:
-    told = earlier["about"]
-    print(f"\nagainst {told['commit']} of {told['date']}: {len(slower)} slower than {SLOWER} times")
-    for what, ratio in slower.items():
-        print(f"  {what}: {ratio:.2f} times")
+def run_one(results: dict[str, Any], name: str, options: Options, out: Path) -> None:
+    """Run a script and take its figures, those of an unfinished one too."""
+    limit = SCRIPTS[name].limits[results["size"] == "full"]
+    figures = out / f"{name}.json"
+    figures.unlink(missing_ok=True)  # an older run's
+    print(f"\n== {name} {' '.join(options)}", flush=True)
+    start = time.perf_counter()
+    try:
+        results["codes"][name] = run_script(name, options, out, limit)
+    finally:
+        results["seconds"][name] = time.perf_counter() - start
+        if figures.exists():
+            results[name] = json.loads(figures.read_text("utf-8"))
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def conclude(results: dict[str, Any], slower: Sequence[Mapping[str, Any]], out: Path) -> None:
+    """What failed, what became worse, and where to look."""
+    for row in slower:
+        print(f"WORSE: {row['what']}: {row['told']}")
+    for name, code in results["codes"].items():
+        if code:
+            print(f"{ENDED.get(code, 'FAILED')}: {name}")
+    print(f"\nin {sum(results['seconds'].values()):.0f} s: {out / 'results.json'}")
+    print(f"the report: {out / 'results.html'}")

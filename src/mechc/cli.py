@@ -1,4 +1,4 @@
-"""The command ``mechc``: list, show, run, sweep, emit, cache, doctor."""
+"""The command ``mechc``: list, show, run, sweep, emit, cache, doctor, bench."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ from pathlib import Path
 from typing import Any
 
 from mechc import cache
+from mechc.cli_bench import bench
 from mechc.cli_options import (
     BAD_INPUT,
     EPILOGUE,
+    SUITE,
     Parser,
     run_options,
     scene_options,
+    suite_options,
     sweep_options,
     variant_options,
 )
@@ -95,6 +98,7 @@ def _parser() -> argparse.ArgumentParser:
     stored = _add(commands, "cache", "scenes compiled on demand", _cache)
     stored.add_argument("--clear", action="store_true", help="remove them")
     _add(commands, "doctor", "check compiler, cache and packages", _doctor)
+    suite_options(commands.add_parser("bench", **SUITE)).set_defaults(command=_bench)
     return parser
 
 
@@ -266,3 +270,7 @@ def _doctor(_: argparse.Namespace) -> int:
     checks = examine()
     print(written(checks))
     return 0 if all(well for _, well, _ in checks) else FAILED
+
+
+def _bench(chosen: argparse.Namespace) -> int:
+    return bench(chosen.options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from typing import Any
 
 BAD_INPUT = 2
@@ -14,7 +15,12 @@ examples:
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
   mechc run pendulum --with links=5 --open    compiled at the first use, then kept
+  mechc bench --quick                         run time against error, with a report
 """
+# Options of the suite's own parser are no options here: nothing begins with its prefix.
+SUITE: Mapping[str, Any] = {
+    "help": "the benchmark suite, with a report", "add_help": False, "prefix_chars": "\0",
+}  # fmt: skip
 
 
 SWEEP_EPILOGUE = """\
@@ -47,6 +53,12 @@ def variant_options(parser: argparse.ArgumentParser) -> None:
         parser, "--with", "OPTION[=VALUE]", "options",
         "ask for more than the default scene, e.g. friction, crank_torque='2*sin(t)', links=5",
     )  # fmt: skip
+
+
+def suite_options(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """Whatever follows is for the suite."""
+    parser.add_argument("options", nargs="*")
+    return parser
 
 
 def scene_options(parser: argparse.ArgumentParser) -> None:

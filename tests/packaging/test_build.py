@@ -11,14 +11,14 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-FREEZE_IN = ("src", "codegen", "pyproject.toml", "setup.py", "README.md", "LICENSE", "MANIFEST.in",
-             "CHANGELOG.md")  # fmt: skip
+FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
+             "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
 
 @pytest.fixture
 def source(tmp_path):
     """A copy of what a build needs."""
-    ignore = shutil.ignore_patterns("*.so", "__pycache__", "*.egg-info")
+    ignore = shutil.ignore_patterns("*.so", "__pycache__", "*.egg-info", "out")
     copy = tmp_path / "source"
     copy.mkdir()
     for name in FREEZE_IN:
@@ -71,6 +71,27 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
         PYTHONPATH=str(tmp_path / "site"),
     )
     assert all(str(tmp_path) in path for path in where.split())
+    the_suite_runs(tmp_path)
+
+
+def the_suite_runs(tmp_path):
+    """``mechc bench`` of the wheel, where a folder of its name would do something else."""
+    here = tmp_path / "mechc_bench"
+    here.mkdir()
+    for name in ("__main__.py", "suite.py", "long_run.py"):
+        (here / name).write_text("raise SystemExit('not mine')")
+    shutil.copytree(here, tmp_path / "benchmarks")
+    python(
+        *("-m", "mechc", "bench", "--smoke", "--only", "long_run"),
+        cwd=tmp_path,
+        PYTHONPATH=str(tmp_path / "site"),
+    )
+    results = json.loads((here / "results.json").read_text())
+    assert results["codes"] == {"long_run": 0}
+    assert results["about"]["commit"] == "", "an installed release has none"
+    assert "<svg" not in (here / "results.html").read_text(), "nothing with a plot was run"
+    installed = {path.name for path in (tmp_path / "site" / "mechc_bench").rglob("*")}
+    assert {"report.html", "closure_curve.c", "four_bar_regular.json", "__init__.py"} <= installed
 
 
 def test_a_changed_header_or_equation_is_compiled_again(source):

@@ -14,6 +14,7 @@
 
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
+#define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which what closes a loop changes quickly */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR    /* conditioning above which equations are taken as they stand */
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
@@ -152,6 +153,13 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
     return most * (MECHC_NH > 0 ? mechc_min(1e-9, digit / sqrt(g->lowest)) : 2.5 * digit);
 }
 
+/* What closed the loops of stages far from converged has a part along the motion, where no later
+ * correction takes it back: begun anew until what such a part can be no longer matters. */
+MECHC_STATIC void mechc_gauss_reclose(struct mechc_gauss *g, double change)
+{
+    if (change * change * g->tolerated > MECHC_GAUSS_LEFT) memset(g->shift, 0, sizeof g->shift);
+}
+
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
  * though small, which near a singularity is rounding.  A step whose error shows after three
  * iterations is not worth more. */
@@ -163,13 +171,14 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
     g->left = mechc_knows_crossing(&run->dip) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (iteration == 1 || g->closing != MECHC_PLAIN) mechc_gauss_watch(g);
+        if (g->closing != MECHC_PLAIN) mechc_gauss_reclose(g, before);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
         if (iteration == 2) g->shrinking = rate;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
-        if (iteration > 0 && change * mechc_max(rate, 0.1) <= 0.1) return MECHC_RUNNING;
+        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT) return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run, h))
             return MECHC_RUNNING;
         if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;

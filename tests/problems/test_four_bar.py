@@ -104,3 +104,13 @@ def test_change_point_runs_stay_closed_and_keep_their_energy_or_say_so(model):
         assert sol.closure.max() < 1e-12
         assert sol.energy_drift < 1e-3
         assert sol.change_points or sol.status.warnings
+
+
+@pytest.mark.parametrize(("crank", "rate"), [(-2.6565423, 31.1676149), (2.0, -40.0)])
+def test_a_step_begun_anew_keeps_the_energy_to_the_tolerance(model, crank, rate):
+    """The first step is begun from constants; what closes its loops must not move it on them."""
+    start = model.assemble({"theta_0": crank}, speeds={"omega_0": rate}, guess={"theta_1": 0.33})
+    sol = model.simulate(0.1, start, rtol=1e-12, method="gauss8")
+    assert sol.status.ok, str(sol.status)
+    departure = np.abs(np.diff(sol.energy)[:3]).max()
+    assert departure < 2e-12 * model.kinetic_energy(sol.y).max()

@@ -161,12 +161,13 @@ MECHC_STATIC void mechc_gauss_reclose(struct mechc_gauss *g, double change)
 }
 
 /* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
- * though small, which near a singularity is rounding.  A step whose error shows after three
- * iterations is not worth more. */
+ * though small, which near a singularity is rounding; where loops are closed a round late, changes
+ * may shrink every other round.  A step whose error shows after three iterations is not worth
+ * more. */
 MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 {
     struct mechc_gauss *g = run->collocation;
-    double before = HUGE_VAL;
+    double before = HUGE_VAL, rate_before = 0.0;
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->dip) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
@@ -179,12 +180,15 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
         if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT) return MECHC_RUNNING;
-        if (iteration > 1 && rate > 2.0 / 3.0 && change <= mechc_gauss_floor(run, h))
-            return MECHC_RUNNING;
-        if (iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
+        if (iteration > 1 && rate > 2.0 / 3.0) {
+            const int noise = change <= mechc_gauss_floor(run, h);
+            if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
+            if (!noise && iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
+        }
         if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))
             return MECHC_RUNNING;
         before = change;
+        rate_before = rate;
     }
     return MECHC_NOT_CLOSED;
 }

@@ -1,4 +1,4 @@
-"""The four-bar's accelerations for the peers: the fewest operations we know, and Kane's way.
+"""The four-bar's accelerations for the peers, in the fewest operations we know.
 
 ``accelerations`` is written for any arithmetic (SymPy, heyoka, CasADi, floats).  With absolute
 angles the rates of the closed loop, turned by -theta_2 and by -theta_1, give the accelerations of
@@ -9,7 +9,6 @@ regular scene never meets and the other meets at its change points.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,26 +41,3 @@ def accelerations(q: Any, u: Any, p: Sequence[float], sin: Any, cos: Any) -> lis
     mass = M00 + n1 * (2 * M01 + n1 * M11 + 2 * n2 * M12) + n2 * (2 * M02 + n2 * M22)
     a0 = force / mass
     return [a0, n1 * a0 + b1, n2 * a0 + b2]
-
-
-def kane() -> tuple[Any, Any, float]:
-    """SymPy's KanesMethod of the same linkage as a textbook has it, its mechanism, seconds.
-
-    One independent coordinate and speed, the closure and its rate as constraints.
-    """
-    from mechc_codegen import shipped_mechanism
-    from sympy.physics.mechanics import KanesMethod, dynamicsymbols
-
-    start = time.perf_counter()
-    bar = shipped_mechanism("four_bar")
-    q, u = bar.q, bar.u
-    rates = dict(zip([x.diff(dynamicsymbols._t) for x in q], u, strict=True))
-    closure = [c.expression for c in bar.configuration_constraints]
-    method = KanesMethod(
-        bar.frame, q_ind=[q[0]], u_ind=[u[0]], q_dependent=list(q[1:]), u_dependent=list(u[1:]),
-        kd_eqs=[rate - speed for rate, speed in rates.items()],
-        configuration_constraints=closure,
-        velocity_constraints=[c.diff(dynamicsymbols._t).xreplace(rates) for c in closure],
-    )  # fmt: skip
-    method.kanes_equations(list(bar.bodies), list(bar.loads))
-    return method, bar, time.perf_counter() - start

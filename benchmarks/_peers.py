@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from _four_bar_forms import accelerations, kane
+from _four_bar_forms import accelerations
 from _timing import Array, Case
 
 T_END = 20.0
@@ -49,37 +49,6 @@ def _lambdified(scene: Scene) -> tuple[Callable[..., list[float]], dict[str, flo
     fast = sympy.lambdify([*q, *u], [*u, *rates], cse=True, modules="math")
     compiled = time.perf_counter()
     return fast, {"derive": derived - start, "compile": compiled - derived}
-
-
-def scipy_kane(scene: Scene, tols: Sequence[float]) -> Built:
-    """solve_ivp on KanesMethod's mass_matrix and forcing lambdified without cse, as notebooks do.
-
-    The mass matrix is inverted numerically, or solved with, at every evaluation.
-    """
-    import sympy
-
-    method, bar, derive = kane()
-    start = time.perf_counter()
-    arguments = [*bar.q, *bar.u, *[x.symbol for x in bar.parameters]]
-    matrices = method.mass_matrix_full, method.forcing_full
-    forms = {
-        "inverse": sympy.lambdify(arguments, matrices),
-        "solve, cse": sympy.lambdify(arguments, matrices, cse=True),
-    }
-    compiled = time.perf_counter() - start
-
-    def inverse(t: float, y: Array) -> Array:
-        M, f = forms["inverse"](*y, *scene.p)
-        return (np.linalg.inv(M) @ f).ravel()
-
-    def solve(t: float, y: Array) -> Array:
-        M, f = forms["solve, cse"](*y, *scene.p)
-        return np.linalg.solve(M, f).ravel()
-
-    methods, tols = ("RK45", "DOP853"), [tol for tol in tols if tol > 9e-10]
-    cases = _solve_ivp("SciPy, KanesMethod, inverse", inverse, scene, tols, methods)
-    cases += _solve_ivp("SciPy, KanesMethod, solve, cse", solve, scene, tols, methods)
-    return cases, {"derive": derive, "compile": compiled}
 
 
 def _solve_ivp(
@@ -199,7 +168,6 @@ def sundae_cvode(scene: Scene, tols: Sequence[float]) -> Built:
 PEERS: dict[str, Callable[[Scene, Sequence[float]], Built]] = {
     "heyoka": heyoka_taylor,
     "scipy": scipy_cse,
-    "sympy": scipy_kane,
     "casadi": casadi_cvodes,
     "sksundae": sundae_cvode,
 }

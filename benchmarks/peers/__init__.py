@@ -18,6 +18,9 @@ from _timing import Case
 
 MODULES = {
     "scipy": "scipy_ivp",
+    "notebook": "notebook",
+    "pydy": "pydy_cython",
+    "pinocchio": "pinocchio_tree",
 }
 NAMES = tuple(MODULES)
 

@@ -77,6 +77,17 @@ def figure(value: Any) -> str:
     return str(value)
 
 
+def quantity(value: Any, unit: str | None) -> str:
+    """A value with its unit; seconds and bytes with the multiple that suits them."""
+    if value is None or isinstance(value, str):
+        return value or NONE
+    if unit in ("s", "us"):
+        return seconds(value * (1e-6 if unit == "us" else 1.0))
+    if unit == "bytes" and value >= 1024:
+        return f"{value / 2**20:.3g} MiB" if value >= 2**20 else f"{value / 2**10:.3g} KiB"
+    return f"{figure(value)} {unit or ''}".rstrip()
+
+
 def power(value: float) -> Markup:
     """A power of ten as it is written by hand."""
     exponent = f"{value:e}".split("e")[1]

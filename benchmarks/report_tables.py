@@ -6,14 +6,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from report_html import NONE, Markup, details, element, figure, seconds, table
+from report_html import NONE, Markup, details, element, figure, quantity, seconds, table
 from report_plots import Curve, Point, key, log_plot
 
 Rows = Sequence[Mapping[str, Any]]
-RIGHT = ("right", "unjudged", "refused")
+COUNTED = ("right", "refused", "unjudged")
 BUILD = ("derive_s", "emit_s", "first_s", "whole_s")
 RUN = ("rhs_us", "lane_us")
-MOST_ROWS = 60  # of figures that nothing is known of
+MOST_ROWS = 200  # of figures that nothing is known of
+UNFOLDED = 12
 
 
 def verdict(good: bool | None) -> Markup:
@@ -55,27 +56,23 @@ def verdicts(data: Any) -> Markup:
         return anything(data)
 
     def group(row: Mapping[str, Any]) -> tuple[str, float]:
-        return row["method"], row["rtol"]
+        return row["method"], -row["rtol"]
 
     shown = []
     for (method, rtol), several in groupby(sorted(rows, key=group), key=group):
         words = [row["word"].lower() for row in several]
-        wrong, right = words.count("wrong"), sum(words.count(word) for word in RIGHT)
-        rate = Markup(f"{100 * wrong / len(words):.3g} %")
-        flagged = len(words) - wrong - right
-        shown.append(
-            (
-                method,
-                f"{rtol:.0e}",
-                len(words),
-                right,
-                flagged,
-                wrong,
-                element("td", rate, class_="slower" if wrong else None),
-            )
-        )
-    heads = ("method", "tolerance", "runs", "right", "ended with a status", "wrong", "wrong")
+        shown.append((method, f"{-rtol:.0e}", len(words), *_counts(words)))
+    heads = ("method", "tolerance", "runs", *COUNTED, "ended with a status", "wrong", "wrong")
     return table(heads, shown, class_="figures")
+
+
+def _counts(words: Sequence[str]) -> list[Any]:
+    """How many of each, and the part of those judged that is wrong without a status."""
+    wrong, counts = words.count("wrong"), [words.count(word) for word in COUNTED]
+    judged = len(words) - words.count("unjudged")
+    rate = f"{100 * wrong / judged:.3g} %" if judged else NONE
+    told = element("td", rate, class_="slower" if wrong else None)
+    return [*counts, len(words) - wrong - sum(counts), wrong, told]
 
 
 # -- growth -----------------------------------------------------------------------------------
@@ -126,14 +123,16 @@ def _exponents(data: Mapping[str, Any]) -> Markup:
 
 def costs(data: Any) -> Markup:
     """What the product itself costs, with the limits that it keeps."""
-    parts = []
+    parts = [limits(data["rows"])] if data.get("rows") else []
     if data.get("install"):
-        parts.append(pairs(data["install"]))
-    if data.get("rows"):
-        parts.append(limits(data["rows"]))
+        parts.append(details("installation", pairs(data["install"])))
     if data.get("instructions"):
         title = element("h4", "Instructions and operations (the same on every run)")
-        parts += [title, anything(data["instructions"])]
+        rows = [(element("th", row["what"], scope="row"), figure(row["value"]), row.get("unit", ""))
+                for row in data["instructions"]]  # fmt: skip
+        parts += [title, table(("", "", ""), rows, class_="figures")]
+    parts += [element("p", f"Not measured: {what}: {reason}.", class_="quiet")
+              for what, reason in (data.get("skipped") or {}).items()]  # fmt: skip
     return Markup("".join(parts))
 
 
@@ -143,8 +142,8 @@ def limits(data: Any) -> Markup:
     shown = [
         (
             element("th", row["what"], scope="row"),
-            f"{figure(row['value'])} {row.get('unit') or ''}",
-            figure(row.get("limit")), verdict(row.get("kept")),
+            quantity(row["value"], row.get("unit")), quantity(row.get("limit"), row.get("unit")),
+            verdict(row.get("kept")),
         )
         for row in rows
     ]  # fmt: skip
@@ -171,7 +170,10 @@ def anything(data: Any) -> Markup:
     if isinstance(data, list) and data and all(isinstance(row, dict) for row in data):
         return pairs(data[0]) if len(data) == 1 else _rows(data)
     if isinstance(data, dict):
-        return pairs({name: value for name, value in data.items() if name != "about"})
+        kept = {name: value for name, value in data.items() if name != "about"}
+        if kept and all(isinstance(value, dict) for value in kept.values()):
+            return _rows([{"": name, **value} for name, value in kept.items()])
+        return pairs(kept)
     return element("p", figure(data))
 
 
@@ -192,4 +194,5 @@ def _rows(rows: Rows) -> Markup:
     )
     left = len(rows) - MOST_ROWS
     more = element("p", f"and {left:,} more rows in results.json", class_="quiet")
-    return Markup(table(columns, shown, class_="figures") + (more if left > 0 else ""))
+    whole = Markup(table(columns, shown, class_="figures") + (more if left > 0 else ""))
+    return details(f"{len(rows):,} rows", whole) if len(rows) > UNFOLDED else whole

@@ -159,10 +159,11 @@ def _told_slower(name: str, problem: Problem) -> list[str]:
         lines.append(f"{title}: peers reach errors that mechc does not: {', '.join(missed)}")
     for mine in kinds(problem):
         behind = [row for row in ratios(problem, mine) if row["ratio"] and row["ratio"] < 1]
-        at = [f"{times(1 / row['ratio'])} the time of {row['peer']} ({row['method']})"
-              f" at error {row['target']}" for row in behind]  # fmt: skip
-        if at:
-            lines.append(f"{title}, {WAYS[mine]}: mechc takes {', '.join(at)}")
+        for peer in dict.fromkeys((row["peer"], row["method"]) for row in behind):
+            at = [f"{times(1 / row['ratio'])} at {row['target']}"
+                  for row in behind if (row["peer"], row["method"]) == peer]  # fmt: skip
+            by = f"{peer[0]} ({peer[1]})" if peer[1] else peer[0]
+            lines.append(f"{title}, {WAYS[mine]}: mechc's time over that of {by}: {', '.join(at)}")
     return lines
 
 

@@ -107,6 +107,9 @@ def costs():
     return {
         "about": about(),
         "install": {"wheel, bytes": 900_000, "seconds": 30.0},
-        "rows": [{"what": "import", "value": 0.14, "unit": "s", "limit": 0.5, "kept": True}],
-        "instructions": [{"what": "four_bar, rates", "value": 1200}],
+        "rows": [
+            {"what": "import", "value": 0.14, "unit": "s", "limit": 0.5, "kept": True},
+            {"what": "wheel", "value": 900_000, "unit": "bytes", "limit": None, "kept": None},
+        ],
+        "instructions": [{"what": "four_bar, rates", "value": 1200, "unit": "instructions"}],
     }

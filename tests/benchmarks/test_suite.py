@@ -111,7 +111,7 @@ def test_where_a_peer_is_faster_the_report_says_so_by_name(module):
     assert (row["peer"], row["method"]) == ("heyoka", "taylor")
     assert row["ratio"] == pytest.approx(0.5)
     page = work.summary({"regular": problem})
-    assert "takes 2× the time of heyoka (taylor) at error 1e-08" in page
+    assert "mechc&#x27;s time over that of heyoka (taylor): 2× at 1e-08" in page
     assert "fastest tool at 4;" in page
     mine["1e-10"] = None
     assert "peers reach errors that mechc does not: 1e-10 (heyoka)" in work.summary({"": problem})
@@ -164,6 +164,7 @@ def test_counts_are_compared_exactly_and_promises_as_they_are(module):
     now, earlier = canned_results.results(), canned_results.results()
     assert {row["verdict"] for row in compare.compare(now, earlier)} == {"same"}
     now["costs"]["instructions"][0]["value"] += 1
+    now["costs"]["rows"][1]["value"] *= 1.05
     now["growth"]["rows"]["planar"][0]["operations"] -= 1
     now["stress"]["families"][0]["passed"] = False
     now["codes"]["growth"] = 1
@@ -171,7 +172,8 @@ def test_counts_are_compared_exactly_and_promises_as_they_are(module):
     changed = {row["what"]: row["verdict"] for row in compare.compare(now, earlier)
                if row["verdict"] != "same"}  # fmt: skip
     assert changed == {
-        "instructions: four_bar, rates": "worse",
+        "costs: four_bar, rates (instructions)": "worse",
+        "costs: wheel": "worse",
         "growth: planar, 1 links, operations": "better",
         "stress: units": "worse",
         "growth runs through": "worse",
@@ -179,7 +181,7 @@ def test_counts_are_compared_exactly_and_promises_as_they_are(module):
     }
     page = module("report").page(now, earlier)
     read(page)
-    assert "4 worse, 1 better" in page
+    assert "5 worse, 1 better" in page
 
 
 # -- the suite --------------------------------------------------------------------------------
@@ -288,6 +290,14 @@ def test_the_script_runs(module, tmp_path, name):
     results = json.loads((tmp_path / "results.json").read_text())
     assert results[name], "written at the end, whether or not its figures are within limits"
     read((tmp_path / "results.html").read_text())
+
+
+def test_a_scene_of_the_table_is_measured_in_c_and_in_numpy(module):
+    scenes = module("scenes")
+    case = next(case for case in scenes.CASES if case.name == "open chain of 3")
+    row = scenes.measured(case)
+    assert 0 < row["ns a call"] < 1e3 * row["numpy us"]
+    assert row["binary bytes"] > row["C bytes"] > 1000
 
 
 def test_what_is_no_results_file_is_refused_in_a_line(module, tmp_path, capsys):

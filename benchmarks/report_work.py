@@ -33,6 +33,11 @@ def colours(problems: Mapping[str, Problem]) -> dict[str, int]:
     return {tool: k for k, tool in enumerate(order)}
 
 
+def is_batch(tool: str) -> bool:
+    """Whether a tool integrates many trajectories abreast, and reports the time of one."""
+    return tool.endswith("batch")
+
+
 def time_of(problem: Problem, mine: str, target: str) -> float | None:
     """Seconds of mechc for an error: of its best method, of ``auto``, or of its batches."""
     if mine == "auto":
@@ -49,7 +54,7 @@ def best_peer(problem: Problem, target: str, *, batch: bool = False) -> tuple[st
     """
     met = {
         tool: at[target] for tool, at in problem["times"].items()
-        if not ours(tool) and at.get(target) and (batch or "batch" not in tool)
+        if not ours(tool) and at.get(target) and (batch or not is_batch(tool))
     }  # fmt: skip
     return min(met.items(), key=lambda item: item[1]) if met else None
 
@@ -174,7 +179,7 @@ def problem_section(name: str, problem: Problem, colour: Mapping[str, int]) -> M
     """Plot, legend and tables of one problem."""
     parts = [element("h3", problem.get("title", name), id=f"problem-{name}")]
     if problem.get("note"):
-        parts.append(element("p", problem["note"]))
+        parts.append(element("p", f"{problem['note'][:1].upper()}{problem['note'][1:]}"))
     parts += [element("p", _compared(problem), class_="quiet"), _plot(problem, colour)]
     parts += [_legend(problem, colour), _times(problem)]
     parts += [_skipped(problem), details("all runs", _all_rows(problem))]
@@ -230,9 +235,10 @@ def _times(problem: Problem) -> Markup:
     """Time and ratio at the errors, setting up, and how much the times scatter."""
     heads = ["tool", *(Markup(f"error {power(float(target))}") for target in TARGETS)]
     heads += ["spread", "derive", "compile", "first run"]
-    mine = problem["times"].get(OURS, {})
     rows = []
     for tool, at in sorted(problem["times"].items(), key=lambda item: not ours(item[0])):
+        alike = f"{OURS} batch" if is_batch(tool) else OURS
+        mine = problem["times"].get(alike, {})
         cells = [_time(at.get(target), mine.get(target), tool) for target in TARGETS]
         setup = problem.get("setup", {}).get(tool, {})
         rows.append([

@@ -203,7 +203,8 @@ def scripts(module, monkeypatch, tmp_path):
 
     monkeypatch.setattr(running, "FOLDER", tmp_path)
     monkeypatch.setattr(suite, "SCRIPTS", table)
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join((str(FOLDER), os.environ["PYTHONPATH"])))
+    given = os.environ.get("PYTHONPATH")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, (str(FOLDER), given))))
     assert results.FOLDER == FOLDER
     return run
 

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-TARGETS = (1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12)
+TARGETS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+Row = Mapping[str, Any]
+Times = Mapping[str, Mapping[str, float | None]]
+
+
+def printed(target: float) -> str:
+    """A target as the JSON has it."""
+    return f"{target:.0e}"
 
 
 def envelope(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -30,35 +37,71 @@ def time_at(points: Iterable[tuple[float, float]], target: float) -> float | Non
     return float(np.exp(np.interp(np.log(target), errors, seconds)))
 
 
-def summary(rows: Iterable[Mapping[str, Any]]) -> dict[str, dict[str, float | None]]:
-    """Tool -> target error (as printed) -> seconds, from rows of ``Case.record``."""
-    tools: dict[str, list[tuple[float, float]]] = {}
-    for row in rows:
-        points = tools.setdefault(row["tool"], [])
-        if row["error"] is not None:
-            points.append((row["error"], row["seconds"]))
-    return {
-        tool: {f"{target:.0e}": time_at(points, target) for target in TARGETS}
-        for tool, points in tools.items()
-    }
+def points_of(rows: Iterable[Row]) -> list[tuple[float, float]]:
+    """(error, seconds) of the rows that are right."""
+    return [(row["error"], row["seconds"]) for row in rows if row["label"] == "right"]
 
 
-def ratios(
-    times: Mapping[str, Mapping[str, float | None]], tool: str
-) -> dict[str, dict[str, float | None]]:
-    """How many times longer every other tool takes than ``tool``."""
-    mine = times[tool]
+def times_of(rows: Sequence[Row]) -> dict[str, dict[str, float | None]]:
+    """Tool -> target error -> seconds, along the envelope of all its methods and tolerances."""
     return {
-        other: {
-            target: None if at is None or mine[target] is None else at / mine[target]  # type: ignore[operator]
-            for target, at in theirs.items()
+        tool: {
+            printed(target): time_at(points_of(r for r in rows if r["tool"] == tool), target)
+            for target in TARGETS
         }
-        for other, theirs in times.items()
-        if other != tool
+        for tool in dict.fromkeys(row["tool"] for row in rows)
     }
 
 
-def fastest(times: Mapping[str, Mapping[str, float | None]], target: str) -> str:
-    """The tool that is fastest at an error; empty if none gets there."""
-    met = {tool: at[target] for tool, at in times.items() if at[target] is not None}
-    return min(met, key=lambda tool: met[tool] or 0.0) if met else ""
+def is_batch(tool: str) -> bool:
+    """Whether it reports the time of one trajectory among many."""
+    return tool.endswith("batch")
+
+
+def ratios(times: Times) -> dict[str, dict[str, float | None]]:
+    """How many times longer every other tool takes than mechc; batches, than mechc's batch."""
+    mine = {batch: times.get("mechc batch" if batch else "mechc", {}) for batch in (False, True)}
+    return {
+        tool: {
+            target: over(seconds, mine[is_batch(tool)], target) for target, seconds in at.items()
+        }
+        for tool, at in times.items()
+        if tool not in ("mechc", "mechc batch")
+    }
+
+
+def over(seconds: float | None, mine: Mapping[str, float | None], target: str) -> float | None:
+    """The ratio of two times, where both are known."""
+    own = mine.get(target)
+    return None if seconds is None or own is None else seconds / own
+
+
+def best_peer(rows: Sequence[Row], times: Times) -> dict[str, dict[str, Any] | None]:
+    """Target -> the fastest other tool for one trajectory, its method, and times mechc's.
+
+    The ratio is None where mechc does not meet the target and a peer does.
+    """
+    return {printed(target): _best(rows, times, target) for target in TARGETS}
+
+
+def _best(rows: Sequence[Row], times: Times, target: float) -> dict[str, Any] | None:
+    found = [
+        (at[printed(target)], tool)
+        for tool, at in times.items()
+        if not tool.startswith("mechc") and not is_batch(tool)
+    ]
+    met = [(seconds, tool) for seconds, tool in found if seconds is not None]
+    if not met:
+        return None
+    seconds, tool = min(met)
+    ratio = over(seconds, times.get("mechc", {}), printed(target))
+    return {"tool": tool, "method": _method(rows, tool, target), "ratio": ratio}
+
+
+def _method(rows: Sequence[Row], tool: str, target: float) -> str:
+    """Of the tool's methods the one that is quickest at the target."""
+    own = [row for row in rows if row["tool"] == tool]
+    methods = dict.fromkeys(row["method"] for row in own)
+    reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}
+    met = {method: seconds for method, seconds in reached.items() if seconds is not None}
+    return min(met, key=lambda method: met[method], default="")

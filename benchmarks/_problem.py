@@ -70,7 +70,7 @@ class Problem:
     shipped
         Name in the library, where the model is compiled already.
     stiff
-        Explicit methods are not given this problem.
+        Implicit methods suit it.
     note
         What makes it hard, or special; shown in the report.
     """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,9 +23,10 @@ def nothing() -> None:
 class Case:
     """One tool, method and tolerance on one problem.
 
-    ``run`` is what is timed; its value goes to ``state``, which gives the final state, or None
-    where the run ended with a status, and to ``word``, which gives that status.  Where a run
-    integrates several ``trajectories`` abreast, what is reported is the time of one.
+    ``run`` is what is timed; its value goes to ``state``, which gives what is observed of the final
+    state, or None where the run ended with a status, and to ``word``, which gives that status.
+    Where a run integrates several ``trajectories`` abreast, what is reported is the time of one.
+    Errors beyond ``wrong`` are those of another motion.
     """
 
     tool: str
@@ -39,40 +40,84 @@ class Case:
     seconds: list[float] = field(default_factory=list)
     error: float = np.inf
     status: str = ""
+    wrong: float = WRONG
 
     @property
     def label(self) -> str:
-        """Right within WRONG, another motion without a word, or ended with a status."""
+        """Right, another motion without a word, or ended with a status."""
         if not np.isfinite(self.error):
             return "flagged"
-        return "right" if self.error <= WRONG else "wrong"
+        return "right" if self.error <= self.wrong else "wrong"
 
     def record(self) -> dict[str, Any]:
-        """One row of the JSON."""
+        """One row of the JSON; ``spread`` is the interquartile range over the median."""
         ok, seconds = np.isfinite(self.error), np.array(self.seconds) / self.trajectories
+        low, median, high = np.percentile(seconds, (25, 50, 75))
         return {
             "tool": self.tool, "method": self.method, "tol": self.tol, "label": self.label,
             "error": float(self.error) if ok else None, "status": self.status,
-            "seconds": float(seconds.min()), "median": float(np.median(seconds)),
-            "repeats": len(seconds),
+            "seconds": float(seconds.min()), "median": float(median),
+            "spread": float((high - low) / median), "repeats": len(seconds),
+            "first": float(seconds[0]),
         }  # fmt: skip
 
 
-def measure(
-    cases: list[Case], error_of: Callable[[Array], float], rounds: int, budget: float
-) -> None:
-    """Run every case once for its error, then in turns: ``rounds`` times, ``budget`` s a case.
+@dataclass(frozen=True)
+class Effort:
+    """How much time measuring may take.
 
-    A case that alone takes longer than its budget is run once.
+    Attributes
+    ----------
+    longest
+        Seconds of one run; where a tool's method takes longer, its tighter tolerances are left out.
+    rounds, budget
+        Each case runs as many times, unless its runs take as many seconds before.
+    total
+        Seconds for all cases; no round begins after.
     """
-    for case in cases:
-        _judge(case, error_of)
+
+    longest: float = 10.0
+    rounds: int = 40
+    budget: float = 1.0
+    total: float = np.inf
+
+
+def measure(
+    cases: Sequence[Case],
+    error_of: Callable[[Array], float],
+    effort: Effort,
+    about_to_run: Callable[[Case], None] = lambda _: None,
+) -> list[Case]:
+    """Run every case once for its error, then in turns; gives the cases that were run.
+
+    ``about_to_run`` is told every case before it runs, outside what is timed.
+    """
+    began = time.perf_counter()
+    measured: list[Case] = []
+    slow: set[tuple[str, str]] = set()
+    for case in sorted(cases, key=lambda case: -case.tol):
+        if (case.tool, case.method) not in slow:
+            about_to_run(case)
+            _judge(case, error_of)
+            measured.append(case)
+            if case.seconds[0] > effort.longest:
+                slow.add((case.tool, case.method))
+    order = {id(case): k for k, case in enumerate(cases)}
+    measured.sort(key=lambda case: order[id(case)])
+    _repeat(measured, effort, began + effort.total, about_to_run)
+    return measured
+
+
+def _repeat(
+    cases: Sequence[Case], effort: Effort, until: float, about_to_run: Callable[[Case], None]
+) -> None:
     gc.collect()
     gc.disable()
     try:
-        for _ in range(rounds):
+        for _ in range(effort.rounds):
             for case in cases:
-                if sum(case.seconds) < budget:
+                if sum(case.seconds) < effort.budget and time.perf_counter() < until:
+                    about_to_run(case)
                     case.prepare()
                     case.seconds.append(_once(case.run))
     finally:
@@ -87,8 +132,9 @@ def _judge(case: Case, error_of: Callable[[Array], float]) -> None:
         value = case.run()
         case.seconds.append(time.perf_counter() - start)
         final, case.status = case.state(value), case.word(value)
-    except (ArithmeticError, ValueError, RuntimeError) as error:
-        case.seconds.append(time.perf_counter() - start)
+    except Exception as error:  # a peer may raise anything; it is shown in its row
+        if not case.seconds:
+            case.seconds.append(time.perf_counter() - start)
         case.status = f"{type(error).__name__}: {error}".splitlines()[0]
         case.run = nothing
         return

@@ -1,18 +1,7 @@
 """The benchmarks measure what they say: envelopes, verdicts, regressions; and one runs through."""
 
-import json
-
 import numpy as np
 import pytest
-
-
-def test_time_at_an_error_is_read_off_the_lower_envelope(module):
-    """Log-log between points that nothing beats; nothing where the error is not reached."""
-    time_at = module("_envelope").time_at
-    points = [(1e-4, 1.0), (1e-8, 4.0), (1e-6, 9.0), (1e-9, 5.0)]
-    assert time_at(points, 1e-6) == pytest.approx(2.0)
-    assert time_at(points, 1e-3) == 1.0
-    assert time_at(points, 1e-10) is None
 
 
 def test_the_forms_given_to_peers_are_the_right_equations(module):
@@ -33,17 +22,6 @@ def test_a_wrong_start_is_called_wrong(module):
     wrong = np.zeros(6)
     rows = list(stress._runs("x", "y", {"l_3": 3.5}, 1.0, wrong, 5.8, [1e-6]))
     assert {row["word"] for row in rows} == {"WRONG"}
-
-
-def test_work_precision_runs_through(module):
-    """Without peers, on the regular scene: rows, ratios, plot."""
-    run = module("work_precision")
-    result = run.main(["--quick", "--scene", "regular", "--only"])
-    at = result["scenes"]["regular"]["times"]["mechc"]
-    assert at["1e-08"] is not None
-    written = json.loads((run.OUT / "work_precision.json").read_text())
-    assert written["about"]["versions"]["numpy"] == np.__version__
-    assert (run.OUT / "work_precision_regular.svg").stat().st_size > 1000
 
 
 def test_the_first_value_is_measured_in_processes_of_their_own(module):

@@ -70,7 +70,7 @@ class Problem:
     shipped
         Name in the library, where the model is compiled already.
     stiff
-        Implicit methods suit it.
+        Explicit methods of interpreted code are not given it.
     note
         What makes it hard, or special; shown in the report.
     """

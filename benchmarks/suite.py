@@ -47,7 +47,7 @@ class Script:
 SCRIPTS = {
     "work_precision": Script(
         "run time against achieved error, all problems, all methods, all peers",
-        ("--quick",), (), ("--quick", "--scene", "regular", "--only"), (600.0, 3600.0),
+        ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (600.0, 3600.0),
     ),
     "stress": Script(
         "right, refused, or ended with a status: never else", (), (), ()

@@ -84,7 +84,7 @@ class ParameterSet:
         A default that follows others (an inertia that follows mass and length) follows those
         given.
         """
-        if params is None:
+        if params is None or (isinstance(params, dict) and not params):
             if self.missing:
                 self._refuse_missing(self.defaults)
             return self.defaults

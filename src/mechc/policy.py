@@ -91,8 +91,21 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
     times = np.array(t_eval, dtype=np.float64)
+    slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
+    return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
+
+
+def _plainly_inside(times: Array, span: tuple[float, float], slack: float) -> bool:
+    """The usual case, fast: forwards, and each time an end or clear of both."""
+    if times.ndim != 1 or not len(times):
+        return False
+    inner = times[int(times[0] == span[0]) : -1 if times[-1] == span[1] else None]
+    clear = not len(inner) or (inner[0] - span[0] > slack and span[1] - inner[-1] > slack)
+    return bool(clear and (times[1:] > times[:-1]).all())
+
+
+def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
     low, high = sorted(span)
-    slack = 8 * np.spacing(max(abs(low), abs(high)))
     times = np.where(np.abs(times - low) <= slack, low, times)
     times = np.where(np.abs(times - high) <= slack, high, times)
     if times.ndim != 1 or not ((times >= low) & (times <= high)).all():

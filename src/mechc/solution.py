@@ -62,17 +62,23 @@ class Solution:
     @cached_property
     def _record(self) -> tuple[Array, Array]:
         """Times and states as reported; t_eval beyond where the run ended falls away."""
+        if self._times is not None:
+            times = self._reached(self._times)
+            return times, self._run.interpolate(times)
         t, y = self._run.states()
+        if self._stop is None:
+            return t, y
         start, end = self.span
-        if self._times is None:
-            if self._stop is None:
-                return t, y
-            before = np.abs(t - start) < abs(end - start)
-            last = self._run.interpolate(np.array([end]))
-            return np.append(t[before], end), np.vstack([y[before], last])
-        reached = np.abs(self._times - start) <= abs(end - start)
-        times = self._times[reached]
-        return times, self._run.interpolate(times)
+        before = np.abs(t - start) < abs(end - start)
+        last = self._run.interpolate(np.array([end]))
+        return np.append(t[before], end), np.vstack([y[before], last])
+
+    def _reached(self, times: Array) -> Array:
+        """Of times in the direction of the run, those that it came to."""
+        start, end = self.span
+        if not len(times) or abs(times[-1] - start) <= abs(end - start):
+            return times
+        return times[np.abs(times - start) <= abs(end - start)]
 
     @property
     def t(self) -> Array:
@@ -121,7 +127,7 @@ class Solution:
     @cached_property
     def span(self) -> tuple[float, float]:
         """Times between which the run has states, s."""
-        t = self._run.states()[0]
+        t = self._run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
     def continue_to(

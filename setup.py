@@ -13,6 +13,7 @@ RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
 BATCH = ("batch.h", "batch_reduce.h", "batch_close.h")
+NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
 
 class BuildScenes(build_ext):
@@ -28,6 +29,7 @@ class BuildScenes(build_ext):
 
         self.builds = {}
         for extension in self.extensions:
+            extension.extra_compile_args.append(NO_DEBUG_INFORMATION)
             if extension.name.startswith(SCENES):
                 self.generate(extension)
         folder = str(Path(self.build_temp).resolve() / "cython")
@@ -64,7 +66,7 @@ class BuildScenes(build_ext):
                     [str(folder / source)],
                     output_dir=self.build_temp,
                     include_dirs=extension.include_dirs,
-                    extra_postargs=[*FLAGS, *flags],
+                    extra_postargs=[*FLAGS, *flags, NO_DEBUG_INFORMATION],
                 )
 
             with ThreadPoolExecutor() as pool:

@@ -1,26 +1,22 @@
-"""What every user meets first: accuracy on the regular four-bar, cost of one evaluation, start-up.
+"""What every user meets first: accuracy on the regular four-bar and the cost of one evaluation.
 
     python benchmarks/essentials.py
 
-Times are minima of several runs; processes are whole ones.
+Times are minima of several runs.  What a call, the start and the installation cost: costs.py.
 """
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
-from collections.abc import Callable
 
 import numpy as np
 from _scene import reference, write
 
 import mechc
-from mechc.start import begin
 
 
 def main() -> None:
-    figures = {**accuracy(), **evaluation(), **a_call(), **operations(), **startup()}
+    figures = {**accuracy(), **evaluation()}
     for what, value in figures.items():
         print(f"{what:58s} {value:.4g}")
     write("essentials", [figures])
@@ -53,62 +49,6 @@ def evaluation() -> dict[str, float]:
         "state rates, scalar, each fed by the last (ns)": scalar,
         f"state rates, {scene.lanes} lanes, from Python (ns a state)": batch,
     }
-
-
-def a_call() -> dict[str, float]:
-    """What `simulate` costs beside the integration: a span of 1 ns, less the compiled run of it."""
-    model, params = mechc.load("four_bar"), {"l_3": 3.5}
-    y0 = model.assemble({"theta_0": np.radians(85)}, params=params)
-    values, state = model._parameters.resolve(params), model.assemble({"theta_0": 1.0})
-    policy = model.simulate(1e-9, y0, params).policy
-
-    def compiled() -> None:
-        begin(model, (0.0, 1e-9), y0, values, policy).advance(1000)
-
-    bare = _each(compiled)
-    return {
-        "simulate beside the integration (us)": _each(lambda: model.simulate(1e-9, state)) - bare,
-        "the same, parameters given by name (us)": (
-            _each(lambda: model.simulate(1e-9, y0, params)) - bare
-        ),
-    }
-
-
-def _each(call: Callable[[], object]) -> float:
-    """Microseconds a call, the least of several rounds."""
-    return min(_seconds(lambda: [call() for _ in range(500)]) for _ in range(15)) / 500 * 1e6
-
-
-def operations() -> dict[str, float]:
-    counts = mechc.load("four_bar")._data["operations"]
-    return {
-        "operations of all outputs as derived": counts["before"],
-        "operations of all outputs compiled": counts["after"],
-        "operations once a run": counts["once_per_run"],
-    }
-
-
-def startup() -> dict[str, float]:
-    """Whole processes; the import is timed inside one, numpy first."""
-    script = (
-        "import time, numpy; t = time.perf_counter(); import mechc; print(time.perf_counter() - t)"
-    )
-    imports = [float(_output(["-c", script])) for _ in range(7)]
-    run = ["-m", "mechc", "run", "four_bar", "--json"]
-    return {
-        "import mechc beyond numpy (s)": min(imports),
-        "mechc run four_bar --json, as a process (s)": min(
-            _seconds(lambda: _output(run)) for _ in range(7)
-        ),
-        "python -c 'import numpy', as a process (s)": min(
-            _seconds(lambda: _output(["-c", "import numpy"])) for _ in range(7)
-        ),
-    }
-
-
-def _output(arguments: list[str]) -> str:
-    command = [sys.executable, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
 def _seconds(run: object) -> float:

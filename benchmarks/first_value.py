@@ -2,7 +2,8 @@
 
     python benchmarks/first_value.py [runs]
 
-The four-bar in absolute angles as a notebook has it, and of SymPy's joints in relative angles.
+The four-bar in absolute angles as a notebook has it, and of SymPy's joints in relative angles;
+costs.py asks for mechanisms of the library too.
 Cold: nothing is in the cache.  Cached: another process has compiled it.  Import of sympy and making
 the KanesMethod are not counted; import of mechc stands beside.  Each figure is the least of the
 runs, so the stages need not add up; "processor" is the processor time of the first value, which
@@ -12,6 +13,7 @@ modules, as pip does.
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import resource
@@ -25,11 +27,12 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
 OBJECTS = FOLDER.parent / "tests" / "codegen"
-FORMS = ("by hand", "of joints")
+FORMS = ("by hand", "of joints")  # of the four-bar
+LIBRARY = ("slider_crank", "flyball_governor", "andrews", "bicycle")
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
 STAGES = (
     "import mechc", "read", "describe", "derive", "differentiate", "optimize", "emit",
-    "first unit", "load", "first value", "processor",
+    "first unit", "load", "first value", "processor", "whole",
 )  # fmt: skip
 
 
@@ -52,16 +55,19 @@ def measured(form: str, runs: int) -> dict[str, Any]:
         cold = [process(form, Path(name) / f"cold {k}") for k in range(runs)]
     far = max(abs(a - b) for run in (*cached, *cold) for a, b in pairs(run, first))
     assert far < 1e-12, f"{form}: values differ by {far}"
-    return {"form": form, "cold": least(cold), "cached": least(cached), "largest difference": far}
+    return {
+        "form": form, "cold": least(cold) | least([first], ("whole",)), "cached": least(cached),
+        "largest difference": far, "peak_bytes": first["peak"],
+    }  # fmt: skip
 
 
 def pairs(run: dict[str, Any], other: dict[str, Any]) -> Iterable[tuple[float, float]]:
     return zip(run["value"], other["value"], strict=True)
 
 
-def least(runs: Iterable[dict[str, Any]]) -> dict[str, float]:
+def least(runs: Iterable[dict[str, Any]], stages: Iterable[str] = STAGES) -> dict[str, float]:
     told = [run["seconds"] for run in runs]
-    return {stage: min(run[stage] for run in told) for stage in STAGES if stage in told[0]}
+    return {stage: min(run[stage] for run in told) for stage in stages if stage in told[0]}
 
 
 def process(form: str, cache: Path, *, wait: bool = False) -> dict[str, Any]:
@@ -85,13 +91,22 @@ def one(form: str, wait: bool) -> None:
 
     imported, before = time.perf_counter(), processor_time()
     model = mechc.compile(method)
-    value = model.rhs(0.0, np.linspace(0.3, 0.8, 6), np.linspace(1.0, 2.0, len(model.parameters)))
+    state = np.linspace(0.3, 0.8, len(model.coordinates) + len(model.speeds))
+    value = model.rhs(0.0, state, np.linspace(1.0, 2.0, len(model.parameters)))
     finished, after = time.perf_counter(), processor_time()
     seconds = {"import mechc": imported - start, **model.build["seconds"]}
     seconds |= {"first value": finished - imported, "processor": after - before}
     if wait:
         assert model.capsule
-    print(json.dumps({"value": value.tolist(), "seconds": seconds}))
+        seconds["whole"] = time.perf_counter() - imported
+    print(json.dumps({"value": value.tolist(), "seconds": seconds, "peak": peak_bytes()}))
+
+
+def peak_bytes() -> int:
+    """Most memory that this process or one of its compilers held."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    own = next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+    return 1024 * max(own, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 
 
 def processor_time() -> float:
@@ -105,6 +120,9 @@ def made(form: str) -> Any:
         from _four_bar_kane import by_hand
 
         return by_hand()
+    if form in LIBRARY:
+        module = importlib.import_module(f"mechc_codegen.mechanisms.{form}")
+        return getattr(module, form)()
     sys.path.insert(0, str(OBJECTS))
     from sympy_objects import four_bar_kane
 
@@ -112,7 +130,7 @@ def made(form: str) -> Any:
 
 
 def print_table(row: dict[str, Any]) -> None:
-    print(f"\nfour-bar {row['form']}, s{'cold':>22s}{'cached':>10s}")
+    print(f"\n{row['form'] + ', s':30s}{'cold':>10s}{'cached':>10s}")
     for stage in STAGES:
         cells = [row[way].get(stage) for way in LIMITS]
         shown = ("" if cell is None else f"{cell:.4f}" for cell in cells)

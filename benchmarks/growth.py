@@ -1,6 +1,7 @@
 """What do more links cost?
 
-    python benchmarks/growth.py [--scenes planar spatial windows] [--most N] [--follow N] [--resume]
+    python benchmarks/growth.py [--scenes planar spatial windows] [--quick | --most N]
+                                [--follow N] [--resume]
 
 For N = 1, 2, 5, 10, 20, 40, 80: an open planar chain of N links, an open spatial one with axes
 that alternate, and N four-bar windows in a row (2N + 1 links, tilted, relative angles), each
@@ -42,6 +43,7 @@ from mechc import jit
 from mechc.model import Model
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
+QUICK = 10  # of them in half a minute
 SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows}
 COLUMNS = (
     "derive_s",
@@ -88,6 +90,9 @@ def _options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=SCENES)
     parser.add_argument("--most", type=int, default=SIZES[-1], help="largest N")
+    parser.add_argument(
+        "--quick", action="store_const", dest="most", const=QUICK, help=f"N to {QUICK}"
+    )
     parser.add_argument("--follow", type=int, default=0, metavar="N", help="windows to follow")
     parser.add_argument("--rtol", type=float, nargs="+", default=TOLERANCES)
     parser.add_argument("--resume", action="store_true", help="keep the rows of an earlier run")

@@ -18,9 +18,14 @@ import mechc_codegen
 
 import mechc
 
-ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = (Path(mechc.__file__).parent, Path(mechc_codegen.__file__).parent)
-SOURCES = ("*.pyx", "*.pyc", "*.c")  # beside a package in its source tree, not installed
+FOLDER = Path(__file__).resolve().parent
+ROOT = FOLDER.parent
+PACKAGES = (Path(mechc.__file__).parent, Path(mechc_codegen.__file__).parent, FOLDER)
+NOT_INSTALLED = ("*.pyx", "*.pyc", "out/*")  # but in a source tree
+
+
+class NoSourceTreeError(Exception):
+    """The distribution can be built in a clone only; the message says so."""
 
 
 def installed() -> dict[str, Any]:
@@ -38,13 +43,15 @@ def installed() -> dict[str, Any]:
 def _files() -> Iterator[Path]:
     for package in PACKAGES:
         for path in sorted(package.rglob("*")):
-            if path.is_file() and not any(path.match(source) for source in SOURCES):
+            if path.is_file() and not any(path.match(left) for left in NOT_INSTALLED):
                 yield path
 
 
 def _part(path: Path) -> str:
     if path.suffix == ".so":
         return "mechanisms, compiled" if path.parent.name == "_scenes" else "driver, compiled"
+    if FOLDER in path.parents:
+        return "benchmarks"
     if PACKAGES[1] in path.parents:
         return "headers for generated code" if path.suffix == ".h" else "compiler"
     return "runtime, Python"
@@ -60,7 +67,13 @@ def _packed(files: Any) -> int:
 
 
 def source_distribution() -> dict[str, Any]:
-    """Seconds and bytes of ``sdist``, from a copy of what a build needs."""
+    """Seconds and bytes of ``sdist``, from a copy of what a build needs.
+
+    Raises
+    ------
+    NoSourceTreeError
+        Where this is no clone; so do the two below.
+    """
     build = "import setuptools.build_meta as b; b.build_sdist('dist')"
     with tempfile.TemporaryDirectory() as name:
         folder = _copied(Path(name))
@@ -118,9 +131,11 @@ def _processor_seconds() -> float:
 
 def _copied(folder: Path) -> Path:
     """The files under version control, as they are now: builds write beside what they read."""
-    listed = subprocess.run(
-        ["git", "-C", str(ROOT), "ls-files", "-z"], capture_output=True, text=True, check=True
-    )
+    command = ["git", "-C", str(ROOT), "ls-files", "-z"]
+    try:
+        listed = subprocess.run(command, capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        raise NoSourceTreeError(f"{ROOT} is not a clone") from None
     for name in filter(None, listed.stdout.split("\0")):
         source, target = ROOT / name, folder / name
         if source.is_file():

@@ -84,11 +84,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     full = _options().parse_args(arguments).full
     result: dict[str, Any] = {"about": about(), "install": {}, "rows": [], "skipped": {}}
     rows = []
-    for row in figures(full, result["install"]):
+    for row in figures(full, result["install"], result["skipped"]):
         print_row(row)
         rows.append(row)
     result["rows"] = [row.record() for row in rows]
     result["instructions"] = [*operations(), *_instructions(result["skipped"])]
+    for what, reason in result["skipped"].items():
+        print(f"{what}: skipped, {reason}")
     for entry in result["instructions"]:
         print(f"{entry['what']:58s}{entry['value']:14,d} {entry['unit']}")
     write("costs", result)
@@ -106,14 +108,14 @@ def _options() -> argparse.ArgumentParser:
     return parser
 
 
-def figures(full: bool, install: dict[str, Any]) -> Iterator[Row]:
-    """All rows; what belongs to the installation is put into ``install`` too."""
+def figures(full: bool, install: dict[str, Any], skipped: dict[str, str]) -> Iterator[Row]:
+    """All rows; those of the installation are put into ``install`` too."""
     yield from start_up()
     yield from calls()
     for name, runs in (ALL_BUILT if full else BUILT).items():
         yield from first_values(name, runs)
     yield from memory()
-    yield from installation(full, install)
+    yield from installation(full, install, skipped)
 
 
 def start_up() -> Iterator[Row]:
@@ -159,28 +161,29 @@ def memory() -> Iterator[Row]:
     yield Row("memory of a batch, a member with two states", _memory.of_a_batch(), "bytes")
 
 
-def installation(full: bool, found: dict[str, Any]) -> Iterator[Row]:
-    found |= {"installed": _install.installed(), "sdist": _install.source_distribution()}
-    if full:
-        found |= {"wheel": _install.wheel(), **_fresh_environment()}
-    installed = found["installed"]
+def installation(full: bool, found: dict[str, Any], skipped: dict[str, str]) -> Iterator[Row]:
+    """Sizes of what is installed; what a clone is built to, and how long that takes."""
+    installed = found["installed"] = _install.installed()
     yield Row("installed", installed["bytes"], "bytes")
     for part, size in installed["parts"].items():
         yield Row(f"  of it: {part}", size, "bytes")
     yield Row("installed files", installed["files"], "files")
     yield Row("installed, packed as in a wheel", installed["packed"], "bytes")
+    try:
+        found |= _built(full)
+    except (_install.NoSourceTreeError, RuntimeError) as error:
+        skipped["build"] = str(error)
     for what in ("sdist", "wheel", "venv", "pip install ."):
         for measure, value in found.get(what, {}).items():
             unit = {"wall": "s", "processor": "s", "files": "files"}.get(measure, "bytes")
             yield Row(f"{what}: {measure}", value, unit)
 
 
-def _fresh_environment() -> dict[str, Any]:
-    try:
-        return _install.fresh_environment()
-    except RuntimeError as error:  # no package index within reach
-        print(f"pip install . in a new environment: skipped ({error})")
-        return {}
+def _built(full: bool) -> dict[str, Any]:
+    found = {"sdist": _install.source_distribution()}
+    if full:
+        found |= {"wheel": _install.wheel(), **_install.fresh_environment()}
+    return found
 
 
 def operations() -> Iterator[dict[str, Any]]:
@@ -204,7 +207,6 @@ def _instructions(skipped: dict[str, str]) -> list[dict[str, Any]]:
         return counted()
     except NotCountedError as error:
         skipped["instructions"] = str(error)
-        print(f"instructions: skipped, {error}")
         return []
 
 

@@ -66,14 +66,17 @@ SCRIPTS = {
         "energy and closure over many periods", ("1000",), (), ("10",)
     ),
     "growth": Script(
-        "what more links cost", ("--most", "10"), ("--follow", "40"),
+        "what more links cost", ("--quick",), ("--follow", "40"),
         ("--most", "1", "--scenes", "planar"),
     ),
     "first_value": Script(
         "from a KanesMethod object to the first value of its right-hand side", ("2",), (), ("1",)
     ),
+    "costs": Script(
+        "installation, start, calls, memory, instructions", ("--quick",), ("--full",), None
+    ),
     "essentials": Script(
-        "accuracy, the cost of one evaluation, start-up", (), (), ()
+        "accuracy, the cost of one evaluation", (), (), ()
     ),
     "scenes": Script(
         "compiled scenes beside the same in NumPy", None, (), None

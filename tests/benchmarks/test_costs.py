@@ -1,5 +1,6 @@
 """What the product costs: counts that do not vary, sizes of what is installed, limits that bite."""
 
+import json
 import shutil
 
 import pytest
@@ -77,3 +78,23 @@ def test_the_parts_of_a_call_are_less_than_the_call(module, monkeypatch):
     parts = call.parts()
     assert all(value > 0 for value in parts.values())
     assert set(call.parts()) == set(parts)
+
+
+def test_all_is_written_with_limits_and_what_was_skipped(module, monkeypatch, capsys):
+    """Without what compiles or counts for long: rows, sizes, JSON, the exit code."""
+    costs = module("costs")
+    for name, value in {"BUILT": {}, "COUNTED": {}, "RUNS": 1, "_instructions": _nothing}.items():
+        monkeypatch.setattr(costs, name, value)
+    code = costs.main(["--quick"])
+    printed = capsys.readouterr().out
+    written = json.loads((module("_results").OUT / "costs.json").read_text())
+    limited = {row["what"]: row for row in written["rows"] if row["limit"]}
+    assert limited["import mechc beyond numpy"]["limit"] == 0.15
+    assert code == int("MISSED:" in printed)
+    assert written["install"]["installed"]["files"] > 100
+    assert written["skipped"] == {"instructions": "nothing to count"}
+
+
+def _nothing(skipped):
+    skipped["instructions"] = "nothing to count"
+    return []

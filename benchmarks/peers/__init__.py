@@ -21,6 +21,8 @@ MODULES = {
     "notebook": "notebook",
     "pydy": "pydy_cython",
     "pinocchio": "pinocchio_tree",
+    "mujoco": "mujoco_engine",
+    "exudyn": "exudyn_engine",
 }
 NAMES = tuple(MODULES)
 

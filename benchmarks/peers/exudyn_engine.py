@@ -1,0 +1,151 @@
+"""Exudyn: plane bodies in redundant coordinates, kinematic trees, a Lie group node for the top.
+
+Open trees go to its explicit Runge-Kutta methods, loops to its implicit ones as its own models of
+four-bars do: the trapezoidal rule with constraints on velocities, and generalized-alpha.  ``tol``
+of a case is the tolerance of DOPRI5 and the step (s) of everything else.  The build without range
+checks is used, as its documentation says to for speed, and nothing is written or printed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from _problem import Array, Problem
+from _rigid_bodies import Bodies
+from _rigid_scenes import rigid_bodies
+from _timing import Case
+
+from peers import Built, NotExpressibleError
+
+if TYPE_CHECKING:
+    from peers._exudyn_parts import Assembled
+
+TOOLS = ("Exudyn",)
+STEPS = tuple(250 * 4**k for k in range(6))  # 250 ... 256,000
+LONGEST = 500_000  # evaluations times bodies in a run: five seconds
+LARGEST_STEPS = 100  # what the steps of DOPRI5 cannot be larger than, as a part of the run
+SPARSE = 10  # bodies from which on the sparse linear solver takes less time
+ROLLING = "its rolling joints are not modelled here"
+
+
+@dataclass(frozen=True)
+class Method:
+    """``cost`` of a step counts in evaluations of an explicit method."""
+
+    name: str
+    solver: str
+    cost: int
+    adaptive: bool = False
+    spectral_radius: float = 0.9
+
+
+EXPLICIT = (
+    Method("RK44, h", "RK44", 4),
+    Method("RK67, h", "RK67", 7),
+    Method("DOPRI5", "DOPRI5", 7, adaptive=True),
+)
+TRAPEZOIDAL = Method("trapezoidal index 2, h", "TrapezoidalIndex2", 2)
+# The spectral radius of Exudyn's own model of the four-bar windows.
+ALPHA = Method("generalized-alpha, h", "GeneralizedAlpha", 2, spectral_radius=0.95)
+
+
+def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
+    """Cases of the methods that suit the problem, over steps or tolerances.
+
+    Raises
+    ------
+    ImportError
+        If Exudyn is not installed.
+    NotExpressibleError
+        If the problem is not one of rigid bodies on joints.
+    """
+    _import_quietly()
+    if problem.name == "bicycle":
+        raise NotExpressibleError(ROLLING)
+    bodies = rigid_bodies(problem)
+    count = len(bodies.bodies)
+    start = time.perf_counter()
+    system, methods = _assembled(bodies, problem)
+    compiled = time.perf_counter() - start
+    cases = [
+        _case(problem, system, count, method, tol)
+        for method in methods
+        for tol in (tolerances if method.adaptive else _steps(problem, method, count, quick))
+    ]
+    return Built(cases, {"Exudyn": {"derive": 0.0, "compile": compiled}})
+
+
+def _import_quietly() -> None:
+    """Exudyn as compiled for speed; it tells of its own import on the standard output."""
+    sys.exudynFast = True  # type: ignore[attr-defined]
+    with contextlib.redirect_stdout(io.StringIO()):
+        import exudyn
+    exudyn.config.printToConsole = False
+
+
+def _assembled(bodies: Bodies, problem: Problem) -> tuple[Assembled, tuple[Method, ...]]:
+    """The problem in the coordinates that suit it, and the methods for those."""
+    from peers._exudyn_plane import plane_bodies
+    from peers._exudyn_space import body_on_a_point, tree
+
+    if bodies.loops:
+        return plane_bodies(bodies, problem), (TRAPEZOIDAL, ALPHA)
+    if bodies.bodies[0].joint == "ball":
+        return body_on_a_point(bodies, problem), EXPLICIT
+    return tree(bodies, problem), (*EXPLICIT, TRAPEZOIDAL) if problem.stiff else EXPLICIT
+
+
+def _steps(problem: Problem, method: Method, count: int, quick: bool) -> Iterator[float]:
+    """Sizes of steps (s) whose runs end in time."""
+    numbers = [steps for steps in STEPS if steps * method.cost * count <= LONGEST]
+    return (problem.t_end / steps for steps in (numbers[1:3] if quick else numbers))
+
+
+def _case(problem: Problem, system: Assembled, count: int, method: Method, tol: float) -> Case:
+    settings = _settings(problem.t_end, method, tol)
+    if count >= SPARSE:
+        _solve_sparsely(settings)
+
+    def run() -> None:
+        system.mbs.SolveDynamic(settings, storeSolver=False, showCausingItems=False)
+
+    def state(_: Any) -> Array:
+        return problem.observe(system.state())
+
+    return Case("Exudyn", method.name, tol, run, state)
+
+
+def _settings(t_end: float, method: Method, tol: float) -> Any:
+    """No files, no sensors; the rest is Exudyn's default unless said."""
+    import exudyn as exu
+
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = settings.solution.sensors.active = False
+    time_integration = settings.timeIntegration
+    time_integration.endTime, time_integration.verboseMode = t_end, 0
+    time_integration.solverType = getattr(exu.DynamicSolverType, method.solver)
+    time_integration.automaticStepSize = method.adaptive
+    # Accelerations of the state that is stepped to would be one more evaluation a step.
+    time_integration.explicit.computeEndOfStepAccelerations = False
+    time_integration.generalizedAlpha.spectralRadius = method.spectral_radius
+    if method.adaptive:
+        time_integration.relativeTolerance = time_integration.absoluteTolerance = tol
+        time_integration.numberOfSteps = LARGEST_STEPS
+        time_integration.minimumStepSize = 1e-12 * t_end
+    else:
+        time_integration.numberOfSteps = round(t_end / tol)
+        # Where Newton's method fails steps are halved; without a bound a run takes minutes.
+        time_integration.minimumStepSize = tol / 64
+    return settings
+
+
+def _solve_sparsely(settings: Any) -> None:
+    import exudyn as exu
+
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse

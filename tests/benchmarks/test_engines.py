@@ -1,0 +1,56 @@
+"""Multibody engines are told the right mechanisms: their errors fall towards the exact motion."""
+
+import numpy as np
+import pytest
+
+ENGINES = ("mujoco", "exudyn")
+
+
+@pytest.fixture
+def errors(module):
+    """Errors of an engine's method by its steps or tolerances, the coarsest first."""
+
+    def of(engine, name, method, parameters):
+        pytest.importorskip(engine)
+        problem = module("problems").problem(name)
+        found = module("peers").build(engine, problem, parameters)
+        cases = sorted((c for c in found.cases if c.method == method), key=lambda c: -c.tol)
+        return {case.tol: error_of(case, problem) for case in cases if wanted(case, parameters)}
+
+    def error_of(case, problem):
+        case.prepare()
+        value = case.run()
+        assert case.word(value) == "finished"
+        return problem.error(case.state(value))
+
+    def wanted(case, parameters):
+        return any(np.isclose(case.tol, parameter, rtol=1e-9) for parameter in parameters)
+
+    return of
+
+
+@pytest.mark.parametrize(("engine", "method"), [("mujoco", "RK4, h"), ("exudyn", "RK44, h")])
+def test_fourth_order_methods_are_of_fourth_order_on_the_pendulum(errors, engine, method):
+    coarse, fine = errors(engine, "pendulum_1", method, (0.01, 0.0025)).values()
+    assert 150 < coarse / fine < 400  # 4^4 = 256
+    assert fine < 1e-8
+
+
+def test_an_adaptive_method_follows_its_tolerance_on_the_pendulum(errors):
+    coarse, fine = errors("exudyn", "pendulum_1", "DOPRI5", (1e-6, 1e-10)).values()
+    assert fine < 1e-4 * coarse
+    assert fine < 1e-7
+
+
+def test_soft_loops_of_the_four_bar_get_stiffer_with_the_step(errors):
+    """The constraints' time constant is a few steps, so that the loop closes in the limit."""
+    coarse, fine = errors("mujoco", "four_bar_regular", "RK4, h", (0.02, 0.005)).values()
+    assert fine < coarse / 16
+    assert fine < 0.01
+
+
+def test_redundant_coordinates_of_the_four_bar_are_of_second_order(errors):
+    method = "trapezoidal index 2, h"
+    coarse, fine = errors("exudyn", "four_bar_regular", method, (0.02, 0.005)).values()
+    assert 12 < coarse / fine < 20  # 4^2 = 16
+    assert fine < 0.01

@@ -22,7 +22,7 @@ from peers import Built, NotExpressibleError
 TOOLS = ("MuJoCo",)
 STEPS = tuple(250 * 4**k for k in range(7))  # 250 ... 1,024,000
 STAGES = {"RK4": 4}
-LONGEST = 2_500_000  # evaluations times one more than the bodies in a run: five to ten seconds
+LONGEST = 1_200_000  # evaluations times one more than the bodies in a run: three seconds
 # With equality constraints alone Newton's first iteration solves the quadratic problem; neither a
 # warm start nor a search for islands makes up for its own time.
 FLAGS = (

@@ -50,7 +50,7 @@ def test_soft_loops_of_the_four_bar_get_stiffer_with_the_step(errors):
 
 
 def test_redundant_coordinates_of_the_four_bar_are_of_second_order(errors):
-    method = "trapezoidal index 2, h"
+    method = "trapezoid, h"
     coarse, fine = errors("exudyn", "four_bar_regular", method, (0.02, 0.005)).values()
     assert 12 < coarse / fine < 20  # 4^2 = 16
     assert fine < 0.01

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 from _problem import Problem
@@ -25,12 +26,26 @@ def affordable(
     run: Callable[[Rates, float], Any], rates: Rates, method: str, tolerances: Sequence[float],
     limit: float = LIMIT,
 ) -> list[float]:  # fmt: skip
-    """The tolerances at which ``run(rates, tolerance)`` is expected to take less than ``limit``.
+    """The tolerances at which ``run(rates, tolerance)`` takes less than ``limit``.
 
-    It is run once, at the loosest tolerance, and cut off there; the steps of a method of order p
-    grow as tolerance^(-1/p).
+    It is run once at the loosest and at the tightest that it should reach by then, as the steps of
+    a method of order p grow as tolerance^(-1/p).  Where that one is cut off, which happens where a
+    constraint Jacobian is singular, the next looser one is tried.
     """
-    loosest, start = max(tolerances), time.perf_counter()
+    loosest = max(tolerances)
+    seconds = _seconds(run, rates, loosest, limit)
+    growth = lambda tol: (loosest / tol) ** (1 / ORDER[method])  # noqa: E731
+    found = sorted((tol for tol in tolerances if seconds * growth(tol) < limit), reverse=True)
+    while len(found) > 1 and _seconds(run, rates, found[-1], limit) == inf:
+        found.pop()
+    return found
+
+
+def _seconds(
+    run: Callable[[Rates, float], Any], rates: Rates, tolerance: float, limit: float
+) -> float:
+    """What a run takes; infinity where it was cut off."""
+    start = time.perf_counter()
 
     def watched(*arguments: Any) -> Any:
         if time.perf_counter() - start > limit:
@@ -38,13 +53,12 @@ def affordable(
         return rates(*arguments)
 
     try:
-        run(watched, loosest)
+        run(watched, tolerance)
     except TookTooLongError:
-        return []
+        return inf
     except (ArithmeticError, ValueError, RuntimeError):
-        return list(tolerances)  # it ends early, which is for the judge to see
-    seconds = time.perf_counter() - start
-    return [tol for tol in tolerances if seconds * (loosest / tol) ** (1 / ORDER[method]) < limit]
+        pass  # it ended early, which is for the judge to see
+    return time.perf_counter() - start
 
 
 def affordable_cases(

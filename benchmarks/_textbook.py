@@ -24,7 +24,7 @@ from sympy import Expr, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 t = dynamicsymbols._t
-MOST_DEPENDENT = 6  # of more dependent speeds in relative angles lambdify takes many minutes
+MOST_DEPENDENT = 12  # of more, eliminated symbolically, lambdify takes minutes
 REPEATED = 1e-10  # pivots smaller than this, of the largest, are those of repeated constraints
 
 
@@ -76,7 +76,7 @@ def textbook(problem: Problem, solver: str = "LU") -> TextbookEquations:
         If KanesMethod cannot hold the problem: repeated constraints, states and inputs beside
         coordinates and speeds, or more dependent speeds than SymPy eliminates in minutes.
     """
-    began = time.perf_counter()
+    values, began = problem.values, time.perf_counter()  # the former compiles mechc's model
     given = problem.given.mechanism()
     if isinstance(given, Mechanism):
         q, u = given.q, given.u
@@ -95,7 +95,7 @@ def textbook(problem: Problem, solver: str = "LU") -> TextbookEquations:
         mass_matrix=_ordered(method.mass_matrix, method, (), u), forcing=method.forcing,
         mass_matrix_full=full, forcing_full=forcing_full,
         constants=tuple(constants),
-        values=np.array([problem.values[symbol.name] for symbol in constants]),
+        values=np.array([values[symbol.name] for symbol in constants]),
         seconds=time.perf_counter() - began,
     )  # fmt: skip
 

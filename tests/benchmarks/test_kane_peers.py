@@ -1,7 +1,7 @@
 """What a user of sympy.physics.mechanics would use: notebooks, PyDy and Pinocchio as peers."""
 
-import time
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -112,18 +112,32 @@ def test_a_notebook_is_shown_to_leave_the_motion_at_a_change_point(module):
     assert (own.status, own.label) == ("finished", "wrong")
 
 
-def test_tolerances_that_take_too_long_are_left_out(module):
-    """A method of order 5 takes ten times as long five decades further down."""
-    affordable = module("_affordable").affordable
+def runs_of(duration, clock):
+    """A run that takes ``duration(tolerance)`` s of the clock, in a hundred evaluations."""
 
     def run(rates, tol):
-        for _ in range(10):
-            time.sleep(0.005)
+        for _ in range(100):
+            clock[0] += duration(tol) / 100
             rates(0.0, None)
 
-    nothing, tols = lambda t, y: None, [1e-3, 1e-5, 1e-8, 1e-13]
-    assert affordable(run, nothing, "RK45", tols, limit=0.25) == [1e-3, 1e-5]
-    assert affordable(run, nothing, "RK45", tols, limit=0.02) == []
+    return run
+
+
+@pytest.mark.parametrize(
+    ("duration", "kept"),
+    [
+        (lambda tol: 1.0, [1e-3, 1e-5, 1e-7]),  # ten times as long at 1e-8, were it of order 5
+        (lambda tol: 1.0 if tol > 1e-6 else 1e9, [1e-3, 1e-5]),  # stuck further down
+        (lambda tol: 20.0, []),
+    ],
+)
+def test_tolerances_that_take_too_long_are_left_out(module, monkeypatch, duration, kept):
+    """By the order of the method, and where a run does not come to its end."""
+    affordable, clock = module("_affordable"), [0.0]
+    monkeypatch.setattr(affordable, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+    nothing, tols = lambda t, y: None, [1e-3, 1e-5, 1e-7, 1e-9]
+    run = runs_of(duration, clock)
+    assert affordable.affordable(run, nothing, "RK45", tols, limit=10.0) == kept
 
 
 def test_a_tool_without_an_affordable_run_says_so(module):

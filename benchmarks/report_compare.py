@@ -17,7 +17,10 @@ from report_html import element, figure, table, times
 SCATTER = 1.25  # a time is told from another beyond this ratio
 EXACT = 1.0 + 1e-9
 EXACT_COLUMNS = ("operations", "kilobytes")  # of growth
-SIZES = 1.02  # of files and memory, which depend a little on paths and on what was loaded before
+# Of files, memory and instructions (of Python and the allocator), which depend a little on paths
+# and on what was loaded before.
+SIZES = 1.02
+INSTRUCTIONS = "instructions"
 OURS = "mechc"
 Results = Mapping[str, Any]
 Row = dict[str, Any]
@@ -89,14 +92,21 @@ def _deterministic(results: Results) -> Iterator[tuple[str, float]]:
         for row in rows:
             for column in EXACT_COLUMNS:
                 yield f"growth: {name}, {row['links']} links, {column}", row.get(column)
+    yield from ((what, value) for what, unit, value in _counts(results) if unit != INSTRUCTIONS)
+
+
+def _counts(results: Results) -> Iterator[tuple[str, str, float]]:
+    """Names, units and values of what the costs count."""
     for row in results.get("costs", {}).get("instructions") or ():
-        yield f"costs: {row['what']} ({row.get('unit') or 'instructions'})", row["value"]
+        unit = row.get("unit") or INSTRUCTIONS
+        yield f"costs: {row['what']} ({unit})", unit, row["value"]
 
 
 def _sizes(results: Results) -> dict[str, float]:
-    """What is counted in bytes."""
+    """What is counted in bytes, and instructions."""
     rows = results.get("costs", {}).get("rows") or ()
-    return {f"costs: {row['what']}": row["value"] for row in rows if row.get("unit") == "bytes"}
+    found = {f"costs: {row['what']}": row["value"] for row in rows if row.get("unit") == "bytes"}
+    return found | {what: value for what, unit, value in _counts(results) if unit == INSTRUCTIONS}
 
 
 # -- promises ---------------------------------------------------------------------------------

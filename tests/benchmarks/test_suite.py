@@ -159,11 +159,11 @@ def test_a_slower_run_is_a_regression_and_a_slower_machine_is_not(module):
     assert verdicts(times_of(None, 2.0), times_of(1.0, 2.0)) == []
 
 
-def test_counts_are_compared_exactly_and_promises_as_they_are(module):
+def test_counts_are_compared_exactly_or_nearly_and_promises_as_they_are(module):
     compare = module("report_compare")
     now, earlier = canned_results.results(), canned_results.results()
     assert {row["verdict"] for row in compare.compare(now, earlier)} == {"same"}
-    now["costs"]["instructions"][0]["value"] += 1
+    now["costs"]["instructions"][0]["value"] *= 1.05
     now["costs"]["rows"][1]["value"] *= 1.05
     now["growth"]["rows"]["planar"][0]["operations"] -= 1
     now["stress"]["families"][0]["passed"] = False

@@ -156,7 +156,8 @@ def _what_was_run(results: Results) -> Markup:
                         class_="" if code == 0 else "slower")  # fmt: skip
         rows.append((script, seconds(results.get("seconds", {}).get(script)), ended))
     shown = table(("script", "took", ""), rows, class_="figures")
-    return details(f"What was run ({results.get('size', 'some of it')})", shown)
+    whole = sum(results.get("seconds", {}).values())
+    return details(f"What was run ({results.get('size', 'some of it')}, {whole:.0f} s)", shown)
 
 
 if __name__ == "__main__":

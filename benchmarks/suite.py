@@ -70,7 +70,7 @@ SCRIPTS = {
         ("--most", "1", "--scenes", "planar"),
     ),
     "first_value": Script(
-        "from a KanesMethod object to the first value of its right-hand side", ("2",), (), ("1",)
+        "from a KanesMethod object to the first value of its right-hand side", None, (), ("1",)
     ),
     "costs": Script(
         "installation, start, calls, memory, instructions", ("--quick",), ("--full",), None

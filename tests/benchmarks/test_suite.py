@@ -293,6 +293,26 @@ def test_the_script_runs(module, tmp_path, name):
     read((tmp_path / "results.html").read_text())
 
 
+def test_a_live_run_has_its_plot_and_its_ratios_in_the_report(module, tmp_path):
+    """The same shape of figures as the canned ones: whatever the report reads is there."""
+    assert (
+        module("suite").main(["--smoke", "--only", "work_precision", "--out", str(tmp_path)]) == 0
+    )
+    results = json.loads((tmp_path / "results.json").read_text())
+    (problem,) = results["work_precision"]["problems"].values()
+    known = canned_results.problem(1.0)
+    assert set(known) <= set(problem)
+    assert set(known["rows"][0]) <= set(problem["rows"][0])
+    assert set(canned_results.TARGETS) <= set(problem["times"]["mechc"])
+    page = (tmp_path / "results.html").read_text()
+    read(page)
+    assert page.count('class="plot"') == 1
+    assert "mechc" in page.partition('class="plot"')[2]
+    again = module("report_compare").compare(results, results)
+    assert again
+    assert {row["verdict"] for row in again} == {"same"}
+
+
 def test_a_scene_of_the_table_is_measured_in_c_and_in_numpy(module):
     scenes = module("scenes")
     case = next(case for case in scenes.CASES if case.name == "open chain of 3")

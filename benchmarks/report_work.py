@@ -243,7 +243,8 @@ def _times(problem: Problem) -> Markup:
         setup = problem.get("setup", {}).get(tool, {})
         rows.append([
             element("th", tool, scope="row"), *cells, _spread(problem, tool),
-            seconds(setup.get("derive") or None), seconds(setup.get("compile") or None), _first(problem, tool),
+            *(seconds(setup.get(stage) or None) for stage in ("derive", "compile")),
+            _first(problem, tool),
         ])  # fmt: skip
     return table(heads, rows, class_="figures")
 

@@ -1,0 +1,145 @@
+"""heyoka's adaptive Taylor integrators: one trajectory, and as many abreast as the lanes hold.
+
+Both take the explicit rates, elimination written out, with ``high_accuracy`` and parallel mode
+off, which is quickest.  Small systems are unrolled; ``compact_mode`` is for the large ones, whose
+compilation would take minutes.  Only the integration is timed, and of a batch with identical
+members, so that no lane waits for another, the time of one.
+
+The first step is kept short.  A step follows from the last two coefficients of the series, and
+these vanish by symmetry at some orders where a chain starts from rest: the step that they give
+has no bound, and the motion is lost at once.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from _equations import Equations, equations_of
+from _problem import Array, Problem
+from _timing import Case
+from _tolerances import with_tighter
+
+from peers import Built, NotExpressibleError
+
+TOOLS = ("heyoka", "heyoka batch")
+FUNCTIONS = ("sin", "cos", "tan", "sqrt")
+FIRST_STEP = 1e-3  # of the whole time
+MOST_STEPS = 100_000  # right runs take hundreds, the stiff one ten thousand; lost ones never end
+# Operations times the order squared up to which systems are unrolled: half a minute of compilation
+# for two to four times the speed, or seconds where the run is a quick one.
+UNROLLED, QUICKLY_UNROLLED = 100_000, 20_000
+LARGE = 300  # operations from which every second tolerance has to do, for the time they compile
+MOST_OPERATIONS = 8_000  # beyond these compilation takes more than a minute in compact mode too
+
+
+@dataclass(frozen=True)
+class System:
+    """What an integrator is made of."""
+
+    heyoka: Any
+    equations: Equations
+    rates: list[tuple[Any, Any]]  # variable, its rate
+    operations: int
+    t_end: float
+    unrolled: int
+
+    def policy(self, tol: float) -> dict[str, Any]:
+        order = np.ceil(1 - np.log(tol) / 2)  # as heyoka has it
+        compact = bool(self.operations * order**2 > self.unrolled)
+        return {"tol": tol, "high_accuracy": False, "compact_mode": compact}
+
+
+def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
+    """Both integrators; also on the stiff problem, which takes them milliseconds.
+
+    Raises
+    ------
+    NotExpressibleError
+        Where the elimination written out is too long to be compiled in a minute.
+    """
+    import heyoka
+
+    began = time.perf_counter()
+    system = written_out(heyoka, problem, QUICKLY_UNROLLED if quick else UNROLLED)
+    derived = time.perf_counter() - began
+    built = Built([])
+    wanted = with_tighter(tolerances)[:: 1 if system.operations < LARGE else 2]
+    for tool, make in zip(TOOLS, (one, abreast), strict=True):
+        began = time.perf_counter()
+        built.cases += [make(system, tol) for tol in wanted]
+        compiled = (time.perf_counter() - began) / len(wanted)
+        built.setup[tool] = {"derive": derived + system.equations.seconds, "compile": compiled}
+    return built
+
+
+def written_out(heyoka: Any, problem: Problem, unrolled: int) -> System:
+    """The rates as heyoka's expressions."""
+    equations = equations_of(problem)
+    program = equations.rates()
+    operations = sum(int(x.count_ops()) for _, x in program.assignments)
+    if operations > MOST_OPERATIONS:
+        raise NotExpressibleError(
+            f"elimination written out takes {operations} operations, which its compiler needs "
+            "more than a minute for"
+        )
+    variables = [heyoka.expression(symbol.name) for symbol in equations.state]
+    function = program.function({name: getattr(heyoka, name) for name in FUNCTIONS})
+    rates = [heyoka.expression(0.0) + rate for rate in function(*variables)]
+    system = list(zip(variables, rates, strict=True))
+    return System(heyoka, equations, system, operations, problem.t_end, unrolled)
+
+
+def one(system: System, tol: float) -> Case:
+    """Its scalar integrator."""
+    start = system.equations.start
+    taylor = system.heyoka.taylor_adaptive(system.rates, start.tolist(), **system.policy(tol))
+    first = FIRST_STEP * system.t_end
+
+    def prepare() -> None:
+        taylor.time = 0.0
+        taylor.state[:] = start
+
+    def run() -> Any:
+        taylor.step(max_delta_t=first)
+        return taylor.propagate_until(system.t_end, max_steps=MOST_STEPS)[0]
+
+    return _case(TOOLS[0], system, tol, run, lambda: taylor.state, prepare)
+
+
+def abreast(system: System, tol: float) -> Case:
+    """Its batch integrator, the same member in every lane."""
+    lanes = int(system.heyoka.recommended_simd_size())
+    start = np.tile(system.equations.start[:, None], lanes)
+    taylor = system.heyoka.taylor_adaptive_batch(system.rates, start, **system.policy(tol))
+    first = [FIRST_STEP * system.t_end] * lanes
+
+    def prepare() -> None:
+        taylor.set_time(0.0)
+        taylor.state[:] = start
+
+    def run() -> Any:
+        taylor.step(max_delta_t=first)
+        taylor.propagate_until(system.t_end, max_steps=MOST_STEPS)
+        return taylor.propagate_res[0][0]
+
+    case = _case(TOOLS[1], system, tol, run, lambda: taylor.state[:, 0], prepare)
+    case.trajectories = lanes
+    return case
+
+
+def _case(
+    tool: str, system: System, tol: float, run: Callable[[], Any],
+    final: Callable[[], Array], prepare: Callable[[], None],
+) -> Case:  # fmt: skip
+    def word(outcome: Any) -> str:
+        return "finished" if outcome.name == "time_limit" else str(outcome.name)
+
+    def state(outcome: Any) -> Array | None:
+        finished = word(outcome) == "finished"
+        return system.equations.observe(np.array(final())) if finished else None
+
+    return Case(tool, "Taylor", tol, run, state, word, prepare)

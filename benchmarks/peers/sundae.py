@@ -1,0 +1,108 @@
+"""SUNDIALS through scikit-sundae, on functions of floats that SymPy's lambdify writes with cse.
+
+CVODE integrates the explicit rates, elimination written out, by Adams' and by backward
+differentiation formulas.  IDA integrates the equations of index one: of its own accord it has the
+multipliers in its error test, which those of index two, stabilised or not, do not pass.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from _equations import Equations, equations_of
+from _index_one import consistent
+from _problem import Array, Problem
+from _timing import Case
+from _tolerances import with_tighter
+
+from peers import Built
+
+TOOLS = ("scikit-sundae, CVODE", "scikit-sundae, IDA")
+MOST_STEPS = 200_000  # right runs take some ten thousand at the tightest tolerance
+TIGHTEST = 9e-12  # IDA: beyond it one run takes many seconds
+
+
+def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
+    """CVODE by both families of formulas, where the problem is not stiff, and IDA."""
+    from sksundae.cvode import CVODE
+    from sksundae.ida import IDA
+
+    equations = equations_of(problem)
+    built = Built([])
+    rhs = _timed(built, TOOLS[0], equations, explicit)
+    tols = with_tighter(tolerances)
+    for method in ("BDF",) if problem.stiff else ("Adams", "BDF"):
+        for tol in tols:
+            solver = CVODE(rhs, method=method, rtol=tol, atol=tol, max_num_steps=MOST_STEPS)
+            built.cases.append(_case(TOOLS[0], method, tol, solver, problem, (equations.start,)))
+    residual = _timed(built, TOOLS[1], equations, index_one)
+    start = consistent_start(equations)
+    algebraic = list(range(len(equations.state), len(start[0])))
+    for tol in (tol for tol in tols if tol > TIGHTEST):
+        solver = IDA(
+            residual, rtol=tol, atol=tol, algebraic_idx=algebraic, max_num_steps=MOST_STEPS
+        )
+        built.cases.append(_case(TOOLS[1], "BDF", tol, solver, problem, start))
+    return built
+
+
+def explicit(equations: Equations) -> Callable[[float, Array, Array], None]:
+    """CVODE's function: the rates of the state."""
+    rates = equations.rates().function("math")
+
+    def rhs(t: float, y: Array, rate: Array) -> None:
+        rate[:] = rates(*y.tolist())
+
+    return rhs
+
+
+def index_one(equations: Equations) -> Callable[[float, Array, Array, Array], None]:
+    """IDA's function of q, u, a, lambda: residuals of q', u', the balance of forces, the rows."""
+    residual = equations.residual().function("math")
+    n, states = len(equations.u), len(equations.state)
+    nq = states - n
+
+    def rows(t: float, y: Array, rate: Array, found: Array) -> None:
+        values, rates = y.tolist(), rate.tolist()
+        state, a, multipliers = values[:states], values[states : states + n], values[states + n :]
+        kept = residual(*state, *multipliers, *rates[:nq], *a)
+        found[:nq], found[states:] = kept[:nq], kept[nq:]
+        found[nq:states] = rate[nq:states] - y[states : states + n]
+
+    return rows
+
+
+def consistent_start(equations: Equations) -> tuple[Array, Array]:
+    """q, u, a, lambda and their rates, those of the algebraic ones zero."""
+    accelerations, multipliers = consistent(equations)
+    y = np.concatenate([equations.start, accelerations, multipliers])
+    rate = np.zeros_like(y)
+    rates = equations.rates().function("math")(*equations.start.tolist())
+    rate[: len(equations.state)] = rates
+    return y, rate
+
+
+def _timed(built: Built, tool: str, equations: Equations, make: Callable[[Equations], Any]) -> Any:
+    """What is made of the equations, the seconds noted."""
+    began = time.perf_counter()
+    made = make(equations)
+    compiled = time.perf_counter() - began
+    built.setup[tool] = {"derive": equations.seconds, "compile": compiled}
+    return made
+
+
+def _case(
+    tool: str, method: str, tol: float, solver: Any, problem: Problem, start: tuple[Array, ...]
+) -> Case:
+    span = np.array([0.0, problem.t_end / 2, problem.t_end])  # of two it would keep every step
+    given = problem.given
+    size = len(given.start)
+    return Case(
+        tool, method, tol,
+        lambda: solver.solve(span, *start),
+        lambda s: given.observe(s.y[-1, :size]) if s.success else None,
+        lambda s: "finished" if s.success else str(s.message),
+    )  # fmt: skip

@@ -17,7 +17,10 @@ from _problem import Problem
 from _timing import Case
 
 MODULES = {
+    "heyoka": "heyoka_taylor",
     "scipy": "scipy_ivp",
+    "casadi": "casadi_sundials",
+    "sundae": "sundae",
     "notebook": "notebook",
     "pydy": "pydy_cython",
     "pinocchio": "pinocchio_tree",

@@ -32,7 +32,7 @@ MOST_STEPS = 100_000  # right runs take hundreds, the stiff one ten thousand; lo
 # Operations times the order squared up to which systems are unrolled: half a minute of compilation
 # for two to four times the speed, or seconds where the run is a quick one.
 UNROLLED, QUICKLY_UNROLLED = 100_000, 20_000
-LARGE = 300  # operations from which every second tolerance has to do, for the time they compile
+COMPILATION, QUICK_COMPILATION = 60.0, 15.0  # seconds of it after which no tolerance is added
 MOST_OPERATIONS = 8_000  # beyond these compilation takes more than a minute in compact mode too
 
 
@@ -65,15 +65,26 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
 
     began = time.perf_counter()
     system = written_out(heyoka, problem, QUICKLY_UNROLLED if quick else UNROLLED)
-    derived = time.perf_counter() - began
-    built = Built([])
-    wanted = with_tighter(tolerances)[:: 1 if system.operations < LARGE else 2]
-    for tool, make in zip(TOOLS, (one, abreast), strict=True):
-        began = time.perf_counter()
-        built.cases += [make(system, tol) for tol in wanted]
-        compiled = (time.perf_counter() - began) / len(wanted)
-        built.setup[tool] = {"derive": derived + system.equations.seconds, "compile": compiled}
-    return built
+    derived = system.equations.seconds + time.perf_counter() - began
+    end = time.perf_counter() + (QUICK_COMPILATION if quick else COMPILATION)
+    compiled: dict[str, list[float]] = {tool: [] for tool in TOOLS}
+    cases = []
+    for tol in spread_out(with_tighter(tolerances)):
+        if time.perf_counter() > end:
+            break
+        for tool, make in zip(TOOLS, (one, abreast), strict=True):
+            began = time.perf_counter()
+            cases.append(make(system, tol))
+            compiled[tool].append(time.perf_counter() - began)
+    cases.sort(key=lambda case: (case.trajectories, -case.tol))
+    setup = {tool: {"derive": derived, "compile": max(took)} for tool, took in compiled.items()}
+    return Built(cases, setup)
+
+
+def spread_out(tolerances: Sequence[float]) -> list[float]:
+    """Every fourth, then those half way between, then the rest."""
+    order = sorted(range(len(tolerances)), key=lambda k: (k % 4 != 0, k % 2 != 0, k))
+    return [tolerances[k] for k in order]
 
 
 def written_out(heyoka: Any, problem: Problem, unrolled: int) -> System:

@@ -24,7 +24,7 @@ from sympy import Expr, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 t = dynamicsymbols._t
-MOST_DEPENDENT = 12  # of more, eliminated symbolically, lambdify takes minutes
+MOST_DEPENDENT = 10  # of more, eliminated symbolically, lambdify takes minutes
 REPEATED = 1e-10  # pivots smaller than this, of the largest, are those of repeated constraints
 
 

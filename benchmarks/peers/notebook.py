@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 import sympy
-from _affordable import LIMIT, QUICK_LIMIT, Rates, affordable_cases, left_out
 from _problem import Array, Problem
 from _textbook import TextbookEquations, operations, t, textbook
+from _timing import Case
 
 from peers import Built
-from peers.scipy_ivp import IMPLICIT
+from peers.scipy_ivp import IMPLICIT, Rates, cases
 
 TOOLS = ("SymPy notebook", "SymPy notebook, mended")
 OWN_TOLERANCE = 1e-6  # the reference notebook's
@@ -28,36 +29,51 @@ MOST_OPERATIONS = 300_000  # written out: beyond these lambdify takes minutes, a
 def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
     """Both tools; the notebook's own tolerance is among those of the first.
 
+    Where the notebook's way does not suit the problem, one case of it says why.
+
     Raises
     ------
     NotExpressibleError
         Where :func:`_textbook.textbook` does.
     """
-    limit = QUICK_LIMIT if quick else LIMIT
-    own = sorted({*tolerances, OWN_TOLERANCE}, reverse=True)
-    methods = IMPLICIT if problem.stiff else ("RK45", "DOP853")
     built = Built([])
-    _add(built, TOOLS[0], problem, "LU", inverting, own, ("RK45",), limit)
-    _add(built, TOOLS[1], problem, "CRAMER", solving, tolerances, methods, limit)
+    _add_notebook(built, problem, sorted({*tolerances, OWN_TOLERANCE}, reverse=True))
+    equations = textbook(problem, "CRAMER")
+    rates = _made(built, TOOLS[1], solving, equations)
+    methods = IMPLICIT if problem.stiff else ("RK45", "DOP853")
+    built.cases += cases(TOOLS[1], rates, problem, tolerances, methods)
     return built
 
 
-def _add(
-    built: Built, tool: str, problem: Problem, solver: str,
-    make: Callable[[TextbookEquations], Rates], tolerances: Sequence[float],
-    methods: Sequence[str], limit: float,
-) -> None:  # fmt: skip
-    """A tool's cases, and what it took to set them up."""
-    equations = textbook(problem, solver)
+def _add_notebook(built: Built, problem: Problem, tolerances: Sequence[float]) -> None:
+    equations = textbook(problem)
     written_out = operations(equations.mass_matrix_full, equations.forcing_full)
-    if make is inverting and written_out > MOST_OPERATIONS:
-        reason = f"written out, its matrices hold {written_out:.1e} operations"
-        built.cases.append(left_out(tool, methods[0], reason, OWN_TOLERANCE))
-        return
+    if problem.stiff:
+        built.cases.append(left_out("RK45 is explicit and the problem is stiff"))
+    elif written_out > MOST_OPERATIONS:
+        built.cases.append(left_out(f"its matrices, written out, hold {written_out} operations"))
+    else:
+        rates = _made(built, TOOLS[0], inverting, equations)
+        built.cases += cases(TOOLS[0], rates, problem, tolerances, ("RK45",))
+
+
+def _made(
+    built: Built, tool: str, make: Callable[[TextbookEquations], Rates], of: TextbookEquations
+) -> Rates:
+    """The rates, and what it took to set them up."""
     start = time.perf_counter()
-    rates = make(equations)
-    built.setup[tool] = {"derive": equations.seconds, "compile": time.perf_counter() - start}
-    built.cases += affordable_cases(tool, rates, problem, tolerances, methods, limit)
+    rates = make(of)
+    built.setup[tool] = {"derive": of.seconds, "compile": time.perf_counter() - start}
+    return rates
+
+
+def left_out(reason: str) -> Case:
+    """A case of the notebook's that is flagged with the reason instead of run."""
+
+    def run() -> Any:
+        raise RuntimeError(f"left out: {reason}")
+
+    return Case(TOOLS[0], "RK45", OWN_TOLERANCE, run, lambda _: None)
 
 
 def inverting(equations: TextbookEquations) -> Rates:

@@ -13,12 +13,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from _affordable import LIMIT, QUICK_LIMIT, Rates, affordable_cases
 from _pinocchio_models import Tree, tree_of
 from _problem import Array, Formulation, Problem
 
 from peers import Built
-from peers.scipy_ivp import IMPLICIT
+from peers.scipy_ivp import IMPLICIT, Rates, cases
 
 TOOLS = ("Pinocchio",)
 # Proximal iterations end at rounding; planar loops hold one direction twice, which needs mu > 0.
@@ -43,11 +42,8 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
     observe = lambda x: problem.observe(tree.back(x))  # noqa: E731
     own = Formulation(problem.mechanism, tree.into(problem.start), observe)
     methods = IMPLICIT if problem.stiff else ("RK45", "DOP853")
-    limit = QUICK_LIMIT if quick else LIMIT
-    cases = affordable_cases(
-        TOOLS[0], rates, replace(problem, formulation=own), tolerances, methods, limit
-    )
-    return Built(cases, {TOOLS[0]: {"derive": 0.0, "compile": seconds}})
+    found = cases(TOOLS[0], rates, replace(problem, formulation=own), tolerances, methods)
+    return Built(found, {TOOLS[0]: {"derive": 0.0, "compile": seconds}})
 
 
 def opened(tree: Tree) -> Rates:

@@ -15,16 +15,17 @@ from typing import Any
 
 import numpy as np
 import sympy
-from _affordable import LIMIT, QUICK_LIMIT, affordable, affordable_cases, left_out
 from _problem import Array, Problem
 from _textbook import TextbookEquations, t, textbook
 from _timing import Case
 
 from peers import Built, NotExpressibleError
+from peers.scipy_ivp import cases
 
 TOOLS = ("PyDy",)
 SOLVERS = ("sympy", "numpy")  # "sympy": LU, symbolically
 AGREES = 1e-8  # of the largest rate: more is not rounding
+MOST_STEPS = 500_000  # seconds; at change points odeint gets stuck
 SUCCESSFUL = "Integration successful."
 
 ByState = Callable[..., Array]
@@ -41,7 +42,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
         Where :func:`_textbook.textbook` does, where time appears by itself (PyDy's functions have
         it as an input alone), and where what it generates does not compile.
     """
-    limit, equations = QUICK_LIMIT if quick else LIMIT, textbook(problem, "CRAMER")
+    equations = textbook(problem, "CRAMER")
     _refuse_time(equations)
     start = time.perf_counter()
     by_state, constants = compiled(problem, equations)
@@ -51,10 +52,9 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
         # PyDy gives out one array again and again, which Runge-Kutta methods would keep.
         return by_state(y, time, constants).copy()
 
-    cases = _odeint_cases(by_state, constants, problem, tolerances, limit)
-    if not problem.stiff:
-        cases += affordable_cases(TOOLS[0], fresh, problem, tolerances, ("DOP853",), limit)
-    return Built(cases, {TOOLS[0]: seconds})
+    built = Built(_odeint_cases(by_state, constants, problem, tolerances), {TOOLS[0]: seconds})
+    built.cases += cases(TOOLS[0], fresh, problem, tolerances, ("DOP853",))
+    return built
 
 
 def compiled(
@@ -103,31 +103,28 @@ def _refuse_time(equations: TextbookEquations) -> None:
 
 
 def _odeint_cases(
-    by_state: ByState, constants: Any, problem: Problem, tolerances: Sequence[float], limit: float
+    by_state: ByState, constants: Any, problem: Problem, tolerances: Sequence[float]
 ) -> list[Case]:
     from scipy.integrate import odeint
 
     given, span = problem.given, np.array([0.0, problem.t_end])
 
-    def integrate(function: ByState, tol: float) -> Any:
+    def run(tol: float) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return odeint(
-                function, given.start, span, args=(constants,), rtol=tol, atol=tol,
-                mxstep=10_000_000, full_output=True,
+                by_state, given.start, span, args=(constants,), rtol=tol, atol=tol,
+                mxstep=MOST_STEPS, full_output=True,
             )  # fmt: skip
 
-    tight = affordable(integrate, by_state, "LSODA", tolerances, limit)
-    if not tight:
-        return [left_out(TOOLS[0], "LSODA", f"one run takes more than {limit:g} s")]
     return [
         Case(
             TOOLS[0], "LSODA", tol,
-            lambda tol=tol: integrate(by_state, tol),  # type: ignore[misc]
+            lambda tol=tol: run(tol),  # type: ignore[misc]
             lambda found: given.observe(found[0][-1]) if _succeeded(found) else None,
             lambda found: "finished" if _succeeded(found) else str(found[1]["message"]),
         )
-        for tol in tight
+        for tol in tolerances
     ]  # fmt: skip
 
 

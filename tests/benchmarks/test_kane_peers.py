@@ -1,7 +1,6 @@
 """What a user of sympy.physics.mechanics would use: notebooks, PyDy and Pinocchio as peers."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -29,8 +28,8 @@ def described(module, mechanism, start):
 
 
 def judged(module, cases, problem):
-    module("_timing").measure(cases, problem.error, rounds=0, budget=0.0)
-    return cases
+    timing = module("_timing")
+    return timing.measure(cases, problem.error, timing.Effort(longest=np.inf, rounds=0))
 
 
 def errors(cases, tool, method):
@@ -89,7 +88,7 @@ def test_repeated_constraints_are_not_given_to_kanes_method(module):
 def test_a_notebooks_error_falls_with_the_tolerance(module):
     """Both tools on the smooth four-bar, the first also at the notebook's own tolerance."""
     problem = shortened(module("problems").problem("four_bar_regular"), 2.0)
-    built = module("peers.notebook").build(problem, [1e-5, 1e-8])
+    built = module("peers.notebook").build(problem, [1e-5, 1e-8, 1e-12])
     cases = judged(module, built.cases, problem)
     assert 1e-6 in [case.tol for case in cases if case.tool == "SymPy notebook"]
     for tool, method in (
@@ -112,42 +111,14 @@ def test_a_notebook_is_shown_to_leave_the_motion_at_a_change_point(module):
     assert (own.status, own.label) == ("finished", "wrong")
 
 
-def runs_of(duration, clock):
-    """A run that takes ``duration(tolerance)`` s of the clock, in a hundred evaluations."""
-
-    def run(rates, tol):
-        for _ in range(100):
-            clock[0] += duration(tol) / 100
-            rates(0.0, None)
-
-    return run
-
-
-@pytest.mark.parametrize(
-    ("duration", "kept"),
-    [
-        (lambda tol: 1.0, [1e-3, 1e-5, 1e-7]),  # ten times as long at 1e-8, were it of order 5
-        (lambda tol: 1.0 if tol > 1e-6 else 1e9, [1e-3, 1e-5]),  # stuck further down
-        (lambda tol: 20.0, []),
-    ],
-)
-def test_tolerances_that_take_too_long_are_left_out(module, monkeypatch, duration, kept):
-    """By the order of the method, and where a run does not come to its end."""
-    affordable, clock = module("_affordable"), [0.0]
-    monkeypatch.setattr(affordable, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
-    nothing, tols = lambda t, y: None, [1e-3, 1e-5, 1e-7, 1e-9]
-    run = runs_of(duration, clock)
-    assert affordable.affordable(run, nothing, "RK45", tols, limit=10.0) == kept
-
-
-def test_a_tool_without_an_affordable_run_says_so(module):
-    left_out, problem = (
-        module("_affordable").left_out,
-        module("problems").problem("four_bar_regular"),
-    )
-    (case,) = judged(module, [left_out("SymPy notebook", "RK45", "too large")], problem)
-    assert case.label == "flagged"
-    assert "too large" in case.status
+def test_a_notebook_that_does_not_suit_the_problem_says_why(module):
+    """RK45 on a stiff problem; too many operations to write out."""
+    notebook, problem = module("peers.notebook"), module("problems").problem("four_bar_regular")
+    stiff = replace(problem, stiff=True, t_end=1e-3)
+    refused, *mended = judged(module, notebook.build(stiff, [1e-3]).cases, stiff)
+    assert (refused.label, refused.tool) == ("flagged", "SymPy notebook")
+    assert "the problem is stiff" in refused.status
+    assert {case.method for case in mended} == {"LSODA", "Radau"}
 
 
 def test_operations_are_counted_as_they_are_written_out(module):

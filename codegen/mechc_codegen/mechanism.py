@@ -87,11 +87,23 @@ class State:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What people see: polylines through named points, pivots on the ground, traced points."""
+    """What people see: polylines through named points, pivots on the ground, traced points.
+
+    ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``, ``"-x"`` and so
+    on; without it the two along which the motion is widest.
+    """
 
     links: tuple[tuple[str, tuple[str, ...]], ...] = ()
     ground: tuple[str, ...] = ()
     traced: tuple[str, ...] = ()
+    view: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
+        if len(axes) != 2 or len({*axes, *"xyz"}) > 3 or axes[0] == axes[1]:
+            raise MechanismError(
+                f"a view is two different axes out of x, y, z, -x, -y, -z, not {self.view!r}"
+            )
 
 
 Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]

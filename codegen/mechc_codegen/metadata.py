@@ -55,6 +55,7 @@ def scene_metadata(
         "links": [[label, list(points)] for label, points in mechanism.drawing.links],
         "ground": list(mechanism.drawing.ground),
         "traced": list(mechanism.drawing.traced),
+        **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
         "start": dict(mechanism.start),
         "shapes": {wishes.name_of(o.name): list(o.shape) for o in program.outputs}
         | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), wishes)

@@ -181,6 +181,12 @@ class Model:
         return tuple(self._data["traced"])
 
     @property
+    def view(self) -> tuple[str, str] | None:
+        """The axes of pictures, to the right and up, such as ("x", "-y"); None for the widest."""
+        right_up = self._data.get("view")
+        return (str(right_up[0]), str(right_up[1])) if right_up else None
+
+    @property
     def start(self) -> Mapping[str, float]:
         """Coordinates and speeds that ``mechc run`` starts from, SI units."""
         return dict(self._data["start"])

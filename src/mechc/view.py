@@ -42,6 +42,8 @@ class ModelLike(Protocol):
     @property
     def traced(self) -> Sequence[str]: ...
     @property
+    def view(self) -> tuple[str, str] | None: ...
+    @property
     def points(self) -> Callable[..., Array]: ...
     @property
     def energy(self) -> Callable[..., Array]: ...
@@ -212,12 +214,22 @@ class PlaneView:
 
 
 def plane_view(run: Run) -> PlaneView:
-    """Positions in the x-y plane, or along the two axes of largest extent if any z is not zero."""
+    """Positions in the x-y plane; of a spatial motion along the axes that the model is seen on.
+
+    These are its own ``view``, or where it has none the two of largest extent.
+    """
     names = tuple(run.model.point_names)
     points = run.evaluate(run.model.points) if names else np.zeros((len(run.t), 0, 3))
-    first, second = _widest_axes(points) if _is_spatial(points) else (0, 1)
-    axes = ("xyz"[first], "xyz"[second])
-    return PlaneView(points[..., [first, second]], names, axes, _is_spatial(points))
+    spatial = _is_spatial(points)
+    axes = (run.model.view or _widest_axes(points)) if spatial else ("x", "y")
+    columns = [_along(points, axis) for axis in axes]
+    return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
+
+
+def _along(points: Array, axis: str) -> Array:
+    """Components along ``"x"``, ``"-x"`` and so on."""
+    values = points[..., "xyz".index(axis[-1])]
+    return -values if axis[0] == "-" else values
 
 
 def _is_spatial(points: Array) -> bool:
@@ -225,9 +237,9 @@ def _is_spatial(points: Array) -> bool:
     return bool(np.nanmax(np.abs(points[..., 2]), initial=0.0) > 1e-9 * size)
 
 
-def _widest_axes(points: Array) -> tuple[int, int]:
+def _widest_axes(points: Array) -> tuple[str, str]:
     flat = points.reshape(-1, 3)
     flat = flat[np.isfinite(flat).all(axis=1)]
     extent = np.ptp(flat, axis=0) if len(flat) else np.zeros(3)
     first, second = sorted(np.argsort(-extent, kind="stable")[:2])
-    return int(first), int(second)
+    return "xyz"[first], "xyz"[second]

@@ -6,13 +6,18 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = ("inputs.md", "mechanism.md", "outputs.md")  # whose examples are whole programs
+PAGES = (
+    "inputs.md",
+    "library.md",
+    "mechanism.md",
+    "outputs.md",
+)  # whose examples are whole programs
 
 
 @pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
+def cache(shared_cache):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
+        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
         yield
 
 

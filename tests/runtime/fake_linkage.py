@@ -133,6 +133,7 @@ class FakeModel:
     )
     ground: tuple[str, ...] = ("O", "p_3")
     traced: tuple[str, ...] = ("p_1", "p_2", "g_1")
+    view: tuple[str, str] | None = None
     constrained: bool = True
     tilt: tuple[tuple[float, float, float], ...] | None = None
 

@@ -125,6 +125,16 @@ def test_a_spatial_mechanism_is_drawn_on_its_two_widest_axes_and_says_so() -> No
     assert "projected" not in " ".join(texts(plot.paths(fake_linkage.run())))
 
 
+def test_a_mechanism_may_say_from_where_it_is_seen() -> None:
+    tilt = ((1.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.9, 1.0))
+    widest = view.plane_view(view.sample(fake_linkage.run(tilt=tilt), 50))
+    run = view.sample(fake_linkage.run(tilt=tilt, view=("x", "-z")), 50)
+    seen = view.plane_view(run)
+    assert seen.axes == ("x", "-z")
+    np.testing.assert_array_equal(seen.positions, widest.positions * [1, -1])
+    assert {"x (m)", "-z (m)"} <= set(texts(plot.paths(run.solution)))
+
+
 def test_energy_change_is_readable_at_rounding_level() -> None:
     figure = plot.energy(fake_linkage.run())
     change = figure.axes[1]

@@ -95,6 +95,7 @@ def whipple_bicycle() -> Mechanism:
         drawing=Drawing(
             links=(("bicycle", ("rear contact", "rear hub", "head", "front hub")),),
             traced=("rear contact", "front hub"),
+            view=("x", "-y"),  # from above
         ),
         start={name: 0.0 for name in NAMES if name != "pitch"}
         | {"rear_rate": -SPEED / R_REAR, "roll_rate": PUSH, "steer_rate": 0.0},

@@ -96,6 +96,7 @@ def flyball_governor() -> Mechanism:
             ),
             ground=("O",),
             traced=("ball_1", "ball_2"),
+            view=("x", "z"),
         ),
         start={"s": 0.5, "alpha_1": pi / 6, "alpha_2": pi / 6, "omega": 2 * pi},
     )

@@ -58,6 +58,8 @@ def heavy_top() -> Mechanism:
         bodies=(top,),
         loads=(weight(top, origin, g, r.z),),
         points=(origin, centre),
-        drawing=Drawing(links=(("axis", ("O", "g")),), ground=("O",), traced=("g",)),
+        drawing=Drawing(
+            links=(("axis", ("O", "g")),), ground=("O",), traced=("g",), view=("y", "z")
+        ),
         start={"w_y": 150.0, "w_z": -4.61538},
     )

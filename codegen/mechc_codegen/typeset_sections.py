@@ -20,6 +20,7 @@ from mechc_codegen.derive import derive
 from mechc_codegen.differentiate import differentiate
 from mechc_codegen.equations import Equations
 from mechc_codegen.mechanism import Mechanism, printed_name
+from mechc_codegen.terms import velocity_of
 from mechc_codegen.typeset_angles import join_angles
 from mechc_codegen.typeset_boxes import Box, Row, Scripts, Word, layout, name
 
@@ -181,7 +182,9 @@ def _velocities(title: str, mechanism: Mechanism, points: tuple[Point, ...]) -> 
         f"Velocities of the {title}",
         f"As seen from {frame.name}, with the kinematic differential equations inserted.",
         tuple(
-            Item(_quantity("v", p.name, frame=frame), p.vel(frame).xreplace(mechanism.rates))
+            Item(
+                _quantity("v", p.name, frame=frame), velocity_of(p, frame).xreplace(mechanism.rates)
+            )
             for p in points
         ),
     )
@@ -241,7 +244,7 @@ def _linear_momenta(derived: Derived) -> Section:
         tuple(
             Item(
                 _quantity("p", body.name),
-                (body.mass * _centre(body).vel(mechanism.frame)).xreplace(mechanism.rates),
+                (body.mass * velocity_of(_centre(body), mechanism.frame)).xreplace(mechanism.rates),
             )
             for body in mechanism.bodies
         ),

@@ -397,3 +397,15 @@ def test_nothing_is_lost_between_the_two_printers() -> None:
     for thing in (*mechanism.points, *mechanism.bodies):
         assert mathml(name(thing.name)) in page
         assert latex(name(thing.name)) in document
+
+
+def test_points_that_were_given_no_velocity_are_shown_with_that_of_their_place() -> None:
+    """SymPy would warn of the ways to find it, and keep what it finds in the user's point."""
+    row = shipped_mechanism("windows", {"count": 1})
+    sections = {section.title: section for section in derivation(row).sections}
+    velocities = sections["Velocities of the points"].items
+    assert len(velocities) == len(row.points)
+    far = row.points[1]
+    assert row.frame not in far._vel_dict
+    expected = far.pos_from(row.origin).dt(row.frame).xreplace(row.rates)
+    assert velocities[1].right.dot(row.frame.x) - expected.dot(row.frame.x) == 0

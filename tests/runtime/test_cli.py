@@ -1,5 +1,6 @@
 """The command: what it prints, writes and returns."""
 
+import io
 import json
 import os
 import subprocess
@@ -10,6 +11,7 @@ import pytest
 
 from mechc import cli, mechanisms, plot
 from mechc.cli import main
+from mechc.progress import Notice
 
 KEYS = {
     "mechanism", "t_end", "rtol", "method", "q_end", "u_end", "energy_drift", "closure_max",
@@ -243,3 +245,28 @@ def test_importing_mechc_loads_neither_sympy_nor_matplotlib():
 def test_the_time_is_typed_with_a_unit_or_in_seconds(capsys, here, typed):
     assert main(["run", "four_bar", "--t-end", typed, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["t_end"] == 0.5
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_a_notice_is_given_on_a_terminal_after_a_while_and_taken_away(monkeypatch):
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    with Notice("compiling"):
+        pass
+    assert screen.getvalue() == ""
+    monkeypatch.setattr("mechc.progress.PATIENCE", 0.0)
+    with Notice("compiling") as notice:
+        notice._timer.join()
+        assert screen.getvalue() == "compiling"
+    assert screen.getvalue().endswith("\r         \r")
+
+
+def test_no_notice_is_given_where_nobody_looks(monkeypatch, capsys):
+    monkeypatch.setattr("mechc.progress.PATIENCE", 0.0)
+    with Notice("compiling") as notice:
+        notice._timer.join()
+    assert capsys.readouterr().err == ""

@@ -126,7 +126,7 @@ def test_a_plane_has_no_third_dimension():
         assert set(told[name].elements[2::3]) == {0}, name
     assert set(told["angular_momenta"].elements[0::3]) == {0}
     report = mechc.compile(planar_chain(8), outputs=("points",), backend="numpy").report()
-    assert "three numbers a motion of a link; 16 of 48 components" in report
+    assert "three numbers a motion of a link; 22 of 54 components" in report
 
 
 def test_work_of_parameters_alone_is_done_once_a_run():

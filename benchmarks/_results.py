@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 FOLDER = Path(__file__).resolve().parent
+A_CLONE = (FOLDER.parent / "pyproject.toml").exists()  # or installed
 SET_BY_THE_SUITE = "MECHC_BENCH_OUT"  # in the environment of the scripts that it starts
 
 
 def default_folder() -> Path:
     """``benchmarks/out`` in a clone, ``mechc_bench`` where one is when mechc is installed."""
-    in_a_clone = (FOLDER.parent / "pyproject.toml").exists()
-    return FOLDER / "out" if in_a_clone else Path.cwd() / "mechc_bench"
+    return FOLDER / "out" if A_CLONE else Path.cwd() / "mechc_bench"
 
 
 OUT = Path(os.environ.get(SET_BY_THE_SUITE) or default_folder())

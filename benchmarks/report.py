@@ -135,8 +135,9 @@ def _chapter(
     shown = []
     for script, (name, section) in parts.items():
         shown.append(element("h3", name, id=script))
+        reason = results.get("skipped", {}).get(script, NEVER_RUN)
         shown.append(_figures(section, results[script]) if script in results
-                     else element("p", NEVER_RUN, class_="quiet"))  # fmt: skip
+                     else element("p", reason, class_="quiet"))  # fmt: skip
     return [element("section", element("h2", title), *shown)]
 
 

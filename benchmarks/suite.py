@@ -34,20 +34,31 @@ Options = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Script:
-    """What a script asks; its options for a quick, a full and a smoke run (None: not then); and
-    the seconds that a quick and a full run of it may take at most."""
+    """What a script asks, and how it is run.
+
+    Attributes
+    ----------
+    quick, full, smoke
+        Its options in a run of this size; None where it is left out.  A quick run that names the
+        script takes the options of the full one then.
+    limits
+        Seconds that a quick and a full run of it may take at most.
+    a_clone
+        It uses parts of the repository that are not installed.
+    """
 
     asks: str
     quick: Options | None
     full: Options | None
     smoke: Options | None
-    limits: tuple[float, float] = (300.0, 1800.0)
+    limits: tuple[float, float] = (600.0, 1800.0)
+    a_clone: bool = False
 
 
 SCRIPTS = {
     "work_precision": Script(
         "run time against achieved error, all problems, all methods, all peers",
-        ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (600.0, 3600.0),
+        ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (900.0, 3600.0),
     ),
     "stress": Script(
         "right, refused, or ended with a status: never else", (), (), ()
@@ -70,7 +81,8 @@ SCRIPTS = {
         ("--most", "1", "--scenes", "planar"),
     ),
     "first_value": Script(
-        "from a KanesMethod object to the first value of its right-hand side", None, (), ("1",)
+        "from a KanesMethod object to the first value of its right-hand side", None, (), ("1",),
+        a_clone=True,
     ),
     "costs": Script(
         "installation, start, calls, memory, instructions", ("--quick",), ("--full",), None
@@ -97,8 +109,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\n".join(f"{name:16s}{script.asks}" for name, script in SCRIPTS.items()))
         return 0
     earlier, out = _read(chosen.against), chosen.out.resolve()
-    results: dict[str, Any] = {"about": about(), "size": chosen.size, "codes": {}, "seconds": {}}
-    code = measure(results, chosen.only or list(SCRIPTS), out)
+    plan, skipped = planned(chosen.size, chosen.only or ())
+    results: dict[str, Any] = {"about": about(), "size": chosen.size, "skipped": skipped}
+    results |= {"codes": {}, "seconds": {}}
+    code = measure(results, plan, out)
     slower = write_report(results, earlier, out)
     conclude(results, slower, out)
     return code
@@ -136,12 +150,26 @@ def _read(path: Path | None) -> dict[str, Any] | None:
         raise SystemExit(BAD_INPUT) from None
 
 
-def measure(results: dict[str, Any], scripts: Sequence[str], out: Path) -> int:
-    """Run the scripts one after the other; ``results`` is written after each."""
-    for name in scripts:
-        options = getattr(SCRIPTS[name], results["size"])
+def planned(size: str, named: Sequence[str]) -> tuple[dict[str, Options], dict[str, str]]:
+    """The scripts to be run with their options, and why others are not."""
+    plan, skipped = {}, {}
+    for name in named or SCRIPTS:
+        script, options = SCRIPTS[name], getattr(SCRIPTS[name], size)
+        if options is None and named and size == "quick":
+            options = script.full
         if options is None:
-            continue
+            skipped[name] = f"not part of a {size} run"
+        elif script.a_clone and not _results.A_CLONE:
+            skipped[name] = "needs a clone of the repository"
+        else:
+            plan[name] = options
+    return plan, skipped
+
+
+def measure(results: dict[str, Any], plan: Mapping[str, Options], out: Path) -> int:
+    """Run the scripts one after the other; ``results`` is written before and after each."""
+    _results.write("results", results, out)
+    for name, options in plan.items():
         try:
             run_one(results, name, options, out)
         except KeyboardInterrupt:
@@ -174,5 +202,7 @@ def conclude(results: dict[str, Any], slower: Sequence[Mapping[str, Any]], out: 
     for name, code in results["codes"].items():
         if code:
             print(f"{ENDED.get(code, 'FAILED')}: {name}")
+    for name, reason in results["skipped"].items():
+        print(f"not run: {name}: {reason}")
     print(f"\nin {sum(results['seconds'].values()):.0f} s: {out / 'results.json'}")
     print(f"the report: {out / 'results.html'}")

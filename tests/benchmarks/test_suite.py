@@ -247,6 +247,27 @@ def ended(process):
     return False
 
 
+def test_what_is_not_run_has_its_reason_in_the_results_and_in_the_report(
+    module, monkeypatch, tmp_path
+):
+    suite = module("suite")
+    monkeypatch.setattr(module("_results"), "A_CLONE", False)
+    options = ["--smoke", "--only", "first_value", "scenes", "--out", str(tmp_path)]
+    assert suite.main(options) == 0
+    results = json.loads((tmp_path / "results.json").read_text())
+    assert results["codes"] == {}
+    assert results["skipped"] == {
+        "first_value": "needs a clone of the repository", "scenes": "not part of a smoke run",
+    }  # fmt: skip
+    assert "needs a clone of the repository" in (tmp_path / "results.html").read_text()
+
+
+def test_a_script_that_only_a_full_run_has_is_run_when_it_is_named(module):
+    suite = module("suite")
+    assert "scenes" in suite.planned("quick", ())[1]
+    assert suite.planned("quick", ("scenes",)) == ({"scenes": ()}, {})
+
+
 def test_figures_of_an_older_run_are_not_taken_for_those_of_a_failed_one(scripts):
     _, results = scripts({"one": WRITES.format("one", "1")})
     assert "one" in results

@@ -1,7 +1,7 @@
-"""Exudyn: plane bodies in redundant coordinates, kinematic trees, a Lie group node for the top.
+"""Exudyn: bodies in redundant coordinates, kinematic trees, a Lie group node for the top.
 
-Open trees go to its explicit Runge-Kutta methods, loops to its implicit ones as its own models of
-four-bars do: the trapezoidal rule with constraints on velocities, and generalized-alpha.  ``tol``
+Open trees go to its explicit Runge-Kutta methods, loops and rolling wheels to its implicit ones as
+in its own models: the trapezoidal rule, constraints on velocities, and generalized-alpha.  ``tol``
 of a case is the tolerance of DOPRI5 and the step (s) of everything else.  The build without range
 checks is used, as its documentation says to for speed, and nothing is written or printed.
 """
@@ -17,11 +17,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from _problem import Array, Problem
-from _rigid_bodies import Bodies
 from _rigid_scenes import rigid_bodies
 from _timing import Case
 
-from peers import Built, NotExpressibleError
+from peers import Built
 
 if TYPE_CHECKING:
     from peers._exudyn_parts import Assembled
@@ -31,7 +30,6 @@ STEPS = tuple(250 * 4**k for k in range(6))  # 250 ... 256,000
 LONGEST = 250_000  # evaluations times bodies in a run: two to three seconds
 LARGEST_STEPS = 100  # what the steps of DOPRI5 cannot be larger than, as a part of the run
 SPARSE = 10  # bodies from which on the sparse linear solver takes less time
-ROLLING = "its rolling joints are not modelled here"
 
 
 @dataclass(frozen=True)
@@ -54,6 +52,7 @@ EXPLICIT = (
 # positions (index 3) and the spectral radius of Exudyn's own model of the four-bar windows.
 TRAPEZOIDAL = Method("trapezoid, h", "TrapezoidalIndex2", 2)
 ALPHA = Method("gen-alpha, h", "GeneralizedAlpha", 2, spectral_radius=0.95)
+IMPLICIT = (TRAPEZOIDAL, ALPHA)
 
 
 def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
@@ -67,12 +66,9 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
         If the problem is not one of rigid bodies on joints.
     """
     _import_quietly()
-    if problem.name == "bicycle":
-        raise NotExpressibleError(ROLLING)
-    bodies = rigid_bodies(problem)
-    count = len(bodies.bodies)
+    _ = problem.values  # mechc compiles its model for them, which is none of Exudyn's time
     start = time.perf_counter()
-    system, methods = _assembled(bodies, problem)
+    system, count, methods = _assembled(problem)
     compiled = time.perf_counter() - start
     cases = [
         _case(problem, system, count, method, tol)
@@ -90,16 +86,22 @@ def _import_quietly() -> None:
     exudyn.config.printToConsole = False
 
 
-def _assembled(bodies: Bodies, problem: Problem) -> tuple[Assembled, tuple[Method, ...]]:
-    """The problem in the coordinates that suit it, and the methods for those."""
+def _assembled(problem: Problem) -> tuple[Assembled, int, tuple[Method, ...]]:
+    """The problem in the coordinates that suit it, how many bodies, and the methods for them."""
+    from peers._exudyn_bicycle import BODIES, bicycle
     from peers._exudyn_plane import plane_bodies
     from peers._exudyn_space import body_on_a_point, tree
 
+    if problem.name == "bicycle":
+        return bicycle(problem), len(BODIES), IMPLICIT
+    bodies = rigid_bodies(problem)
+    count = len(bodies.bodies)
     if bodies.loops:
-        return plane_bodies(bodies, problem), (TRAPEZOIDAL, ALPHA)
+        return plane_bodies(bodies, problem), count, IMPLICIT
     if bodies.bodies[0].joint == "ball":
-        return body_on_a_point(bodies, problem), EXPLICIT
-    return tree(bodies, problem), (*EXPLICIT, TRAPEZOIDAL) if problem.stiff else EXPLICIT
+        return body_on_a_point(bodies, problem), count, EXPLICIT
+    methods = (*EXPLICIT, TRAPEZOIDAL) if problem.stiff else EXPLICIT
+    return tree(bodies, problem), count, methods
 
 
 def _steps(problem: Problem, method: Method, count: int, quick: bool) -> Iterator[float]:

@@ -257,9 +257,9 @@ def _time(at: float | None, mine: float | None, tool: str) -> Markup:
 
 
 def _spread(problem: Problem, tool: str) -> str:
-    """The median of its runs' interquartile ranges over their medians."""
-    known = [row["spread"] for row in problem["rows"]
-             if row["tool"] == tool and row.get("spread") is not None]  # fmt: skip
+    """The median of the interquartile ranges over the medians, of cases that ran several times."""
+    known = [row["spread"] for row in problem["rows"] if row["tool"] == tool
+             and row.get("spread") is not None and row["repeats"] > 1]  # fmt: skip
     return f"{100 * statistics.median(known):.0f} %" if known else NONE
 
 

@@ -95,7 +95,7 @@ SCRIPTS = {
     ),
     "batch": Script(
         "many trajectories: rates, threads, streaming, restarting",
-        ("--only", "trajectories", "--members", "2000"), (), ("--only", "rhs"),
+        ("--only", "trajectories", "--members", "1000"), (), ("--only", "rhs"),
     ),
 }  # fmt: skip
 

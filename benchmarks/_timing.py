@@ -73,7 +73,7 @@ class Effort:
     rounds, budget
         Each case runs as many times, unless its runs take as many seconds before.
     total
-        Seconds for all cases; no round begins after.
+        Seconds for all repeats together; the first runs come on top of them.
     """
 
     longest: float = 10.0
@@ -92,7 +92,6 @@ def measure(
 
     ``about_to_run`` is told every case before it runs, outside what is timed.
     """
-    began = time.perf_counter()
     measured: list[Case] = []
     slow: set[tuple[str, str]] = set()
     for case in sorted(cases, key=lambda case: -case.tol):
@@ -104,13 +103,12 @@ def measure(
                 slow.add((case.tool, case.method))
     order = {id(case): k for k, case in enumerate(cases)}
     measured.sort(key=lambda case: order[id(case)])
-    _repeat(measured, effort, began + effort.total, about_to_run)
+    _repeat(measured, effort, about_to_run)
     return measured
 
 
-def _repeat(
-    cases: Sequence[Case], effort: Effort, until: float, about_to_run: Callable[[Case], None]
-) -> None:
+def _repeat(cases: Sequence[Case], effort: Effort, about_to_run: Callable[[Case], None]) -> None:
+    until = time.perf_counter() + effort.total
     gc.collect()
     gc.disable()
     try:

@@ -32,7 +32,7 @@ QUICK_PROBLEMS = (
     "pendulum_1", "pendulum_2", "four_bar_regular", "four_bar_change_point", "windows_1",
     "slider_crank", "heavy_top",
 )  # fmt: skip
-# Seconds a problem's runs may take together; building comes on top of them.
+# Seconds that the repeats of a problem may take together; building and first runs come on top.
 QUICK_BUDGET, FULL_BUDGET = 8.0, 40.0
 QUICK_EFFORT = Effort(longest=0.4, rounds=10, budget=0.1)
 FULL_EFFORT = Effort(longest=2.0, rounds=40, budget=0.6)
@@ -70,7 +70,7 @@ def _options() -> argparse.ArgumentParser:
     parser.add_argument(
         "--only", choices=peers.NAMES, nargs="*", metavar="PEER", help=", ".join(peers.NAMES)
     )
-    parser.add_argument("--budget", type=float, help="seconds for the runs of a problem")
+    parser.add_argument("--budget", type=float, help="seconds for the repeats of a problem")
     return parser
 
 

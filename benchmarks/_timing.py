@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import gc
+import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -70,6 +72,8 @@ class Effort:
     ----------
     longest
         Seconds of one run; where a tool's method takes longer, its tighter tolerances are left out.
+    cut
+        Seconds after which a first run is interrupted, and its case says so.
     rounds, budget
         Each case runs as many times, unless its runs take as many seconds before.
     total
@@ -77,6 +81,7 @@ class Effort:
     """
 
     longest: float = 10.0
+    cut: float = 30.0
     rounds: int = 40
     budget: float = 1.0
     total: float = np.inf
@@ -97,7 +102,7 @@ def measure(
     for case in sorted(cases, key=lambda case: -case.tol):
         if (case.tool, case.method) not in slow:
             about_to_run(case)
-            _judge(case, error_of)
+            _judge(case, error_of, effort.cut)
             measured.append(case)
             if case.seconds[0] > effort.longest:
                 slow.add((case.tool, case.method))
@@ -122,12 +127,33 @@ def _repeat(cases: Sequence[Case], effort: Effort, about_to_run: Callable[[Case]
         gc.enable()
 
 
-def _judge(case: Case, error_of: Callable[[Array], float]) -> None:
+class TookTooLongError(RuntimeError):
+    """A run was cut off."""
+
+
+@contextmanager
+def interrupted_after(seconds: float) -> Iterator[None]:
+    """Raise TookTooLongError in what takes longer, at its next Python instruction."""
+
+    def interrupt(*_: Any) -> None:
+        raise TookTooLongError(f"cut off after {seconds:g} s")
+
+    before = signal.signal(signal.SIGALRM, interrupt)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _judge(case: Case, error_of: Callable[[Array], float], cut: float) -> None:
     """The first run: its error or its status; its time counts too."""
     case.prepare()
     start = time.perf_counter()
     try:
-        value = case.run()
+        with interrupted_after(cut):
+            value = case.run()
         case.seconds.append(time.perf_counter() - start)
         final, case.status = case.state(value), case.word(value)
     except Exception as error:  # a peer may raise anything; it is shown in its row

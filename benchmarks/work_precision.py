@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import peers
@@ -34,8 +35,8 @@ QUICK_PROBLEMS = (
 )  # fmt: skip
 # Seconds that the repeats of a problem may take together; building and first runs come on top.
 QUICK_BUDGET, FULL_BUDGET = 8.0, 40.0
-QUICK_EFFORT = Effort(longest=0.4, rounds=10, budget=0.1)
-FULL_EFFORT = Effort(longest=2.0, rounds=40, budget=0.6)
+QUICK_EFFORT = Effort(longest=0.4, cut=3.0, rounds=10, budget=0.1)
+FULL_EFFORT = Effort(longest=2.0, cut=10.0, rounds=40, budget=0.6)
 PATIENCE = 120.0  # seconds that one peer may take to be built, or for a run
 
 
@@ -44,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, Any]:
     names = chosen.problem or (QUICK_PROBLEMS if chosen.quick else NAMES)
     budget = chosen.budget or (QUICK_BUDGET if chosen.quick else FULL_BUDGET)
     given = QUICK_EFFORT if chosen.quick else FULL_EFFORT
-    effort = Effort(given.longest, given.rounds, given.budget, budget)
+    effort = replace(given, total=budget)
     tolerances = WHOLE[::2] if chosen.quick else WHOLE
     others = tuple(peers.NAMES if chosen.only is None else chosen.only)
     data: dict[str, Any] = {"about": about(), "problems": {}}

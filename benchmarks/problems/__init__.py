@@ -22,6 +22,7 @@ BUILDERS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "andrews": ("linkages", "squeezing_mechanism", ()),
     "heavy_top": ("spinning", "top", ()),
     "flyball_governor": ("spinning", "governor", ()),
+    "bicycle": ("bicycle", "without_hands", ()),
 }
 NAMES = tuple(BUILDERS)
 

@@ -18,6 +18,7 @@ from mechc.errors import MechcError
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 NOT_OF_THE_SUITE = {
     "suite": "it starts the others",
+    "references": "makes reference data, in half an hour",
     "near_miss_reference": "makes reference data, in hours",
     "closure_curve": "the judge of failure_rate",
     "sympy_models": "compiles all models of SymPy's tests, in hours",

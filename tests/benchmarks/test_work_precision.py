@@ -53,6 +53,19 @@ def test_where_a_run_takes_too_long_tighter_tolerances_of_that_method_are_left_o
     assert measured[1].seconds == pytest.approx([0.001, 0.001])
 
 
+def test_a_run_without_end_is_cut_off_and_says_so(module):
+    timing = module("_timing")
+
+    def run():
+        while True:
+            pass
+
+    case = case_of(timing, 1e-3, 1e-3, run=run)
+    timing.measure([case], lambda observed: 0.0, timing.Effort(cut=0.1, rounds=1))
+    assert case.label == "flagged"
+    assert "cut off after 0.1 s" in case.record()["status"]
+
+
 def test_the_best_peer_is_the_fastest_at_that_error_and_no_batch(module):
     envelope = module("_envelope")
 

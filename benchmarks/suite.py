@@ -125,7 +125,7 @@ def _options() -> argparse.ArgumentParser:
     size = parser.add_mutually_exclusive_group()
     for name, told in (
         ("quick", "under five minutes on two cores (the default)"),
-        ("full", "everything, in about half an hour"),
+        ("full", "everything, in about an hour"),
         ("smoke", "whether every script runs; its figures mean nothing"),
     ):
         size.add_argument(f"--{name}", dest="size", action="store_const", const=name, help=told)

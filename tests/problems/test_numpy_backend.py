@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from mechanisms.redundant import spatial, two_rockers
 from mechc_codegen.mechanisms.andrews import andrews
 from mechc_codegen.mechanisms.car_axis import car_axis
 from mechc_codegen.mechanisms.chains import closed_chain, planar_chain, spatial_chain
 from mechc_codegen.mechanisms.flyball_governor import flyball_governor
 from mechc_codegen.mechanisms.heavy_top import heavy_top
 from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.mechanisms.redundant import spatial, two_rockers
 from mechc_codegen.mechanisms.rigid_body import rigid_body
 from mechc_codegen.mechanisms.slider_crank import slider_crank
 from mechc_codegen.mechanisms.windows import windows

@@ -8,6 +8,15 @@ does; of two rockers, each has half of the rocker's mass.
 
 from __future__ import annotations
 
+from sympy import Expr, Symbol, symbols
+from sympy.physics.mechanics import (
+    ReferenceFrame,
+    RigidBody,
+    dot,
+    dynamicsymbols,
+    inertia,
+)
+
 from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.mechanisms.parts import (
     coordinates,
@@ -16,14 +25,6 @@ from mechc_codegen.mechanisms.parts import (
     parameter,
     speeds,
     weight,
-)
-from sympy import Expr, Symbol, symbols
-from sympy.physics.mechanics import (
-    ReferenceFrame,
-    RigidBody,
-    dot,
-    dynamicsymbols,
-    inertia,
 )
 
 LINKS = ("crank", "coupler", "rocker", "other rocker")

@@ -15,14 +15,115 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
-from _scene import METHODS, FourBar, write
+from _scene import write
+from _stress_judge import METHODS, Row, attempt, bounded, limit_of, row, tidy
+from _timing import Array
 from closure_curve import Geometry, integrate
+
+import mechc
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
 UNIT = 2.0**-20
-ROUNDING = 2.5e-10
+SHIFT = 1e-6
+LOOKS = 10  # times along the run at which the condition is measured
+
+
+@dataclass(frozen=True)
+class Trials:
+    """Starts (n, 6) on geometries with change points, exact states at ``t_end``, conditions."""
+
+    names: tuple[str, ...]
+    geometry: Geometry
+    psi: Array  # (2, n), the closure curve's coordinate and its rate
+    t_end: float
+    exact: Array
+    condition: Array
+    drift: Array  # of the judge's own energy, J
+
+    @property
+    def first(self) -> Array:
+        return self.geometry.state(self.psi)  # type: ignore[no-any-return]
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def params(self, i: int) -> dict[str, float]:
+        return {f"l_{k}": float(l) for k, l in enumerate(self.geometry.lengths[i])}
+
+
+def trials(starts: int, geometries: int, t_end: float, seed: int = 1) -> Trials:
+    rng = np.random.default_rng(seed)
+    return trials_of(rng, *cases(rng, starts, geometries), t_end)
+
+
+def trials_of(
+    rng: np.random.Generator, names: tuple[str, ...], geometry: Geometry, t_end: float
+) -> Trials:
+    """A random start for every geometry, two in five moving."""
+    n = len(names)
+    psi = np.stack([rng.uniform(0, 2 * np.pi, n), rng.normal(0, 3, n) * (rng.random(n) < 0.4)])
+    exact, condition, drift = judge(geometry, psi, np.linspace(0, t_end, LOOKS + 1)[1:])
+    return Trials(names, geometry, psi, t_end, exact, condition, drift)
+
+
+def judged(given: Trials, method: str, rtol: float, members: range | None = None) -> Iterator[Row]:
+    """A row a start: what became of it, its error and limit."""
+    model, first = mechc.load("four_bar"), given.first
+    for i in members or range(len(given)):
+        case = f"{given.names[i]}, start {i}, {method}, {rtol:g}"
+        found = attempt(
+            model, given.t_end, first[i], given.params(i), rtol=rtol, method=method, dense=False,
+            max_steps=2_000_000,
+        )  # fmt: skip
+        figures = {"method": method, "rtol": rtol, "kind": given.names[i], "start": list(first[i]),
+                   "lengths": list(given.geometry.lengths[i])}  # fmt: skip
+        yield _word(case, found, given, i, rtol, figures)
+
+
+def _word(case, found, given, i, rtol, figures):  # type: ignore[no-untyped-def]
+    condition, exact = given.condition[i], given.exact[i]
+    if not (condition > 0 and np.isfinite(exact).all()):
+        return row(case, "unjudged", status="the judge's motion takes too many steps", **figures)
+    if isinstance(found, str):
+        return row(case, "refused", status=found, **figures)
+    figures |= {"seconds": found.stats["wall_s"], "least_singular": found.stats["least_singular"]}
+    if not found.status.ok:
+        return row(case, "flagged", status=found.status.code, t=found.status.t, **figures)
+    error = error_of(found.y[-1], exact)
+    return bounded(case, error, limit_of(rtol, condition), condition=condition, **figures)
+
+
+def error_of(state: Array, exact: Array) -> float:
+    turned = abs(np.exp(1j * state[:3]) - np.exp(1j * exact[:3])).max()
+    scale = max(1.0, abs(exact[3:]).max())  # tolerances of speeds are relative to them
+    return float(max(turned, abs(state[3:] - exact[3:]).max() / scale))
+
+
+# -- geometries and the judge ---------------------------------------------------------------------
+
+
+def cases(
+    rng: np.random.Generator, starts: int, geometries: int
+) -> tuple[tuple[str, ...], Geometry]:
+    """Geometry of every start, one a row, with names."""
+    rows = [("1 2 3 4", [1.0, 2.0, 3.0, 4.0], [-1.0, 1.0, 1.0])] * starts
+    kinds = ["antiparallelogram", "parallelogram", "kite", "other kite"]
+    for i in range(geometries):
+        kind = kinds[i] if i < 4 else kinds[i - 4] if i < 8 else "general"
+        lengths, signs = random_lengths(rng) if i >= 8 else special_lengths(rng, kind)
+        rows += [(kind, lengths, signs)] * 5
+    names, lengths, signs = zip(*rows, strict=True)
+    n = len(rows)
+    geometry = Geometry(
+        np.array(lengths), np.array(signs), np.tile([1.0, 2.0, 3.0], (n, 1)),
+        np.array([name == "parallelogram" for name in names]),
+    )  # fmt: skip
+    return names, geometry
 
 
 def random_lengths(rng):  # type: ignore[no-untyped-def]
@@ -49,28 +150,11 @@ def special_lengths(rng, kind):  # type: ignore[no-untyped-def]
     }[kind]
 
 
-def cases(rng, starts, geometries):  # type: ignore[no-untyped-def]
-    """Geometry of every start, one a row, with names."""
-    rows = [("1 2 3 4", [1.0, 2.0, 3.0, 4.0], [-1.0, 1.0, 1.0])] * starts
-    kinds = ["antiparallelogram", "parallelogram", "kite", "other kite"]
-    for i in range(geometries):
-        kind = kinds[i] if i < 4 else kinds[i - 4] if i < 8 else "general"
-        lengths, signs = random_lengths(rng) if i >= 8 else special_lengths(rng, kind)
-        rows += [(kind, lengths, signs)] * 5
-    names, lengths, signs = zip(*rows, strict=True)
-    n = len(rows)
-    geometry = Geometry(
-        np.array(lengths), np.array(signs), np.tile([1.0, 2.0, 3.0], (n, 1)),
-        np.array([name == "parallelogram" for name in names]),
-    )  # fmt: skip
-    return names, geometry
-
-
-def judge(geometry, y0, times):  # type: ignore[no-untyped-def]
+def judge(geometry: Geometry, y0: Array, times: Array) -> tuple[Array, Array, Array]:
     """Exact states at the last time, conditions, and the judge's own energy error."""
-    n, shift = y0.shape[1], 1e-6
+    n = y0.shape[1]
     many = Geometry(*(np.concatenate([x] * 3) for x in vars(geometry).values()))
-    pushed = [y0, y0 + np.array([[shift], [0]]), y0 + np.array([[0], [shift]])]
+    pushed = [y0, y0 + np.array([[SHIFT], [0]]), y0 + np.array([[0], [SHIFT]])]
     start = np.concatenate(pushed, axis=1)
     y = integrate(many, start, times)
     drift = abs(many.energy(y[-1]) - many.energy(start))[:n]
@@ -89,12 +173,6 @@ def judge(geometry, y0, times):  # type: ignore[no-untyped-def]
     return many.state(y[-1])[:n], np.maximum(condition, 1.0), drift
 
 
-def error_of(state, exact):  # type: ignore[no-untyped-def]
-    turned = abs(np.exp(1j * state[:3]) - np.exp(1j * exact[:3])).max()
-    scale = max(1.0, abs(exact[3:]).max())  # tolerances of speeds are relative to them
-    return float(max(turned, abs(state[3:] - exact[3:]).max() / scale))
-
-
 def main() -> int:
     arguments = sys.argv[1:]
     starts, geometries, t_end = (
@@ -102,48 +180,30 @@ def main() -> int:
         int(arguments[1]) if len(arguments) > 1 else 50,
         float(arguments[2]) if len(arguments) > 2 else 100.0,
     )
-    methods = arguments[3:] or list(METHODS)
-    rng = np.random.default_rng(1)
-    names, geometry = cases(rng, starts, geometries)
-    n = len(names)
-    y0 = np.stack([rng.uniform(0, 2 * np.pi, n), rng.normal(0, 3, n) * (rng.random(n) < 0.4)])
     began = time.perf_counter()
-    exact, condition, drift = judge(geometry, y0, np.linspace(0, t_end, 11)[1:])
-    seconds = time.perf_counter() - began
-    print(f"judge: {seconds:.0f} s, energy drift up to {np.nanmax(drift):.1e} J,"
-          f" conditions {np.nanquantile(condition, [0.5, 0.9, 1.0])}")  # fmt: skip
-    first = geometry.state(y0)
-    rows = []
+    given = trials(starts, geometries, t_end)
+    print(f"judge: {time.perf_counter() - began:.0f} s, energy drift up to"
+          f" {np.nanmax(given.drift):.1e} J, conditions"
+          f" {np.nanquantile(given.condition, [0.5, 0.9, 1.0])}")  # fmt: skip
+    rows: list[Row] = []
     print("method    rtol    group            runs  right  flagged  WRONG   ms a run")
-    for method in methods:
+    for method in arguments[3:] or METHODS:
         for rtol in RTOLS:
-            results = []
-            for i in range(n):
-                bar = FourBar(tuple(geometry.lengths[i]))
-                run = bar.run(bar.project(first[i]), t_end, rtol, method)
-                error = error_of(run.y[-1], exact[i]) if run.ok else np.inf
-                limit = (100 * rtol + ROUNDING) * condition[i]
-                word = "unjudged"
-                if not (condition[i] > 0 and np.isfinite(exact[i]).all()):
-                    results.append((word, run.seconds))
-                    continue
-                word = ("right" if error <= limit else "wrong") if run.ok else run.word
-                results.append((word, run.seconds))
-                rows.append({
-                    "method": method, "rtol": rtol, "kind": names[i], "case": i, "word": word,
-                    "error": error, "condition": condition[i], "lengths": list(geometry.lengths[i]),
-                    "start": list(first[i]), "psi": list(y0[:, i]), "exact": list(exact[i]),
-                    "least_singular": run.stats["least_singular"], "t": float(run.t[-1]),
-                })  # fmt: skip
-            for name in dict.fromkeys(names):
-                words = [r[0] for r, k in zip(results, names, strict=True) if k == name]
-                spent = [r[1] for r, k in zip(results, names, strict=True) if k == name]
-                right, wrong = words.count("right") + words.count("unjudged"), words.count("wrong")
-                print(f"{method:7s} {rtol:6.0e}  {name:17s} {len(words):5d} {right:6d}"
-                      f" {len(words) - right - wrong:7d} {wrong:6d}  {1e3 * np.mean(spent):8.1f}",
-                      flush=True)  # fmt: skip
-    write("failure_rate", rows)
-    return 1 if any(row["word"] == "wrong" for row in rows) else 0
+            found = list(judged(given, method, rtol))
+            rows += found
+            for name in dict.fromkeys(given.names):
+                _print_group(method, rtol, name, [r for r in found if r["kind"] == name])
+    write("failure_rate", tidy(rows))
+    return 1 if any(r["word"] == "WRONG" for r in rows) else 0
+
+
+def _print_group(method: str, rtol: float, name: str, rows: list[Row]) -> None:
+    words = Counter(row["word"] for row in rows)
+    right = words["right"] + words["unjudged"]
+    spent = 1e3 * np.mean([row.get("seconds", 0.0) for row in rows])
+    print(f"{method:7s} {rtol:6.0e}  {name:17s} {len(rows):5d} {right:6d}"
+          f" {len(rows) - right - words['WRONG']:7d} {words['WRONG']:6d}  {spent:8.1f}",
+          flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -61,7 +61,8 @@ SCRIPTS = {
         ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (900.0, 3600.0),
     ),
     "stress": Script(
-        "right, refused, or ended with a status: never else", (), (), ()
+        "right, refused, or ended with a status: never else", (), ("--full",),
+        ("--family", "dead points", "bad arguments"),
     ),
     "change_point": Script(
         "error against the exact motion through change points", (), (), ()

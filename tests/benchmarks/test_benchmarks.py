@@ -16,14 +16,6 @@ def test_the_forms_given_to_peers_are_the_right_equations(module):
     np.testing.assert_allclose(given, model.rhs(0.0, y, params)[3:], rtol=1e-11)
 
 
-def test_a_wrong_start_is_called_wrong(module):
-    """The judge of the stress suite has teeth: another scene's exact state is not right."""
-    stress = module("stress")
-    wrong = np.zeros(6)
-    rows = list(stress._runs("x", "y", {"l_3": 3.5}, 1.0, wrong, 5.8, [1e-6]))
-    assert {row["word"] for row in rows} == {"WRONG"}
-
-
 def test_the_first_value_is_measured_in_processes_of_their_own(module):
     """Cold there is something to derive and compile, cached nothing; the values are the same."""
     run = module("first_value")

@@ -8,6 +8,8 @@ does; of two rockers, each has half of the rocker's mass.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from sympy import Expr, Symbol, symbols
 from sympy.physics.mechanics import (
     ReferenceFrame,
@@ -16,6 +18,7 @@ from sympy.physics.mechanics import (
     dynamicsymbols,
     inertia,
 )
+from sympy.physics.vector import Vector
 
 from mechc_codegen.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.mechanisms.parts import (
@@ -27,6 +30,8 @@ from mechc_codegen.mechanisms.parts import (
     weight,
 )
 
+Rows = list[tuple[str, Expr]]  # what a row measures, and the gap
+Closing = Callable[[Vector, ReferenceFrame, ReferenceFrame], Rows]
 LINKS = ("crank", "coupler", "rocker", "other rocker")
 l, m, g = symbols("l_0:4"), symbols("m_0:3"), Symbol("g")
 tilt = symbols("tilt_0:2")
@@ -42,11 +47,11 @@ def two_rockers() -> Mechanism:
     return _linkage("two_rockers", _once, rockers=2)
 
 
-def _once(gap, ground, frame):  # type: ignore[no-untyped-def]
+def _once(gap: Vector, ground: ReferenceFrame, frame: ReferenceFrame) -> Rows:
     return [("along x", dot(gap, ground.x)), ("along y", dot(gap, ground.y))]
 
 
-def _hinge(gap, ground, frame):  # type: ignore[no-untyped-def]
+def _hinge(gap: Vector, ground: ReferenceFrame, frame: ReferenceFrame) -> Rows:
     """Place along axes of which none is special, and the hinge's axis."""
     a = ground.orientnew("a", "Axis", (0.4, ground.y)).orientnew("b", "Axis", (0.9, ground.x))
     place = [(f"of place along {n}", dot(gap, v)) for n, v in zip("abc", a, strict=True)]
@@ -54,7 +59,9 @@ def _hinge(gap, ground, frame):  # type: ignore[no-untyped-def]
     return [*place, *axis]
 
 
-def _linkage(name, closure_of, *, rockers=1, tilted=False):  # type: ignore[no-untyped-def]
+def _linkage(
+    name: str, closure_of: Closing, *, rockers: int = 1, tilted: bool = False
+) -> Mechanism:
     size = 2 + rockers
     theta, omega = dynamicsymbols(f"theta_0:{size}"), dynamicsymbols(f"omega_0:{size}")
     r = ReferenceFrame("r")
@@ -79,7 +86,7 @@ def _linkage(name, closure_of, *, rockers=1, tilted=False):  # type: ignore[no-u
         ends.append(located(f"p_{k + 1}", start, l[link] * frame.x, frame, r))
         frames.append(frame)
 
-    closure: list[tuple[str, Expr]] = []
+    closure: Rows = []
     for k in range(2, size):
         gap = ends[k + 1].pos_from(origin) - l[3] * ground.x
         closure += [

@@ -46,7 +46,7 @@ def stress(data: Any) -> Markup:
     failed = [str(row["family"]) for row in families if row.get("passed") is False]
     told = (f"{len(families) - len(failed)} of {len(families)} families keep their promise"
             + (f"; not: {', '.join(failed)}." if failed else "."))  # fmt: skip
-    return Markup(element("p", told) + table(heads, rows, class_="figures"))
+    return Markup(element("p", told) + table(heads, rows, class_="words"))
 
 
 def verdicts(data: Any) -> Markup:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
@@ -42,7 +43,9 @@ def compare_apart(
         while True:
             left = tuple(peer for peer in peers if peer not in crashed)
             replace(request, peers=left).write(place / "request")
-            ended = _ended(place / "request", request.working, patience)
+            # A cache of its own, so that mechc derives and compiles before it is measured.
+            cache = {} if quick else {"MECHC_CACHE_DIR": str(place / f"cache {len(crashed)}")}
+            ended = _ended(place / "request", request.working, patience, cache)
             if not ended:
                 entry: dict[str, Any] = json.loads(request.result.read_text())
                 entry["skipped"] |= crashed
@@ -54,10 +57,12 @@ def compare_apart(
             crashed[guilty] = ended
 
 
-def _ended(request: Path, working: Path, patience: float) -> str:
+def _ended(request: Path, working: Path, patience: float, variables: dict[str, str]) -> str:
     """Why the process ended before its time; empty if it did its work."""
     working.unlink(missing_ok=True)
-    process = subprocess.Popen([sys.executable, "-W", "ignore", str(SCRIPT), str(request)])
+    process = subprocess.Popen(
+        [sys.executable, "-W", "ignore", str(SCRIPT), str(request)], env={**os.environ, **variables}
+    )
     try:
         while process.poll() is None:
             time.sleep(0.05)

@@ -15,6 +15,7 @@ mechc's; batches, whose time is that of one trajectory among many, are compared 
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -37,7 +38,7 @@ QUICK_PROBLEMS = (
 QUICK_BUDGET, FULL_BUDGET = 8.0, 40.0
 QUICK_EFFORT = Effort(longest=0.4, cut=3.0, rounds=10, budget=0.1)
 FULL_EFFORT = Effort(longest=2.0, cut=10.0, rounds=40, budget=0.6)
-PATIENCE = 120.0  # seconds that one peer may take to be built, or for a run
+QUICK_PATIENCE, FULL_PATIENCE = 120.0, 300.0  # seconds that one peer may be at work
 
 
 def main(arguments: Sequence[str] | None = None) -> dict[str, Any]:
@@ -48,16 +49,23 @@ def main(arguments: Sequence[str] | None = None) -> dict[str, Any]:
     effort = replace(given, total=budget)
     tolerances = WHOLE[::2] if chosen.quick else WHOLE
     others = tuple(peers.NAMES if chosen.only is None else chosen.only)
-    data: dict[str, Any] = {"about": about(), "problems": {}}
+    patience = QUICK_PATIENCE if chosen.quick else FULL_PATIENCE
+    data: dict[str, Any] = {"about": about(), "problems": {}, "failed": {}}
     for name in names:
-        entry = compare_apart(
-            name, others, tolerances, effort, quick=chosen.quick, patience=PATIENCE
-        )
+        try:
+            entry = compare_apart(
+                name, others, tolerances, effort, quick=chosen.quick, patience=patience
+            )
+        except RuntimeError as error:  # of mechc itself
+            data["failed"][name] = str(error)
+            print(f"FAILED: {error}", flush=True)
+            continue
         data["problems"][name] = entry
         print_points(name, entry)
         print_summary(entry)
         write("work_precision", data)
         draw(OUT, name, entry)
+    write("work_precision", data)
     print(f"written: {OUT / 'work_precision.json'} and a plot of each problem")
     return data
 
@@ -111,4 +119,4 @@ def _cell(seconds: float | None, ratio: float | None) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(1 if main()["failed"] else 0)

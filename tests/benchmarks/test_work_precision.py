@@ -134,6 +134,21 @@ def test_work_precision_runs_through(module):
     assert (run.OUT / "work_precision_four_bar_regular.svg").stat().st_size > 1000
 
 
+def test_where_mechc_itself_fails_the_other_problems_are_still_compared(module, monkeypatch):
+    run = module("work_precision")
+
+    def compared(name, *arguments, **options):
+        if name == "pendulum_1":
+            raise RuntimeError("pendulum_1: mechc crashed (signal 11)")
+        return {"title": "", "t_end": 1.0, "note": "", "rows": [], "skipped": {},
+                "times": {"mechc": {}}, "auto": {}}  # fmt: skip
+
+    monkeypatch.setattr(run, "compare_apart", compared)
+    data = run.main(["--quick", "--problem", "pendulum_1", "pendulum_2"])
+    assert list(data["problems"]) == ["pendulum_2"]
+    assert "signal 11" in data["failed"]["pendulum_1"]
+
+
 def test_what_work_precision_writes_is_valid_json_without_nan(module):
     """A case without a final state has no error, not one that is no number."""
     timing = module("_timing")

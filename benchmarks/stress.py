@@ -55,8 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--quick", action="store_true", help="a minute on two cores (the default)")
-    size.add_argument("--full", action="store_true", help="every case; a quarter of an hour")
+    size.add_argument("--quick", action="store_true", help="half a minute (the default)")
+    size.add_argument("--full", action="store_true", help="every case; a few minutes")
     parser.add_argument("--family", nargs="+", choices=list(FAMILIES), metavar="NAME",
                         help="only these: " + ", ".join(FAMILIES))  # fmt: skip
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")

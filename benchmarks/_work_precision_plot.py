@@ -27,7 +27,8 @@ def draw(folder: Path, name: str, entry: Mapping[str, Any]) -> None:
         title=f"{entry['title']} (hollow: another motion)",
     )
     axes.grid(which="major", alpha=0.4)
-    axes.legend(fontsize="small")
+    if rows:
+        axes.legend(fontsize="small")
     folder.mkdir(exist_ok=True)
     figure.savefig(folder / f"work_precision_{name}.svg")
 

@@ -14,7 +14,8 @@ from mechc.policy import METHODS
 
 SINGLE, BATCH = "mechc", "mechc batch"
 BATCH_METHODS = ("dop853", "gauss8")
-MEMBERS = 16  # twice as many as there are lanes at most
+FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
+BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")
 COMPILE = ("emit", "first unit", "compile")
 
@@ -58,7 +59,8 @@ def single(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
 
 def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
     """Equal members on one thread: the time of one of them."""
-    model, states = problem.model, np.tile(problem.start, (MEMBERS, 1))
+    model, members = problem.model, _members(problem)
+    states = np.tile(problem.start, (members, 1))
 
     def run(method: str, tol: float) -> Any:
         return model.simulate_batch(
@@ -71,9 +73,20 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             BATCH, method, tol,
             lambda method=method, tol=tol: run(method, tol),  # type: ignore[misc]
             lambda b: problem.observe(b.y[-1]) if np.all(b.ok) else None,
-            lambda b: b.status(MEMBERS - 1).code,
-            trajectories=MEMBERS,
+            lambda b: b.status(members - 1).code,
+            trajectories=members,
         )
         for method in BATCH_METHODS
         for tol in tolerances
     ]  # fmt: skip
+
+
+def _members(problem: Problem) -> int:
+    """As many as one run's time lets a batch have: a power of two."""
+    seconds = []
+    for _ in range(3):
+        start = time.perf_counter()
+        problem.model.simulate(problem.t_end, problem.start, problem.params, dense=False)
+        seconds.append(time.perf_counter() - start)
+    wished = int(BATCH_SECONDS / min(seconds))
+    return min(max(1 << max(wished, 1).bit_length() - 1, FEWEST), MOST)

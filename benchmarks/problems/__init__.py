@@ -13,6 +13,7 @@ BUILDERS: dict[str, tuple[str, str, tuple[int, ...]]] = {
     "pendulum_1": ("pendulum", "simple", ()),
     "pendulum_2": ("pendulum", "chain", (2,)),
     "pendulum_5": ("pendulum", "chain", (5,)),
+    "pendulum_10": ("pendulum", "chain", (10,)),
     "four_bar_regular": ("four_bar", "regular", ()),
     "four_bar_change_point": ("four_bar", "change_point", ()),
     "windows_1": ("windows", "row", (1,)),

@@ -53,7 +53,7 @@ def test_numbers_that_doubles_do_not_hold_are_refused(references, module):
         references.refuse_rounded_numbers(program((x,), (sympy.sin(x) / 12,)))
 
 
-@pytest.mark.parametrize("name", ["bicycle_motion"])
+@pytest.mark.parametrize("name", ["pendulum_10", "bicycle_motion"])
 def test_what_is_written_has_thirty_digits_and_a_start(name):
     data = json.loads((DATA / f"{name}.json").read_text("utf-8"))
     assert data["digits"] >= 30

@@ -381,6 +381,7 @@ MECHC_STATIC double mechc_rk_factor(const mechc_rk_run *run, double error)
     const double factor = mechc_rk_is_collocation(run)
                         ? mechc_gauss_factor(run, error)
                         : 0.9 * pow(error, -1.0 / run->tableau->order);
+    if (mechc_rk_is_implicit(run) && factor >= 1.0 && factor < 1.2) return 1.0; /* factors kept */
     return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
 }
 

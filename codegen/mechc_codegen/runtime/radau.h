@@ -2,17 +2,27 @@
  *
  * It takes part in the explicit pairs' run (explicit_rk.h): only how a step's rates and its error
  * are found differs.  The rates are those of the projected state, so that a stage's closure is
- * part of the equations solved; their Jacobian is taken by differences in compiled code.
- * Hairer & Wanner (1996), section IV.8.
+ * part of the equations solved; their Jacobian is taken by differences in compiled code, and kept
+ * with its factors while the iteration shrinks fast with it.  Hairer & Wanner (1996), section IV.8.
  */
 
 #define MECHC_RADAU_STAGES 3
 #define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
 #define MECHC_RADAU_ITERATIONS 10
 
-/* Work space of one implicit step. */
+/* A Jacobian is kept while the iteration shrinks to less than this a round with it. */
+#define MECHC_RADAU_FAST 0.02
+/* No polynomial tells anything of a step this many times as long as its own. */
+#define MECHC_RADAU_REACH 8.0
+
+/* Work space of one implicit step, and what is kept from the last one. */
 struct mechc_radau {
     double jacobian[MECHC_NX * MECHC_NX];
+    double jacobian_time;         /* of the state that it was taken at */
+    double factored_step;         /* that the factors are for; 0: none */
+    double contraction;           /* of the last iteration */
+    double taken[MECHC_RADAU_SIZE], taken_step; /* stages of the last accepted step; 0: none */
+    double tried_step, tried_end; /* of the last attempt */
     double system[MECHC_RADAU_SIZE * MECHC_RADAU_SIZE], filter[MECHC_NX * MECHC_NX];
     int system_rows[MECHC_RADAU_SIZE], filter_rows[MECHC_NX];
     double z[MECHC_RADAU_SIZE];   /* stages less the start */
@@ -132,11 +142,21 @@ MECHC_STATIC double mechc_radau_correct(mechc_rk_run *run, double h)
     return sqrt(square / MECHC_RADAU_SIZE);
 }
 
+/* The rates that the next step begins with. */
+MECHC_STATIC int mechc_radau_end(mechc_rk_run *run, double h, double *end)
+{
+    const int last = MECHC_RADAU_STAGES - 1;
+    for (int i = 0; i < MECHC_NX; i++)
+        end[i] = run->y[i] + run->implicit->z[last * MECHC_NX + i];
+    return mechc_rk_stage(run, run->head.t + h, end, MECHC_RATE(run, last + 1));
+}
+
 /* Solve for the stages; MECHC_NOT_CLOSED where the iteration does not converge. */
 MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
 {
     const double enough = 1e-2; /* of what is tolerated */
     double before = HUGE_VAL, floor = 0.0;
+    run->implicit->contraction = 0.0;
     for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
         floor = mechc_max(floor, 2e-16 * fabs(run->y[i]) / mechc_rk_tolerance(run, i, run->y));
     for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
@@ -144,10 +164,11 @@ MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
         if (status != MECHC_RUNNING) return status;
         const double size = mechc_radau_correct(run, h);
         const double contraction = size / before;
+        if (iteration) run->implicit->contraction = contraction;
         if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
             return MECHC_NOT_CLOSED;
         const double left = iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
-        if (left <= mechc_max(enough, 8.0 * floor)) return mechc_radau_rates(run, h, end);
+        if (left <= mechc_max(enough, 8.0 * floor)) return mechc_radau_end(run, h, end);
         before = size;
     }
     return MECHC_NOT_CLOSED;
@@ -166,17 +187,77 @@ MECHC_STATIC void mechc_radau_estimate(mechc_rk_run *run, double h, const double
     mechc_lu_solve(radau->filter, radau->filter_rows, MECHC_NX, radau->error);
 }
 
-/* All rates of a step: the explicit pairs' mechc_rk_rates, implicitly. */
-MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end)
+/* Start values: the last accepted step's polynomial, through its start and its stages, continued. */
+MECHC_STATIC void mechc_radau_predict(mechc_radau *radau, const double *nodes, double h)
 {
-    if (!run->implicit && !(run->implicit = malloc(sizeof *run->implicit))) return MECHC_NO_MEMORY;
-    if (!run->refused) {
+    const double *stages = radau->taken, a = nodes[1], b = nodes[2];
+    const double ratio = radau->taken_step != 0.0 ? h / radau->taken_step : HUGE_VAL;
+    memset(radau->z, 0, sizeof radau->z);
+    if (!(fabs(ratio) <= MECHC_RADAU_REACH)) return;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double chord = stages[2 * MECHC_NX + i];
+        const double at_a = (stages[i] - a * chord) / (a * (1.0 - a));
+        const double at_b = (stages[MECHC_NX + i] - b * chord) / (b * (1.0 - b));
+        const double slope = (at_b - at_a) / (b - a);
+        for (int stage = 0; stage < MECHC_RADAU_STAGES; stage++) {
+            const double ahead = nodes[stage + 1] * ratio, x = 1.0 + ahead;
+            radau->z[stage * MECHC_NX + i] =
+                ahead * (chord - x * (at_a + (x - a) * slope));
+        }
+    }
+}
+
+/* Is the state where the last attempt ended? */
+MECHC_STATIC int mechc_radau_follows(const mechc_rk_run *run)
+{
+    const mechc_radau *radau = run->implicit;
+    return !run->refused && radau->tried_step != 0.0
+        && fabs(run->head.t - radau->tried_end) <= 1e-9 * fabs(radau->tried_step);
+}
+
+/* The Jacobian at this state, and factors for h, where those at hand do not serve. */
+MECHC_STATIC int mechc_radau_prepare(mechc_rk_run *run, double h, int anew)
+{
+    mechc_radau *radau = run->implicit;
+    if (anew && radau->jacobian_time != run->head.t) {
         const int status = mechc_radau_jacobian(run);
         if (status != MECHC_RUNNING) return status;
+        radau->jacobian_time = run->head.t;
+        radau->factored_step = 0.0;
     }
+    if (radau->factored_step == h) return MECHC_RUNNING;
+    radau->factored_step = 0.0;
     if (!mechc_radau_factor(run, h)) return MECHC_NOT_FINITE;
-    memset(run->implicit->z, 0, sizeof run->implicit->z);
-    return mechc_radau_solve(run, h, end);
+    radau->factored_step = h;
+    return MECHC_RUNNING;
+}
+
+/* All rates of a step: the explicit pairs' mechc_rk_rates, implicitly.  With a Jacobian of an
+ * earlier state where that still serves, else with this one's. */
+MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end)
+{
+    if (!run->implicit) {
+        if (!(run->implicit = calloc(1, sizeof *run->implicit))) return MECHC_NO_MEMORY;
+        run->implicit->jacobian_time = NAN;
+        run->implicit->contraction = 1.0;
+    }
+    mechc_radau *radau = run->implicit;
+    if (mechc_radau_follows(run)) {
+        memcpy(radau->taken, radau->z, sizeof radau->taken);
+        radau->taken_step = radau->tried_step;
+    } else if (!run->refused) {
+        radau->taken_step = 0.0;
+        radau->contraction = 1.0;
+    }
+    radau->tried_step = h;
+    radau->tried_end = run->head.t + h;
+    for (int anew = radau->contraction > MECHC_RADAU_FAST;; anew = 1) {
+        const int prepared = mechc_radau_prepare(run, h, anew);
+        if (prepared != MECHC_RUNNING) return prepared;
+        mechc_radau_predict(radau, run->tableau->nodes, h);
+        const int status = mechc_radau_solve(run, h, end);
+        if (status == MECHC_RUNNING || radau->jacobian_time == run->head.t) return status;
+    }
 }
 
 MECHC_STATIC double mechc_radau_size(const mechc_rk_run *run, const double *end)

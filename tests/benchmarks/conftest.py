@@ -13,6 +13,8 @@ FOLDER = Path(__file__).parents[2] / "benchmarks"
 def module(monkeypatch, tmp_path):
     """A module of the benchmarks by name, writing into a folder of the test's own."""
     monkeypatch.syspath_prepend(str(FOLDER))
+    for name in _namesakes():
+        monkeypatch.delitem(sys.modules, name)
 
     def imported(name):
         found = importlib.import_module(name)
@@ -31,3 +33,9 @@ def _of_the_benchmarks(names):
     """Those of the named modules that lie in the folder."""
     files = {name: getattr(sys.modules[name], "__file__", None) for name in names}
     return [name for name, file in files.items() if file and FOLDER in Path(file).parents]
+
+
+def _namesakes():
+    """Other tests' modules that are called like one of the folder's."""
+    ours = {path.stem for path in FOLDER.iterdir() if path.suffix == ".py" or path.is_dir()}
+    return sorted((ours & set(sys.modules)) - set(_of_the_benchmarks(set(sys.modules))))

@@ -47,6 +47,9 @@ typedef struct {
 /* A collocation polynomial is worth nothing farther ahead. */
 #define MECHC_GAUSS_GROWTH 2.0
 
+/* Conditioning below which rounding counts as it is magnified. */
+#define MECHC_RK_POOR 0.2
+
 /* Errors that rounding near a crossing may leave, in units of each component's scale. */
 #define MECHC_RK_ROUNDING 1e-9
 
@@ -195,6 +198,13 @@ MECHC_STATIC int mechc_rk_rates(mechc_rk_run *run, int first, int last, double h
     return MECHC_RUNNING;
 }
 
+/* Rounding of a state, as a poor conditioning magnifies it. */
+MECHC_STATIC double mechc_rk_digit(const mechc_rk_run *run)
+{
+    const double low = MECHC_NH > 0 ? mechc_max(run->dip.first, MECHC_NARROW) : 1.0;
+    return 2.220446049250313e-16 / (low < MECHC_RK_POOR ? low : 1.0);
+}
+
 /* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
  * times the scale; never less than rounding. */
 MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const double *end)
@@ -202,7 +212,7 @@ MECHC_STATIC double mechc_rk_tolerance(const mechc_rk_run *run, int i, const dou
     const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
     const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
                                              : run->rtol * run->scale[i];
-    return mechc_max(mechc_rk_share(run) * asked, 2.220446049250313e-16 * size);
+    return mechc_max(mechc_rk_share(run) * asked, mechc_rk_digit(run) * size);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */

@@ -43,7 +43,7 @@ from mechc import jit
 from mechc.model import Model
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
-QUICK = (1, 5, 10)
+QUICK = (1, 5, 8)
 SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows}
 COLUMNS = (
     "derive_s",

@@ -103,8 +103,10 @@ SCRIPTS = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if arguments is None else arguments)
-    if given and given[0] in SCRIPTS:
-        return run_script(given[0], given[1:], _results.OUT, None)
+    named = next((k for k, word in enumerate(given) if word in SCRIPTS), len(given))
+    if named < len(given) and "--only" not in given:  # one script, with options of its own
+        before = _options().parse_args(given[:named])
+        return run_script(given[named], given[named + 1 :], before.out.resolve(), None)
     chosen = _options().parse_args(given)
     if chosen.list:
         print("\n".join(f"{name:16s}{script.asks}" for name, script in SCRIPTS.items()))

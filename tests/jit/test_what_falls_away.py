@@ -17,6 +17,7 @@ from sympy import Integer, Symbol
 
 import mechc
 from mechc import cache as kept
+from mechc import jit
 
 NOTHING = Wishes(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to
@@ -31,6 +32,14 @@ def functions(mechanism, wishes):
     """Names of the functions of the program, and its text."""
     text = texts(mechanism, wishes)["scene_program.h"]
     return set(re.findall(r"void FN\((\w+)\)", text)), text
+
+
+@pytest.fixture(scope="module", autouse=True)
+def compiled_for_this_file():
+    """What other files have compiled lies in caches of theirs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(jit, "_compiled", {})
+        yield
 
 
 @cache

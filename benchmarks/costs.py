@@ -29,15 +29,15 @@ from _instructions import NotCountedError, counted
 from _machine import about
 from _processes import least_seconds
 from _scene import write
-from mechc_codegen.emit_c import BASELINE, emit
-from mechc_codegen.extension import optimised
-from mechc_codegen.mechanisms.andrews import andrews
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.four_bar import four_bar
-from mechc_codegen.mechanisms.slider_crank import slider_crank
-from mechc_codegen.mechanisms.windows import windows
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc_codegen.compiler import optimised
+from mechc_codegen.description.source import Settings
+from mechc_codegen.emit.c import BASELINE, emit
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.andrews import andrews
+from mechc_codegen.library.planar.four_bar import four_bar
+from mechc_codegen.library.planar.slider_crank import slider_crank
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 
 NOISE = 1.25  # times a limit of seconds: what a busy machine adds to the least of several runs
 IMPORT, RUN, CALL = 0.15, 0.5, 20.0  # s, s, us

@@ -1,7 +1,7 @@
 """States at 20 s of the library's mechanisms by each method, to the last bit.
 
-    python tools/states.py --out before.json
-    python tools/states.py --against before.json      # exit status 1 where a bit differs
+python tools/states.py --out before.json
+python tools/states.py --against before.json      # exit status 1 where a bit differs
 """
 
 import argparse
@@ -26,7 +26,9 @@ def final_states(names):
             sol = model.simulate(T_END, start, method=method, rtol=1e-8, max_steps=100_000)
             numbers = [sol.t[-1], *sol.y[-1]]
             states[f"{name} {method}"] = [
-                sol.status.name, sol.stats["steps"], *(float(x).hex() for x in numbers)
+                sol.status.name,
+                sol.stats["steps"],
+                *(float(x).hex() for x in numbers),
             ]
             print(name, method, sol.status.name, sol.stats["steps"], flush=True)
     return states

@@ -12,7 +12,8 @@ from pathlib import Path
 import canned_results
 import pytest
 
-from mechc import cli, cli_bench
+from mechc.cli import bench as cli_bench
+from mechc.cli import commands as cli
 from mechc.errors import MechcError
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"

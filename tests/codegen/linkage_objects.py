@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from mechc_codegen.mechanism import (
+from mechc_codegen.description.mechanism import (
     Closure,
     Constraint,
     Coordinate,

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from functools import cache
 
 import mpmath
-from mechc_codegen.derive import derive
-from mechc_codegen.differentiate import differentiate
-from mechc_codegen.equations import Equations
-from mechc_codegen.lower import lower
-from mechc_codegen.mechanism import (
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,
     Mechanism,
@@ -18,8 +17,9 @@ from mechc_codegen.mechanism import (
     Quantity,
     Speed,
 )
-from mechc_codegen.mechanisms import shipped_mechanism
-from mechc_codegen.program import Program, SineCosine
+from mechc_codegen.ir.lower import lower
+from mechc_codegen.ir.program import Program, SineCosine
+from mechc_codegen.library.catalogue import shipped_mechanism
 from sympy import Add, Expr, Mul, Pow, Symbol, cos, exp, lambdify, sin, sqrt, symbols
 from sympy.physics.mechanics import (
     Particle,

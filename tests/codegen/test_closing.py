@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import pytest
-from mechc_codegen.closing import plan_rows
-from mechc_codegen.emit_c import WIDER
-from mechc_codegen.equations import Tree
-from mechc_codegen.extension import _fitting
+from mechc_codegen.compiler import _fitting
+from mechc_codegen.derive.equations import Tree
+from mechc_codegen.emit.c import WIDER
+from mechc_codegen.emit.elimination_order import plan_rows
 
 CHAIN = tuple(range(-1, 9))
 

@@ -10,17 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mechc_codegen.convert import convert
-from mechc_codegen.derive import derive
-from mechc_codegen.differentiate import differentiate
+from mechc_codegen.compiler import build_scene, drop_parameters
+from mechc_codegen.convert.convert import convert
+from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.source import Settings
+from mechc_codegen.description.terms import multiplier
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.extension import build_scene, drop_parameters
-from mechc_codegen.from_sympy import read, readable
-from mechc_codegen.kinematics import coordinate_rates
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
-from mechc_codegen.terms import multiplier
+from mechc_codegen.frontend.read import read, readable
+from mechc_codegen.frontend.scene import Asked, Scene
 from sympy import Function, Symbol, cos, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -325,8 +325,8 @@ def test_weight_has_its_potential_and_a_spring_does_not_pass_for_none() -> None:
 DIGEST = """
 import sys; sys.path.insert(0, {here!r})
 from sympy_objects import four_bar_kane
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.description.source import Settings
 print(Scene(four_bar_kane(), Asked(Settings(defaults={{"rho": 2.0, "g": 9.81}}))).digest)
 """
 

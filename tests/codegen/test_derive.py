@@ -9,12 +9,12 @@ from functools import cache
 import mpmath
 import pytest
 import scenes
-from mechc_codegen.derive import derive
-from mechc_codegen.differentiate import differentiate
-from mechc_codegen.equations import Equations
-from mechc_codegen.lower import lower
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.mechanisms import shipped_mechanism
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.ir.lower import lower
+from mechc_codegen.library.catalogue import shipped_mechanism
 from sympy import Expr, Matrix, cos, diff, hessian, lambdify, sin
 from sympy.physics.mechanics import KanesMethod
 

@@ -16,12 +16,19 @@ import numpy as np
 import pytest
 import scenes
 from mechc_codegen import Build, Mechanism, MechanismError, build_scene
-from mechc_codegen.emit_c import BASELINE
-from mechc_codegen.extension import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
-from mechc_codegen.mechanism import Constraint, Coordinate, Drawing, Parameter, Quantity, Speed
-from mechc_codegen.printer import RealPrinter
-from mechc_codegen.terms import multiplier
-from mechc_codegen.wishes import OPTIONAL, Wishes
+from mechc_codegen.compiler import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
+from mechc_codegen.description.mechanism import (
+    Constraint,
+    Coordinate,
+    Drawing,
+    Parameter,
+    Quantity,
+    Speed,
+)
+from mechc_codegen.description.request import OPTIONAL, Wishes
+from mechc_codegen.description.terms import multiplier
+from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.printer import RealPrinter
 from sympy import (
     Abs,
     E,

@@ -8,8 +8,8 @@ import time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mechc_codegen.description.parser import FUNCTIONS, parse_expression
 from mechc_codegen.errors import ExpressionError
-from mechc_codegen.expression import FUNCTIONS, parse_expression
 from sympy import Float, Integer, Rational, Symbol, cos, pi, sin, sqrt
 
 x, y = Symbol("x"), Symbol("y", real=True)

@@ -7,7 +7,7 @@ from math import acos, cos, hypot, pi, radians, sin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mechc_codegen.mechanisms.four_bar_geometry import (
+from mechc_codegen.library.planar.four_bar_geometry import (
     change_points,
     crank_limits,
     geometry_notes,

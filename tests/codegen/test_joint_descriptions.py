@@ -6,16 +6,16 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
-from mechc_codegen.at_rest import Rest
-from mechc_codegen.convert import convert
-from mechc_codegen.cuts import Cut
+from mechc_codegen.convert.convert import convert
+from mechc_codegen.convert.stationary import Rest
+from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity
+from mechc_codegen.description.source import Settings
 from mechc_codegen.errors import MechanismError
-from mechc_codegen.from_sympy import read
-from mechc_codegen.from_sympy_joints import from_joints
-from mechc_codegen.joints import Joint
-from mechc_codegen.mechanism import Mechanism, Parameter, Quantity
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc_codegen.frontend.read import read
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Symbol, sqrt
 from sympy.physics.mechanics import (
     Force,

@@ -16,12 +16,12 @@ import scenes
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mechc_codegen import build_scene
-from mechc_codegen.equations import Output, Symbols
+from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.errors import InternalError
-from mechc_codegen.optimize import PASSES, optimize
-from mechc_codegen.passes import collect, drop, eliminate_common, fold, hoist, pair
-from mechc_codegen.passes.collect import cost
-from mechc_codegen.program import (
+from mechc_codegen.ir.optimize import PASSES, optimize
+from mechc_codegen.ir.passes import collect, drop, eliminate_common, fold, hoist, pair
+from mechc_codegen.ir.passes.collect import cost
+from mechc_codegen.ir.program import (
     Assign,
     Program,
     SineCosine,

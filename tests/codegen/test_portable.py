@@ -13,12 +13,12 @@ import pytest
 import scenes
 from exact_values import printed
 from mechc_codegen import build_scene
-from mechc_codegen.emit_c import BASELINE
-from mechc_codegen.extension import FLAGS, RUNTIME, STRICT
+from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT
+from mechc_codegen.emit.c import BASELINE
 from test_sanitizers import MAIN, SECONDS, STATES, numbers, reference, with_broken_states
 
 import mechc
-from mechc.policy import METHODS
+from mechc.simulation.settings import METHODS
 
 COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"
 RTOL = 1e-9  # of the program's runs

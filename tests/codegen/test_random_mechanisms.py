@@ -12,15 +12,15 @@ import scenes
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from linkage_objects import by_lagrangian, mechanism
-from mechc_codegen.derive import derive
-from mechc_codegen.differentiate import differentiate
-from mechc_codegen.equations import Equations
-from mechc_codegen.lower import lower
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.optimize import PASSES
-from mechc_codegen.program import Program
-from mechc_codegen.tree.recursion import derive_tree
-from mechc_codegen.wishes import Wishes
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.derive.tree.recursion import derive_tree
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.request import Wishes
+from mechc_codegen.ir.lower import lower
+from mechc_codegen.ir.optimize import PASSES
+from mechc_codegen.ir.program import Program
 from mpmath import mpf
 from random_mechanisms import Linkage, examples, linkages, states, values
 from sympy import Symbol

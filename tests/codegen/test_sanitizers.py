@@ -15,12 +15,12 @@ import pytest
 import scenes
 from exact_values import Array, Reference, printed
 from mechc_codegen import Build, build_scene
-from mechc_codegen.emit_c import InstructionSet
-from mechc_codegen.extension import FLAGS, RUNTIME, STRICT, instruction_sets
+from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT, instruction_sets
+from mechc_codegen.emit.c import InstructionSet
 
 import mechc
-from mechc import toolchain
-from mechc.policy import METHODS
+from mechc.compilation import toolchain
+from mechc.simulation.settings import METHODS
 
 SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O0", "-g1")
 STATES, BROKEN = 203, 4  # no multiple of any number of lanes

@@ -10,14 +10,14 @@ import mpmath
 import numpy as np
 import pytest
 import scenes
-from mechc_codegen import Mechanism, extension
-from mechc_codegen.extension import build_scene
-from mechc_codegen.mechanisms.pendulum import pendulum
-from mechc_codegen.mechanisms.windows import windows
-from mechc_codegen.optimize import optimize
-from mechc_codegen.sensitivity import add_sensitivities
-from mechc_codegen.terms import multiplier
-from mechc_codegen.wishes import USUAL, Wishes
+from mechc_codegen import Mechanism, compiler
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.description.request import USUAL, Wishes
+from mechc_codegen.description.terms import multiplier
+from mechc_codegen.ir.optimize import optimize
+from mechc_codegen.ir.sensitivity import add_sensitivities
+from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.chains.windows import windows
 from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -149,7 +149,7 @@ def test_a_trees_jacobians_are_those_of_the_equations_written_out(
     asked = {"outputs": (*JACOBIANS, own) if own else JACOBIANS}
     made = []
     for least in (speeds, speeds + 1):
-        monkeypatch.setattr(extension, "LEAST_TREE", least)
+        monkeypatch.setattr(compiler, "LEAST_TREE", least)
         made.append(mechc.compile(mechanism, **asked))
     walked, written = made
     rng = np.random.default_rng(4)

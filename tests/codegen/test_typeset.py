@@ -9,9 +9,9 @@ from typing import Any
 from xml.etree import ElementTree
 
 import pytest
-from mechc_codegen.derive import derive
-from mechc_codegen.differentiate import differentiate
-from mechc_codegen.mechanism import (
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,
     Mechanism,
@@ -20,11 +20,11 @@ from mechc_codegen.mechanism import (
     Speed,
     printed_name,
 )
-from mechc_codegen.mechanisms import shipped_mechanism
-from mechc_codegen.typeset import Derivation, derivation, html_page, latex_document
-from mechc_codegen.typeset_angles import join_angles
-from mechc_codegen.typeset_boxes import layout, name
-from mechc_codegen.typeset_markup import html_text, latex, latex_text, mathml
+from mechc_codegen.library.catalogue import shipped_mechanism
+from mechc_codegen.typeset.angle_sums import join_angles
+from mechc_codegen.typeset.boxes import layout, name
+from mechc_codegen.typeset.markup import html_text, latex, latex_text, mathml
+from mechc_codegen.typeset.page import Derivation, derivation, html_page, latex_document
 from sympy import (
     Derivative,
     Float,

@@ -1,6 +1,6 @@
 """The smallest mechanism there is, quick to compile, with names and numbers of one's choice."""
 
-from mechc_codegen.mechanism import Coordinate, Mechanism, Parameter, Quantity, Speed
+from mechc_codegen.description.mechanism import Coordinate, Mechanism, Parameter, Quantity, Speed
 from sympy import Function, Symbol
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, dynamicsymbols
 

@@ -11,8 +11,8 @@ import mechc
 
 AGAIN = """
 import sys, numpy as np
-from mechc.batch_recipe import Assembly
-from mechc.jit import compiled_before
+from mechc.batch.spec import Assembly
+from mechc.compilation.on_demand import compiled_before
 model = compiled_before(sys.argv[1], "odd")
 batch = model.simulate_batch(1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
 print(batch.y.tobytes().hex())

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mechc import cache
+from mechc.compilation import cache
 from mechc.errors import CacheError
 
 KEY = "0123456789abcdef" * 4

@@ -13,9 +13,10 @@ import pytest
 from pendulums import pendulum
 
 import mechc
-from mechc import cache, jit, toolchain
+from mechc.compilation import cache, toolchain
+from mechc.compilation import on_demand as jit
+from mechc.compilation.pending import Pending
 from mechc.errors import CompilerError, MechcError, UnknownNameError
-from mechc.first import Pending
 
 HERE = Path(__file__).parent
 
@@ -127,7 +128,7 @@ def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
 RUN = """
 import sys; sys.path.insert(0, {here!r})
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from pendulums import pendulum
 made = []
 inner = jit._make
@@ -309,7 +310,7 @@ def test_a_file_whose_mechanism_is_not_at_hand_is_opened_with_it(hostile, fresh,
 def test_emission_is_the_same_text_whatever_the_hash_seed():
     script = (
         f"import sys; sys.path.insert(0, {str(HERE)!r})\n"
-        "from pendulums import pendulum; from mechc_codegen.extension import build_scene\n"
+        "from pendulums import pendulum; from mechc_codegen.compiler import build_scene\n"
         "print(sorted(build_scene(pendulum()).texts.items()))"
     )
     texts = {

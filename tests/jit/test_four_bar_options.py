@@ -9,8 +9,8 @@ from sympy import Float, Heaviside, sin
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc import jit
-from mechc.cli import main
+from mechc.cli.commands import main
+from mechc.compilation import on_demand as jit
 from mechc.errors import MechcError
 
 REGULAR = {"l_3": 3.5}

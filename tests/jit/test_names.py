@@ -17,7 +17,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from mechc.errors import MechcError
 
 t = dynamicsymbols._t
@@ -240,7 +240,7 @@ def test_names_made_to_look_like_other_expressions_are_other_scenes(rates_alone)
     """What is written down for the key cannot be forged by a name."""
 
     def digest(*expressions):
-        from mechc_codegen.walk import Walk
+        from mechc_codegen.convert.fingerprint import Walk
 
         text = Walk(ReferenceFrame("N"))
         for expression in expressions:
@@ -290,8 +290,8 @@ def test_what_is_no_name_is_refused(name):
 
 
 def test_every_output_of_mechcs_own_is_reserved():
-    from mechc_codegen.metadata import OUTPUTS
-    from mechc_codegen.wishing import RESERVED
+    from mechc_codegen.emit.metadata import OUTPUTS
+    from mechc_codegen.frontend.read_request import RESERVED
 
     model = mechc.load("four_bar")
     assert set(model._scene.outputs) <= RESERVED

@@ -12,10 +12,10 @@ import pytest
 from first_units import NeverBehind
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from mechc_codegen import extension
+from mechc_codegen import compiler
 
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "codegen"))
 from linkage_objects import formed, mechanism, system
@@ -28,10 +28,10 @@ BY_LINKS, WRITTEN_OUT = 1, 99  # the least number of speeds that are derived lin
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # central differences
 
 
-def compiled(thing: Any, least_tree: int = extension.LEAST_TREE, **asked: Any) -> mechc.Model:
+def compiled(thing: Any, least_tree: int = compiler.LEAST_TREE, **asked: Any) -> mechc.Model:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(jit, "Pending", NeverBehind)
-        patch.setattr(extension, "LEAST_TREE", least_tree)
+        patch.setattr(compiler, "LEAST_TREE", least_tree)
         return mechc.compile(thing, outputs=OUTPUTS, **asked)
 
 

@@ -11,7 +11,7 @@ from sympy import cos, symbols
 from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pendulum_on_cart
 
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 
 STATES = 3
 

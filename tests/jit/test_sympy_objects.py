@@ -10,7 +10,8 @@ from sympy import Symbol, sin
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc import cache, jit
+from mechc.compilation import cache
+from mechc.compilation import on_demand as jit
 from mechc.errors import MissingParameterError, UnavailableOutputError
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "codegen"))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mechc import toolchain
+from mechc.compilation import toolchain
 from mechc.errors import CompilerError
 
 

@@ -19,7 +19,9 @@ import pytest
 from pendulums import pendulum
 
 import mechc
-from mechc import cache, cache_folder, jit, toolchain
+from mechc.compilation import cache, toolchain
+from mechc.compilation import cache_security as cache_folder
+from mechc.compilation import on_demand as jit
 from mechc.errors import CacheError, CacheWarning, CompilerError
 
 HERE = Path(__file__).parent
@@ -66,7 +68,7 @@ def compiler_script(folder, body):
 RUN = """
 import sys, warnings; sys.path.insert(0, {here!r})
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from pendulums import pendulum
 class NeverBehind:
     def __init__(self, make, at_once):
@@ -115,7 +117,7 @@ def test_processes_at_once_derive_and_compile_once(fresh):
 KANE = """
 import sys; sys.path[:0] = [{here!r}, {codegen!r}]
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from sympy_objects import four_bar_kane
 class NeverBehind:
     def __init__(self, make, at_once):

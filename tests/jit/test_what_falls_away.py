@@ -7,17 +7,17 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from mechc_codegen.emit_c import BASELINE
-from mechc_codegen.extension import build_scene, equations_of, operations_of_all
-from mechc_codegen.mechanisms import shipped_mechanism
-from mechc_codegen.mechanisms.chains import planar_chain, spatial_chain
-from mechc_codegen.mechanisms.heavy_top import heavy_top
-from mechc_codegen.wishes import EVERYTHING, Wishes
+from mechc_codegen.compiler import build_scene, equations_of, operations_of_all
+from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.library.catalogue import shipped_mechanism
+from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 from sympy import Integer, Symbol
 
 import mechc
-from mechc import cache as kept
-from mechc import jit
+from mechc.compilation import cache as kept
+from mechc.compilation import on_demand as jit
 
 NOTHING = Wishes(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
+from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 
 DATA = Path(__file__).parents[2] / "benchmarks" / "data"
 PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))

@@ -5,13 +5,13 @@ import pickle
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms import SHIPPED, shipped_mechanism
+from mechc_codegen.library.catalogue import SHIPPED, shipped_mechanism
 
 import mechc
-from mechc.cli import main
-from mechc.default_start import filled_start
-from mechc.jit import beyond_default
-from mechc.library import LIBRARY
+from mechc.assembly.initial_values import filled_start
+from mechc.cli.commands import main
+from mechc.compilation.catalogue import LIBRARY
+from mechc.compilation.on_demand import beyond_default
 
 COMPILED = [name for name in LIBRARY if name != "bicycle"]  # whose C takes longest: see below
 SIZED = {"pendulum": ("links", 5), "windows": ("count", 3), "planar_chain": ("links", 7),

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.chains import closed_chain
-from mechc_codegen.mechanisms.windows import windows
+from mechc_codegen.library.chains.rods import closed_chain
+from mechc_codegen.library.chains.windows import windows
 
 import mechc
 

@@ -9,20 +9,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy
-from mechc_codegen.mechanisms.andrews import andrews
-from mechc_codegen.mechanisms.car_axis import car_axis
-from mechc_codegen.mechanisms.chains import closed_chain, planar_chain, spatial_chain
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.heavy_top import heavy_top
-from mechc_codegen.mechanisms.pendulum import pendulum
-from mechc_codegen.mechanisms.redundant import spatial, two_rockers
-from mechc_codegen.mechanisms.rigid_body import rigid_body
-from mechc_codegen.mechanisms.slider_crank import slider_crank
-from mechc_codegen.mechanisms.windows import windows
+from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.chains.rods import closed_chain, planar_chain, spatial_chain
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.andrews import andrews
+from mechc_codegen.library.planar.car_axis import car_axis
+from mechc_codegen.library.planar.redundant import spatial, two_rockers
+from mechc_codegen.library.planar.slider_crank import slider_crank
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+from mechc_codegen.library.spatial.heavy_top import heavy_top
+from mechc_codegen.library.spatial.rigid_body import rigid_body
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc import jit, toolchain
+from mechc.compilation import on_demand as jit
+from mechc.compilation import toolchain
 from mechc.errors import CompilerError, MechcError, UnknownNameError, ValueOutOfBoundsError
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "codegen"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from mechanisms.jointed import CHAIN, PINS, chain, four_bar, rod, spatial_four_bar, tree
-from mechc_codegen import extension
+from mechc_codegen import compiler
 from sympy import Symbol
 from sympy.physics.mechanics import (
     LinearPathway,
@@ -134,9 +134,9 @@ def both_routes():
     mechanism = tree(3, 3)
     walked = mechc.compile(mechanism, outputs=ASKED)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(extension, "LEAST_TREE", 99)
+        patch.setattr(compiler, "LEAST_TREE", 99)
         written = mechc.compile(mechanism, outputs=ASKED)
-    assert extension.equations_of(mechanism).tree is not None
+    assert compiler.equations_of(mechanism).tree is not None
     return walked, written
 
 

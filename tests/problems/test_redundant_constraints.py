@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.redundant import spatial, two_rockers
+from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
 

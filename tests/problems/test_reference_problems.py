@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.andrews import ANGLES
+from mechc_codegen.library.planar.andrews import ANGLES
 
 import mechc
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mechc_codegen.mechanisms.windows import windows
+from mechc_codegen.library.chains.windows import windows
 
 import mechc
 

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from fake_linkage import FakeChangePoint, FakeSolution
 
-from mechc import animate
 from mechc.errors import ValueOutOfBoundsError
+from mechc.results import animation as animate
 
 EVIL = "</script><img src=x onerror=alert(1)>\u2028'\"&${x}$x"
 

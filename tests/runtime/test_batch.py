@@ -274,7 +274,7 @@ def test_a_guess_chooses_the_assembly(model, method):
 
 
 def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch, method):
-    from mechc import batch
+    from mechc.batch import simulate as batch
 
     params, start = regular
     looks = itertools.count()

@@ -86,7 +86,7 @@ def test_a_folder_of_other_things_is_left_alone(model, start, tmp_path):
 
 
 def test_ctrl_c_leaves_a_folder_that_goes_on(model, start, tmp_path, monkeypatch):
-    from mechc import batch
+    from mechc.batch import simulate as batch
 
     def interrupt(self, done):
         if done > 10:

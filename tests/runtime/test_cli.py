@@ -9,9 +9,11 @@ import sys
 import numpy as np
 import pytest
 
-from mechc import cli, mechanisms, plot
-from mechc.cli import main
+from mechc import mechanisms
+from mechc.cli import commands as cli
+from mechc.cli.commands import main
 from mechc.progress import Notice
+from mechc.results import figures as plot
 
 KEYS = {
     "mechanism", "t_end", "rtol", "method", "q_end", "u_end", "energy_drift", "closure_max",
@@ -92,13 +94,13 @@ def test_a_run_prints_a_summary_and_writes_pictures_animation_and_data(capsys, h
 
 
 def test_the_folder_is_named_after_the_mechanism(capsys, here, monkeypatch):
-    monkeypatch.setattr("mechc.plot.save_all", lambda sol, folder: [])
+    monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
     assert main([*REGULAR, "--t-end", "0.1"]) == 0
     assert {path.name for path in (here / "mechc_four_bar").iterdir()} == DATA
 
 
 def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, monkeypatch):
-    monkeypatch.setattr("mechc.plot.save_all", lambda sol, folder: [])
+    monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
     told = run_json(capsys, *REGULAR, "--t-end", "0.1", "--out", "out")
     assert told["status"] == "finished"
     assert {path.name for path in (here / "out").iterdir()} == DATA
@@ -106,7 +108,7 @@ def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, mon
 
 def test_the_browser_is_opened_on_a_desktop_only(monkeypatch):
     opened = []
-    monkeypatch.setattr("mechc.plot.save_all", lambda sol, folder: [])
+    monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
     monkeypatch.setattr(cli.webbrowser, "open", opened.append)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)

@@ -9,7 +9,7 @@ import time
 import pytest
 
 import mechc
-from mechc.cli import main
+from mechc.cli.commands import main
 from mechc.model import Model
 
 RUN = ("run", "four_bar", "--json")
@@ -162,13 +162,16 @@ def test_a_run_that_ends_early_is_reported_and_fails(capsys, monkeypatch):
 
 DRAWS_NOTHING = """\
 import sys
-from mechc import cli, plot
+from mechc.cli import commands as cli
+from mechc.results import figures as plot
 plot.save_all = lambda sol, folder: (folder / "drawn").touch()
 sys.exit(cli.main())
 """
 
 
-def process(*arguments, program="import sys; from mechc.cli import main; sys.exit(main())"):
+def process(
+    *arguments, program="import sys; from mechc.cli.commands import main; sys.exit(main())"
+):
     return subprocess.Popen(
         [sys.executable, "-c", program, *arguments],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,

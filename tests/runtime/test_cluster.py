@@ -47,7 +47,7 @@ def test_a_cluster_returns_the_same_arrays(model, client, tmp_path):
 
 def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
     """Killed after the first chunk came back, with others under way."""
-    from mechc import batch
+    from mechc.batch import simulate as batch
 
     arguments, options = request(1200, 3.0)
     killed = []
@@ -68,7 +68,7 @@ def test_what_travels_is_a_description(model):
     """No compiled object and no code: a name, options, numbers."""
     import pickle
 
-    from mechc.cluster import described
+    from mechc.batch.cluster import described
 
     place = described(model)
     assert place == {
@@ -78,7 +78,7 @@ def test_what_travels_is_a_description(model):
 
 
 def test_a_scene_that_is_not_in_the_cache_is_refused(model):
-    from mechc.jit import compiled_before
+    from mechc.compilation.on_demand import compiled_before
 
     with pytest.raises(mechc.MechcError, match="not in the cache"):
         compiled_before("0" * 64, "mine")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.status import CODES, status_of
+from mechc.simulation.status import CODES, status_of
 
 
 def test_a_run_that_uses_up_its_steps_says_so_and_can_be_continued(model, regular, sol):

@@ -8,7 +8,7 @@ import pytest
 
 import mechc
 from mechc.errors import ValueOutOfBoundsError
-from mechc.events import EventFinder
+from mechc.simulation.events import EventFinder
 
 PARAMS = {"l_3": 3.5}
 HALF_PERIOD = 1.6607240639610833  # from the quadrature of the regular four-bar

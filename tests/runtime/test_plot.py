@@ -15,8 +15,10 @@ import numpy as np
 import pytest
 from fake_linkage import FakeChangePoint, FakeModel, FakeSolution
 
-from mechc import panels, plot, view
 from mechc.errors import MechcError, MissingPackageError
+from mechc.results import figures as plot
+from mechc.results import panels
+from mechc.results import sampling as view
 
 HOSTILE = (
     "</script><b>", "$\\frac", "_hidden", 'say "hi" & \'bye\'', "two\nlines", "\u202eeman", "名前",

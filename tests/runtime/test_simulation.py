@@ -15,7 +15,7 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.simulate import simulate
+from mechc.simulation.simulate import simulate
 
 METHODS = ("dopri5", "dop853")
 

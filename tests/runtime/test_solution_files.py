@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc import report, storage
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.results import files as storage
+from mechc.results import summary as report
 
 NAMES = ("theta_0", "theta_1", "theta_2", "omega_0", "omega_1", "omega_2")
 HOSTILE = (

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.cli import main
-from mechc.sweep import plan, read_variation, run_sweep
-from mechc.sweep_plot import draw_map
+from mechc.batch.sweep import plan, read_variation, run_sweep
+from mechc.batch.sweep_maps import draw_map
+from mechc.cli.commands import main
 
 GRID = ("sweep", "four_bar", "--vary", "l_3=3.8:4.2:3", "--vary", "theta_0=60deg:120deg:4",
         "--t-end", "1", "--method", "gauss8", "--reduce", "max(theta_2)")  # fmt: skip

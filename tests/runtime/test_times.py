@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.policy import _plainly_inside, _snapped, checked_times
+from mechc.simulation.settings import _plainly_inside, _snapped, checked_times
 
 SPAN = (-0.25, 3.0)
 SLACK = 8 * math.ulp(3.0)

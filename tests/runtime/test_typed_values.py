@@ -5,8 +5,8 @@ import math
 import pytest
 
 from mechc.errors import MechcError
-from mechc.parameters import Quantity
-from mechc.typed import read_seconds, read_value, split_assignment
+from mechc.system.parameters import Quantity
+from mechc.system.units import read_seconds, read_value, split_assignment
 
 
 def quantity(unit):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from mechc_codegen.cuts import Cut
-from mechc_codegen.from_sympy_joints import from_joints
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Symbol, symbols
 from sympy.physics.mechanics import (
     PinJoint,

@@ -22,7 +22,7 @@ from mechc_codegen.derive.kane import derive
 from mechc_codegen.derive.tree.frames import NotATreeError
 from mechc_codegen.derive.tree.recursion import derive_tree
 from mechc_codegen.description.mechanism import Mechanism, Parameter
-from mechc_codegen.description.request import EVERYTHING, USUAL, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
 from mechc_codegen.emit.c import BASELINE, WIDER, InstructionSet, emit
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.numpy import Listing, emit_numpy
@@ -94,15 +94,15 @@ class Optimised:
 def build_scene(
     mechanism: Mechanism,
     sets: tuple[InstructionSet, ...] | None = None,
-    wishes: Wishes = EVERYTHING,
+    request: OutputRequest = DEFAULT_REQUEST,
 ) -> Build:
     """Derive, optimise and emit a mechanism; nothing is compiled yet."""
     sets = instruction_sets() if sets is None else sets
     seconds: dict[str, float] = {}
-    made = optimised(mechanism, wishes, seconds)
+    made = optimised(mechanism, request, seconds)
     told = (made.program, made.equations, made.metadata)
     sets = tuple(_fitting(each, made.equations) for each in sets)
-    texts = _timed(seconds, "emit", lambda: emit(*told, sets, wishes))
+    texts = _timed(seconds, "emit", lambda: emit(*told, sets, request))
     texts["scene.pyx"] = (files("mechc_codegen.emit") / "templates" / "scene.pyx.in").read_text(
         "utf-8"
     )
@@ -121,53 +121,53 @@ def _fitting(chosen: InstructionSet, equations: Equations) -> InstructionSet:
 
 
 def build_listing(
-    mechanism: Mechanism, wishes: Wishes = EVERYTHING
+    mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST
 ) -> tuple[Listing, dict[str, float]]:
     """The same for machines without a C compiler; with the seconds that each stage took."""
     seconds: dict[str, float] = {}
-    made = optimised(mechanism, wishes, seconds)
+    made = optimised(mechanism, request, seconds)
     told = (made.program, made.equations, made.metadata)
-    return _timed(seconds, "emit", lambda: emit_numpy(*told, wishes)), seconds
+    return _timed(seconds, "emit", lambda: emit_numpy(*told, request)), seconds
 
 
-def optimised(mechanism: Mechanism, wishes: Wishes, seconds: dict[str, float]) -> Optimised:
+def optimised(mechanism: Mechanism, request: OutputRequest, seconds: dict[str, float]) -> Optimised:
     """Derive, differentiate, lower and optimise."""
-    equations = _timed(seconds, "derive", lambda: equations_of(mechanism, wishes))
+    equations = _timed(seconds, "derive", lambda: equations_of(mechanism, request))
     equations = _timed(seconds, "differentiate", lambda: differentiate(equations))
-    parameters, equations = drop_parameters(mechanism, equations, wishes)
+    parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
     optimized = _timed(seconds, "optimize", lambda: optimize(lowered))
-    program = _timed(seconds, "sensitivity", lambda: add_sensitivities(optimized, wishes))
-    told = scene_metadata(mechanism, parameters, (lowered, program), equations, wishes)
+    program = _timed(seconds, "sensitivity", lambda: add_sensitivities(optimized, request))
+    told = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
     return Optimised(equations, program, json.dumps(told, sort_keys=True))
 
 
-def operations_of_all(mechanism: Mechanism, wishes: Wishes) -> dict[str, Any]:
+def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
     """What :func:`operation_counts` says with nothing fixed and every usual output.
 
     As a whole derivation takes; outputs that the mechanism cannot give are left out.
     """
-    everything = Wishes(wishes.outputs | frozenset(USUAL), {}, wishes.expressions)
+    everything = OutputRequest(request.outputs | frozenset(USUAL), {}, request.expressions)
     try:
         made = optimised(mechanism, everything, {})
     except (CodegenError, ValueError):  # positions that are not known
-        made = optimised(mechanism, replace(wishes, fixed={}), {})
+        made = optimised(mechanism, replace(request, fixed={}), {})
     found: dict[str, Any] = json.loads(made.metadata)["operations"]
     return found
 
 
-def equations_of(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+def equations_of(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Link by link where that pays and the description allows it; else written out."""
     if len(mechanism.speeds) >= LEAST_TREE:
         try:
-            return derive_tree(mechanism, wishes)
+            return derive_tree(mechanism, request)
         except NotATreeError:
             pass
-    return derive(mechanism, wishes)
+    return derive(mechanism, request)
 
 
 def drop_parameters(
-    mechanism: Mechanism, equations: Equations, wishes: Wishes
+    mechanism: Mechanism, equations: Equations, request: OutputRequest
 ) -> tuple[tuple[Parameter, ...], Equations]:
     """The parameters less those that are fixed, and those without a value that nothing uses."""
     symbols = equations.symbols.parameters
@@ -178,7 +178,7 @@ def drop_parameters(
     kept = [
         i
         for i, parameter in enumerate(mechanism.parameters)
-        if parameter.symbol not in wishes.fixed
+        if parameter.symbol not in request.fixed
         and (parameter.default is not None or symbols[i] in used)
     ]
     left = replace(

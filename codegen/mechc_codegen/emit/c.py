@@ -15,7 +15,7 @@ from string import Template
 from sympy import Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.layout import (
     INTERNAL,
     JACOBIANS,
@@ -67,10 +67,10 @@ def emit(
     equations: Equations,
     metadata: str,
     sets: Sequence[InstructionSet],
-    wishes: Wishes = EVERYTHING,
+    request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, str]:
     """File name -> text of everything that is compiled for one scene."""
-    emitter = _Emitter(program, equations, wishes)
+    emitter = _Emitter(program, equations, request)
     texts = {
         "scene_sizes.h": emitter.sizes(),
         "scene_program.h": emitter.program_text(),
@@ -86,8 +86,8 @@ def emit(
 class _Emitter:
     """The texts of one program."""
 
-    def __init__(self, program: Program, equations: Equations, wishes: Wishes) -> None:
-        self.program, self.equations, self.wishes = program, equations, wishes
+    def __init__(self, program: Program, equations: Equations, request: OutputRequest) -> None:
+        self.program, self.equations, self.request = program, equations, request
         self.printer = RealPrinter()
         self.printed: dict[tuple[Symbol, ...], Line] = {}
         self.outputs = {o.name: o for o in program.outputs}
@@ -136,7 +136,7 @@ class _Emitter:
             "state_jacobian": int("residual_by_state" in self.outputs),
             "parameter_jacobian": int("residual_by_parameters" in self.outputs),
             "input_jacobian": int("residual_by_inputs" in self.outputs),
-            "own": len(self.wishes.expressions),
+            "own": len(self.request.expressions),
             "multipliers": int(rows > 0 and self._uses_multipliers(bool(jacobians))),
         }
         return _template("scene_sizes.h.in").substitute(values)
@@ -150,20 +150,20 @@ class _Emitter:
     def _uses_multipliers(self, jacobians: bool) -> bool:
         """Whether any output is made of them; the motion itself is solved without."""
         solved = any(self._needs_motion(o) for o in self._listed())
-        return jacobians or solved or self.wishes.wants("multipliers")
+        return jacobians or solved or self.request.includes("multipliers")
 
     def _output_list(self, rows: int) -> str:
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
         explicit = [o for o in self._listed() if not self._needs_motion(o)]
         entries = [(o.name, len(o.elements)) for o in explicit] + [("rates", size)]
         entries += self.layout.solved
-        if rows and self.wishes.wants("multipliers"):
+        if rows and self.request.includes("multipliers"):
             entries.append(("multipliers", rows))
         entries += self._jacobians(size)
         return self._entries(entries)
 
     def _jacobians(self, size: int) -> list[tuple[str, int]]:
-        found, own = list[tuple[str, int]](), len(self.wishes.expressions)
+        found, own = list[tuple[str, int]](), len(self.request.expressions)
         columns = (size, len(self.program.symbols.parameters), len(self.inputs))
         for (name, (residual, *_)), width in zip(JACOBIANS.items(), columns, strict=True):
             if residual in self.outputs:
@@ -179,7 +179,7 @@ class _Emitter:
     def _entries(self, outputs: Iterable[tuple[str, int]]) -> str:
         """Label, what the user calls it, width."""
         return " \\\n".join(
-            f"    X({label}, {_in_one_line(self.wishes.name_of(label))}, {width})"
+            f"    X({label}, {_in_one_line(self.request.name_of(label))}, {width})"
             for label, width in outputs
         )
 

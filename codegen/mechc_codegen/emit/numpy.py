@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from sympy import Symbol
 
 from mechc_codegen.derive.equations import Equations, Output, Tree
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.layout import (
     INTERNAL,
     JACOBIANS,
@@ -70,7 +70,7 @@ class Listing:
 
 
 def emit_numpy(
-    program: Program, equations: Equations, metadata: str, wishes: Wishes = EVERYTHING
+    program: Program, equations: Equations, metadata: str, request: OutputRequest = DEFAULT_REQUEST
 ) -> Listing:
     """The functions of one scene.
 
@@ -84,12 +84,12 @@ def emit_numpy(
             "inputs that are given with a run need compiled code: with backend='numpy' say what "
             "each is with inputs={name: expression}"
         )
-    return _Emitter(program, equations, wishes).listing(metadata)
+    return _Emitter(program, equations, request).listing(metadata)
 
 
 class _Emitter:
-    def __init__(self, program: Program, equations: Equations, wishes: Wishes) -> None:
-        self.program, self.equations, self.wishes = program, equations, wishes
+    def __init__(self, program: Program, equations: Equations, request: OutputRequest) -> None:
+        self.program, self.equations, self.request = program, equations, request
         self.printer = NumpyPrinter()
         self.outputs = {o.name: o for o in program.outputs}
         self.layout = layout(equations, self.outputs)
@@ -109,7 +109,7 @@ class _Emitter:
             self.text(), metadata, len(symbols.q), len(symbols.u), equations.holonomic,
             equations.holonomic + equations.nonholonomic, len(symbols.parameters),
             len(self.constants), len(self.saved),
-            {label: self.wishes.name_of(label) for label in self.wishes.expressions},
+            {label: self.request.name_of(label) for label in self.request.expressions},
             equations.identity_kinematics,
             self._lengths(self.layout.configuration), self._lengths(self.layout.motion),
             {o.name: (f"output_{k}", len(o.elements)) for k, o in enumerate(self._asked())},
@@ -129,7 +129,7 @@ class _Emitter:
 
     def _solved(self) -> list[str]:
         rows = self.equations.holonomic + self.equations.nonholonomic
-        multipliers = ["multipliers"] if rows and self.wishes.wants("multipliers") else []
+        multipliers = ["multipliers"] if rows and self.request.includes("multipliers") else []
         jacobians = [
             name
             for jacobian, (of_motion, of_own, _) in JACOBIANS.items()

@@ -80,11 +80,11 @@ def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, A
 def _shipped_as_asked(
     name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
 ) -> tuple[Any, Any]:
-    from mechc_codegen.frontend.read_request import wishes_of
+    from mechc_codegen.frontend.read_request import read_request
 
     mechanism = _shipped(name, options)
     outputs = tuple(asked["outputs"]) if "outputs" in asked else None
-    return mechanism, wishes_of(mechanism, asked.get("fix", {}), outputs, of_object=False)
+    return mechanism, read_request(mechanism, asked.get("fix", {}), outputs, of_object=False)
 
 
 def shipped_without_c(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
@@ -105,8 +105,8 @@ def _without_c(described: Described, build: dict[str, Any]) -> Model:
 
     seconds: dict[str, float] = dict(build.get("seconds", {}))
     described = lru_cache(described)
-    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
-    listing, stages = _compiler_errors(lambda: build_listing(mechanism, wishes))
+    mechanism, request = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    listing, stages = _compiler_errors(lambda: build_listing(mechanism, request))
     scene = _timed(seconds, "load", lambda: NumpyScene(listing))
     told = {**build, "backend": "numpy", "seconds": seconds | stages}
     return Model(None, build=told, scene=scene, whole=lambda: _operations_of_all(described))
@@ -171,8 +171,8 @@ def _scene(
     outputs: Iterable[Any] | None,
     **settings: Any,
 ) -> Any:
-    from mechc_codegen.description.source import Settings
-    from mechc_codegen.frontend.scene import Asked, Scene, compilable
+    from mechc_codegen.description.source import ConversionSettings
+    from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
 
     if not compilable(thing):
         raise TypeError(
@@ -183,7 +183,9 @@ def _scene(
     if "states" in given:
         given["states"] = _rates(given["states"])
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+    return CompileRequest(
+        thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
+    )
 
 
 def _rates(states: Any) -> dict[Any, Any]:
@@ -277,8 +279,8 @@ def _built(described: Described) -> Any:
     from mechc_codegen.compiler import build_scene
 
     seconds: dict[str, float] = {}
-    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
-    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+    mechanism, request = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),), request))
     return replace(scene, seconds=seconds | scene.seconds)
 
 

@@ -29,9 +29,10 @@ from _instructions import NotCountedError, counted
 from _machine import about
 from _processes import least_seconds
 from _scene import write
-from mechc_codegen.compiler import optimised
+from mechc_codegen.compiler import Stopwatch, optimised
 from mechc_codegen.description.source import ConversionSettings
-from mechc_codegen.emit.c import BASELINE, emit
+from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.instruction_sets import BASELINE
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
@@ -192,7 +193,7 @@ def operations() -> Iterator[dict[str, Any]]:
         described, request = CompileRequest(
             mechanism(), CompileOptions(ConversionSettings(), {}, ())
         ).described()
-        made = optimised(described, request, {})
+        made = optimised(described, request, Stopwatch())
         texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
         counts = json.loads(made.metadata)["operations"]
         for what, value, unit in (

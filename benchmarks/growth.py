@@ -33,7 +33,8 @@ from _machine import about
 from _scene import OUT, write
 from _windows import first_upright, upright_start
 from mechc.native._driver import capsule_of
-from mechc_codegen.compiler import build_scene, equations_of
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
@@ -102,7 +103,7 @@ def measure(name: str, size: int) -> dict[str, Any]:
     mechanism, request = CompileRequest(
         SCENES[name](size), CompileOptions(ConversionSettings(), {}, ())
     ).described()
-    _, derive = spent(lambda: equations_of(mechanism, request))
+    _, derive = spent(lambda: derive_equations(mechanism, request))
     build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), request))
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: jit._make_first(build, Path(folder)))

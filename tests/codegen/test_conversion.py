@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from mechc_codegen.compiler import build_scene, drop_parameters
+from mechc_codegen.compiler import build_scene
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.source import ConversionSettings

@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 import scenes
 from mechc_codegen import Build, Mechanism, MechanismError, build_scene
-from mechc_codegen.compiler import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
 from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,
@@ -27,8 +26,10 @@ from mechc_codegen.description.mechanism import (
 )
 from mechc_codegen.description.request import OPTIONAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.extension.build import signature
+from mechc_codegen.extension.flags import FIRST_FLAGS, FLAGS, RUNTIME, STRICT
 from sympy import (
     Abs,
     E,

@@ -13,8 +13,8 @@ import pytest
 import scenes
 from exact_values import printed
 from mechc_codegen import build_scene
-from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 from test_sanitizers import MAIN, SECONDS, STATES, numbers, reference, with_broken_states
 
 import mechc

@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from mechc_codegen.compiler import build_scene, equations_of, operations_of_all
+from mechc_codegen.compiler import build_scene, operations_of_all
+from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.instruction_sets import BASELINE
 from mechc_codegen.library.catalogue import shipped_mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top
@@ -126,11 +127,13 @@ def test_rates_that_are_the_speeds_are_not_written():
 
 def test_a_plane_has_no_third_dimension():
     """Links move by three numbers instead of six; what points out of the plane is zero."""
-    flat, solid = (equations_of(chain(8), NOTHING) for chain in (planar_chain, spatial_chain))
+    flat, solid = (derive_equations(chain(8), NOTHING) for chain in (planar_chain, spatial_chain))
     sizes = [[len(e.outputs[n].elements) for n in ("tree_subspace", "tree_inertia", "tree_wrench")]
              for e in (flat, solid)]  # fmt: skip
     assert sizes == [[8 * 3, 8 * 4, 8 * 3], [8 * 6, 8 * 10, 8 * 6]]
-    told = equations_of(planar_chain(8), OutputRequest(frozenset({"momenta", "points"}))).outputs
+    told = derive_equations(
+        planar_chain(8), OutputRequest(frozenset({"momenta", "points"}))
+    ).outputs
     for name in ("points", "point_velocities", "linear_momenta"):
         assert set(told[name].elements[2::3]) == {0}, name
     assert set(told["angular_momenta"].elements[0::3]) == {0}

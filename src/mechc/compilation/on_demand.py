@@ -256,7 +256,7 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
 
 def _compile(described: Described, build: dict[str, Any]) -> Model:
     """Derive and emit; the texts name the cache entry."""
-    from mechc_codegen.compiler import signature
+    from mechc_codegen.extension.build import signature
 
     started, described = time.perf_counter(), lru_cache(described)
     scene = _built(described)
@@ -399,7 +399,7 @@ def _compiler_errors(run: Any) -> Any:
 
 def _native() -> Any:
     """This processor's own instruction set; the binary stays in the user's cache."""
-    from mechc_codegen.emit.c import InstructionSet
+    from mechc_codegen.emit.instruction_sets import InstructionSet
 
     shipped = load("four_bar")._scene
     flags = ["-march=native"] if shipped.instruction_set != "baseline" else []
@@ -424,7 +424,7 @@ def _processor() -> str:
 
 def _make_first(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FIRST_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import FIRST_FLAGS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
@@ -436,7 +436,7 @@ def _make_first(scene: Any, folder: Path) -> None:
 
 def _make(scene: Any, folder: Path) -> None:
     """Write, compile and link one scene into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FLAGS, RUNTIME, SHARED
+    from mechc_codegen.extension.flags import FLAGS, RUNTIME, SHARED
 
     work = folder / "work"
     scene.write(work)

@@ -32,7 +32,7 @@ MAIN = r"""
 #include <stdlib.h>
 #include <string.h>
 #include "scene_sizes.h"
-#include "model.h"
+#include "abi/model.h"
 
 extern const mechc_model mechc_scene;
 

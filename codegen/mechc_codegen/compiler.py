@@ -196,7 +196,7 @@ def instruction_sets() -> tuple[InstructionSet, ...]:
 
 def runtime_headers() -> list[str]:
     """Every header that generated code includes: what a build depends on."""
-    return sorted(str(path) for path in RUNTIME.glob("*.h"))
+    return sorted(str(path) for path in RUNTIME.rglob("*.h"))
 
 
 def signature(build: Build, compiler: str, python: str) -> str:

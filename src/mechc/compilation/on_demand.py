@@ -35,7 +35,7 @@ def include_folder() -> Path:
     """Where the headers of compiled scenes lie."""
     import mechc_codegen
 
-    return Path(mechc_codegen.__file__).parent / "runtime"
+    return Path(mechc_codegen.__file__).parent / "runtime" / "abi"
 
 
 def shipped_options(name: str) -> dict[str, str]:

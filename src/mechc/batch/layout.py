@@ -84,7 +84,7 @@ def layouts(
     times = len(recipe.t_eval)
     found: dict[str, tuple[tuple[int, ...], str]] = {
         "y0": ((width,), "float64"), "y": ((width,), "float64"), "t": ((), "float64"),
-        **{name: ((), "int64") for name in COUNTERS},
+        **dict.fromkeys(COUNTERS, ((), "int64")),
         "least_singular": ((), "float64"), "critical_gap": ((), "float64"),
     }  # fmt: skip
     if recipe.states is None:

@@ -7,7 +7,7 @@ from cpython.pycapsule cimport PyCapsule_GetPointer
 from libc.stdlib cimport calloc, free
 
 
-cdef extern from "batch.h":
+cdef extern from "batch/members.h":
     int MECHC_ABI
     const char *MECHC_CAPSULE
 
@@ -66,7 +66,7 @@ cdef extern from "batch.h":
     int mechc_batch_work(mechc_batch *) noexcept nogil
 
 
-cdef extern from "batch_close.h":
+cdef extern from "batch/close_loops.h":
     ctypedef struct mechc_closing:
         const mechc_unit *unit
         int gap_output, gradient_output

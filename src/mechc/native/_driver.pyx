@@ -16,7 +16,7 @@ from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 
-cdef extern from "model.h":
+cdef extern from "abi/model.h":
     int MECHC_ABI
     const char *MECHC_CAPSULE
     int MECHC_RUNNING, MECHC_FINISHED
@@ -92,7 +92,7 @@ cdef extern from "model.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
         int inputs
 
-cdef extern from "call.h":
+cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
         int states, width
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import Build, build_scene
-from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT, instruction_sets
-from mechc_codegen.emit.c import InstructionSet
+from mechc_codegen.emit.instruction_sets import InstructionSet, instruction_sets
+from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 
 import mechc
 from mechc.compilation import toolchain
@@ -32,7 +32,7 @@ MAIN = r"""
 #include <stdlib.h>
 #include <string.h>
 #include "scene_sizes.h"
-#include "model.h"
+#include "abi/model.h"
 
 extern const mechc_model mechc_scene;
 

@@ -1,7 +1,7 @@
 /* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
  * state, so that a result never depends on how many states were asked for. */
 
-#include "transpose.h"
+#include "simd/transpose.h"
 
 typedef void mechc_lane_output(mechc_lane t, const mechc_lane *q, const mechc_lane *u,
                                const mechc_lane *p, const mechc_lane *k, mechc_lane *out);
@@ -59,4 +59,4 @@ MECHC_INLINE void mechc_lanes_output_rates(mechc_lane t, const mechc_lane *q, co
 
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_evaluate_blocks(mechc_lanes_output_##label, width, __VA_ARGS__)
-#include "outputs.h"
+#include "unit/outputs.h"

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "model.h"
+#include "abi/model.h"
 
 enum { MECHC_MINIMUM = 0, MECHC_MAXIMUM = 1, MECHC_MEAN = 2, MECHC_FIRST = 3, MECHC_LAST = 4 };
 enum { MECHC_PLAIN = 0, MECHC_ABSOLUTE = 1, MECHC_NORM = 2, MECHC_SUM = 3 };

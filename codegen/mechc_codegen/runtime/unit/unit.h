@@ -2,36 +2,36 @@
  * MECHC_UNIT and included the scene's sizes. */
 
 #include <stdlib.h>
-#include "model.h"
-#include "inputs.h"
-#include "lanes.h"
-#include "tableaus.h"
-#include "trajectory.h"
+#include "abi/model.h"
+#include "abi/inputs.h"
+#include "simd/lanes.h"
+#include "methods/tableaus.h"
+#include "run/trajectory.h"
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
-#include "use_scalar.h"
-#include "equations.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/equations.h"
 
-#include "use_lanes.h"
-#include "equations.h"
-#include "unuse.h"
+#include "simd/bind_vector.h"
+#include "dynamics/equations.h"
+#include "simd/unbind.h"
 
-#include "evaluate.h"
-#include "project.h"
-#include "critical.h"
-#include "passage.h"
-#include "explicit_rk.h"
-#include "rk_start.h"
-#include "rk_passage.h"
-#include "radau.h"
-#include "gauss_table.h"
-#include "gauss_stages.h"
-#include "gauss.h"
-#include "approach.h"
-#include "stiffness.h"
-#include "rk_dense.h"
-#include "abreast.h"
+#include "unit/evaluate.h"
+#include "dynamics/project.h"
+#include "singularities/critical.h"
+#include "singularities/crossing.h"
+#include "stepping/attempt.h"
+#include "stepping/start.h"
+#include "stepping/crossings.h"
+#include "methods/radau.h"
+#include "methods/gauss_tableau.h"
+#include "methods/gauss_stages.h"
+#include "methods/gauss.h"
+#include "singularities/look_ahead.h"
+#include "stepping/stiffness.h"
+#include "run/dense_output.h"
+#include "lockstep/advance.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
                              double *out)

@@ -74,7 +74,7 @@ MECHC_INLINE mechc_lane mechc_rough_root(mechc_lane x)
     return (mechc_lane)(INT64_C(0x43ee500000000000) - (mechc_lane_mask)((bits)x >> 4));
 }
 
-#include "abreast_step.h"
+#include "lockstep/step.h"
 
 /* Put a run into a lane. */
 MECHC_STATIC void mechc_abreast_load(struct mechc_abreast *a, int lane, const mechc_rk_run *run)

@@ -5,14 +5,14 @@
 
 #define MECHC_LANES 1
 #include <stdlib.h>
-#include "model.h"
-#include "inputs.h"
-#include "lanes.h"
+#include "abi/model.h"
+#include "abi/inputs.h"
+#include "simd/lanes.h"
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 
-#include "use_scalar.h"
-#include "equations.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/equations.h"
 
 typedef void mechc_scalar_output(double t, const double *q, const double *u, const double *p,
                                  const double *k, double *out);
@@ -45,7 +45,7 @@ MECHC_ONCE void mechc_first_evaluate(mechc_scalar_output *f, int width, ptrdiff_
 
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_first_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
-#include "outputs.h"
+#include "unit/outputs.h"
 
 static void mechc_first_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
 
@@ -58,4 +58,4 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .rates = mechc_first_rates,
     .prepare = mechc_first_prepare,
 };
-#include "unuse.h"
+#include "simd/unbind.h"

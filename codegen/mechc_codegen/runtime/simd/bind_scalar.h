@@ -1,5 +1,5 @@
 /* Binds the names that generic code uses to one double. */
-#include "unuse.h"
+#include "simd/unbind.h"
 #define real double
 #define rmask int64_t
 #define RLANES 1

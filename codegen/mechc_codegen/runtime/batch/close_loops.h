@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "model.h"
+#include "abi/model.h"
 
 #define MECHC_CLOSE_ITERATIONS 60
 #define MECHC_CLOSE_POLISHES 40

@@ -10,8 +10,8 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "model.h"
-#include "batch_reduce.h"
+#include "abi/model.h"
+#include "batch/reductions.h"
 
 #define MECHC_BATCH_PIECE 48 /* steps between drains and looks at the stop flag */
 #define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */

@@ -1,5 +1,5 @@
 /* Binds the names that generic code uses to a short vector of doubles. */
-#include "unuse.h"
+#include "simd/unbind.h"
 #define real mechc_lane
 #define rmask mechc_lane_mask
 #define RLANES MECHC_LANES

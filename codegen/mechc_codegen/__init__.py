@@ -10,7 +10,7 @@ from typing import Any
 
 _PLACES = {
     "SHIPPED": "library.catalogue",
-    "Build": "compiler",
+    "Build": "extension.build",
     "Closure": "description.constraints",
     "CodegenError": "errors",
     "Constraint": "description.constraints",

@@ -8,6 +8,7 @@ is compared with what the request makes of it before Zarr sees it.
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import stat
 from collections.abc import Mapping
@@ -149,11 +150,11 @@ def check(path: Path, layout: Layout) -> None:
         held = read_json(path / METADATA, _LARGEST_METADATA)
     except FileNotFoundError:
         raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
-    held = {"storage_transformers": [], **held}
-    described = {key: value for key, value in held.items() if key != "attributes"}
+    described = {"storage_transformers": [], **held}
+    described.pop("attributes", None)
     wanted = layout.told()
     for key in sorted({*described, *wanted}):
-        if held.get(key) != wanted.get(key) or type(held.get(key)) is not type(wanted.get(key)):
+        if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
             raise MechcError(f"{path / METADATA} is damaged: {key} is not that of the request")
 
 

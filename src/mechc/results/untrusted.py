@@ -17,6 +17,8 @@ from mechc.errors import MechcError
 from mechc.system.parameters import Array
 
 LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers that no person typed
+LARGEST_COUNT = 40  # of links and the like: more takes long to derive
+LONGEST_OPTION = 200  # characters
 _LONGEST_HEADER = 10_000
 
 
@@ -37,13 +39,16 @@ def read_regular(path: Path, most: int) -> bytes:
         raise
     except OSError as error:
         raise MechcError(f"{path} cannot be read: {error.strerror}") from None
-    with open(descriptor, "rb") as file:
-        status = os.fstat(file.fileno())
+    try:
+        status = os.fstat(descriptor)
         if not stat.S_ISREG(status.st_mode):
             raise MechcError(f"{path} is damaged: it is not a file")
         if status.st_size > most:
             raise MechcError(f"{path} is damaged: {status.st_size} bytes, {most} at most")
-        return file.read(most)
+        with open(descriptor, "rb", closefd=False) as file:
+            return file.read(most)
+    finally:
+        os.close(descriptor)
 
 
 def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
@@ -69,7 +74,7 @@ def json_object(content: bytes | str, where: str) -> dict[str, Any]:
     """
     try:
         found = json.loads(content)
-    except (ValueError, RecursionError) as error:
+    except (TypeError, ValueError, RecursionError) as error:
         raise MechcError(f"{where} is damaged: {printable(str(error))}") from None
     if not isinstance(found, dict):
         raise MechcError(f"{where} is damaged: it has not the format of a JSON object")
@@ -150,4 +155,30 @@ def mapping_of(value: Any, what: str) -> Mapping[str, Any]:
     """A JSON object; raises :class:`MechcError` for anything else."""
     if not isinstance(value, dict):
         raise MechcError(f"{what} is no object of names and values")
+    return value
+
+
+def checked_options(options: Any) -> dict[str, Any]:
+    """Options of a shipped mechanism that a file asks for, so that deriving it takes seconds.
+
+    Raises
+    ------
+    MechcError
+        If one is too large or of no known kind; it says how to open the file all the same.
+    """
+    return {name: _option(name, value) for name, value in mapping_of(options, "options").items()}
+
+
+def _option(name: str, value: Any) -> Any:
+    if name == "fix":
+        return {key: float(number) for key, number in mapping_of(value, name).items()}
+    if name == "outputs":
+        return list(names_of(value, name))
+    small = isinstance(value, (bool, int, float)) and abs(value) <= LARGEST_COUNT
+    if not small and not (isinstance(value, str) and len(value) <= LONGEST_OPTION):
+        raise MechcError(
+            f"its option {printable(name)} = {printable(str(value)[:40])} is more than is derived "
+            "for a file, which may come from anybody: load the mechanism yourself and give it "
+            "too, mechc.open(path, mechc.load(...))"
+        )
     return value

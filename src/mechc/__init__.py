@@ -59,6 +59,7 @@ __all__ = [
     "EventRecord",
     "InputError",
     "Joint",
+    "Kind",
     "Mechanism",
     "MechcError",
     "MissingInputError",
@@ -85,7 +86,7 @@ __all__ = [
 ]
 
 
-# What mechanisms and wishes are described with.
+# What mechanisms are described with.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -93,6 +94,7 @@ _DESCRIPTION = {
     "Cut",
     "Drawing",
     "Joint",
+    "Kind",
     "Mechanism",
     "Parameter",
     "Quantity",

@@ -186,6 +186,7 @@ def _described(name: str, quantity: Quantity) -> dict[str, Any]:
     return {
         "name": name,
         "unit": quantity.unit,
+        "kind": quantity.kind,
         "description": quantity.description,
         "lower": _finite(quantity.lower),
         "upper": _finite(quantity.upper),

@@ -185,7 +185,9 @@ class _Names:
         self.states = states
         self.given = {find_symbol(key, known, "units", "symbol"): u for key, u in units.items()}
         self.parameters = tuple(
-            replace(p, quantity=replace(p.quantity, unit=self.given.get(p.symbol, p.quantity.unit)))
+            replace(p, quantity=p.quantity.with_unit(self.given[p.symbol]))
+            if p.symbol in self.given
+            else p
             for p in parameters
         )
         self._rate_of = {

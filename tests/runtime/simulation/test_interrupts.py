@@ -69,9 +69,13 @@ def test_outputs_at_very_many_states(model, regular, output):
         "energy": lambda: model.energy(states, params),
         "multipliers": lambda: model.multipliers(states, params),
     }[output]
-    with interrupted() as latency, pytest.raises(KeyboardInterrupt):
+
+    def again():
         while True:
             call()
+
+    with interrupted() as latency, pytest.raises(KeyboardInterrupt):
+        again()
     assert latency[0] < AT_MOST
 
 

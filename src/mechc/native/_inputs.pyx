@@ -11,7 +11,7 @@ from libc.stdint cimport uintptr_t
 from libc.string cimport memcpy
 
 
-cdef extern from "signals.h":
+cdef extern from "abi/signals.h":
     int MECHC_ADDRESS_BITS
 
     ctypedef struct mechc_inputs:

@@ -17,6 +17,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
+from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
 from mechc_codegen.convert.classify_constraints import (
     Rates,
     integrable,
@@ -57,7 +58,9 @@ def convert(
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
-    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
+    speeds_held = _all_rates(source, rates, motion)
+    refuse_other_angular_velocities(source, bodies, rates, speeds_held)
+    refuse_other_accelerations(source, bodies, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary)
     given = _resolved(settings.units, "units", source, (*parameters, *states))

@@ -80,7 +80,7 @@ class BuildScenes(build_ext):
 
 
 def packages():
-    """The runtime, the compiler, and the benchmarks, whose folder holds scripts."""
+    """The runtime, the compiler, and the benchmarks."""
     parts = [f"mechc_bench.{name}" for name in find_packages("benchmarks")]
     return [*find_packages("src"), *find_packages("codegen"), "mechc_bench", *parts]
 

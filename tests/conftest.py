@@ -21,6 +21,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory):
+    """A cache of compiled scenes that belongs to the tests alone."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "compiled"))
+        yield
+
+
 @pytest.fixture(scope="session")
 def shared_cache(tmp_path_factory):
     """A cache for the library's mechanisms, which each test run compiles once for all workers."""

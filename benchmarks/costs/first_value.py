@@ -10,7 +10,6 @@ bytecode of modules, as pip does.
 
 from __future__ import annotations
 
-import importlib
 import json
 import subprocess
 import sys
@@ -90,7 +89,9 @@ def made(form: str) -> Any:
         from ..formulations.four_bar_kane import by_hand
 
         return by_hand()
-    return getattr(importlib.import_module(f"mechc_codegen.mechanisms.{form}"), form)()
+    from mechc_codegen import SHIPPED
+
+    return SHIPPED[form].build()
 
 
 if __name__ == "__main__":

@@ -26,14 +26,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mechc._driver import capsule_of
-from mechc_codegen.extension import build_scene, equations_of
-from mechc_codegen.mechanisms.chains import planar_chain, spatial_chain
-from mechc_codegen.mechanisms.windows import windows
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc.native._driver import capsule_of
+from mechc_codegen.compiler import build_scene, equations_of
+from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.description.source import Settings
 
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from mechc.model import Model
 
 from ..problems.windows_motion import first_upright, upright_start

@@ -19,11 +19,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from mechc_codegen.mechanisms.chains import planar_chain
-from mechc_codegen.mechanisms.heavy_top import heavy_top
+from mechc_codegen.library.chains.rods import planar_chain
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
-from mechc import cache, jit
+from mechc.compilation import cache
+from mechc.compilation import on_demand as jit
 
 from ..timing.processes import clocked
 from ..timing.results import write
@@ -118,8 +119,8 @@ def measured(case: Case) -> dict[str, Any]:
 
 def _c_bytes(case: Case) -> int:
     """Of all texts that are written for one instruction set."""
-    from mechc_codegen.extension import build_scene
-    from mechc_codegen.wishing import wishes_of
+    from mechc_codegen.compiler import build_scene
+    from mechc_codegen.frontend.read_request import wishes_of
 
     mechanism = case.described()
     wishes = wishes_of(mechanism, case.fix, case.outputs, of_object=False)

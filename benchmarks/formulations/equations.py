@@ -18,9 +18,9 @@ from functools import cache
 from typing import Any
 
 import sympy
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.description.source import Settings
 from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 

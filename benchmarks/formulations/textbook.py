@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 import sympy
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.description.mechanism import Mechanism
 from sympy import Expr, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 

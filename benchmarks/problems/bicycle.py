@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechc_codegen.mechanisms.bicycle import bicycle, values
+from mechc_codegen.library.spatial.bicycle import bicycle, values
 
 from .data import values_at
 from .problem import Problem

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from mechc_codegen.mechanisms.andrews import ANGLES, andrews
-from mechc_codegen.mechanisms.slider_crank import slider_crank
+from mechc_codegen.library.planar.andrews import ANGLES, andrews
+from mechc_codegen.library.planar.slider_crank import slider_crank
 
 from .data import values_at
 from .problem import Problem

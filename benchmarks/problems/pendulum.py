@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.library.chains.pendulum import pendulum
 
 from .data import values_at
 from .problem import Array, Problem

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.heavy_top import heavy_top
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 from .data import values_at
 from .problem import Array, Problem

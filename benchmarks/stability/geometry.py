@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from mechc_codegen.mechanisms.redundant import spatial, two_rockers
+from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
 

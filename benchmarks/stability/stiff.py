@@ -14,9 +14,9 @@ from typing import Any
 
 import mpmath as mp
 import numpy as np
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.parts import (
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
     located,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.policy import METHODS
+from mechc.simulation.settings import METHODS
 
 from ..problems.problem import Problem
 from ..timing.cases import Case

@@ -9,8 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechc.batch_recipe import Assembly
-from mechc.c_interface import CFunction
+from mechc.batch.spec import Assembly
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -27,14 +26,15 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.events import Event, EventRecord
+from mechc.inputs.signals import Signal
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
 from mechc.model import Model, Momenta, Reactions
-from mechc.signals import Signal
-from mechc.solution import Solution
-from mechc.status import ChangePoint, Status
-from mechc.storage import open_saved as open  # noqa: F401
+from mechc.results.files import open_saved as open  # noqa: F401
+from mechc.simulation.events import Event, EventRecord
+from mechc.simulation.solution import Solution
+from mechc.simulation.status import ChangePoint, Status
+from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
 
@@ -105,7 +105,7 @@ _DESCRIPTION = {
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
     if name in _DESCRIPTION:
-        from mechc.jit import of_compiler
+        from mechc.compilation.on_demand import of_compiler
 
         return of_compiler(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")

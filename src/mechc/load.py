@@ -9,8 +9,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import UnknownNameError
-from mechc.library import COMPILED_AT_INSTALL, LIBRARY
 from mechc.model import Model
 
 BACKENDS = ("c", "numpy")
@@ -69,14 +69,14 @@ def load(
         raise UnknownNameError("mechanism", name, LIBRARY)
     chosen = options
     if options:
-        from mechc.jit import beyond_default
+        from mechc.compilation.on_demand import beyond_default
 
         chosen = beyond_default(name, options)
     asked = _asked(fix, outputs)
     if checked_backend(backend) == "numpy":
         return _without_c(name, instruction_set, chosen, asked)
     if chosen or asked or name not in COMPILED_AT_INSTALL:
-        from mechc.jit import compile_shipped
+        from mechc.compilation.on_demand import compile_shipped
 
         if instruction_set is not None:
             raise ValueError(
@@ -118,7 +118,7 @@ def _without_c(
     options: Mapping[str, Any],
     asked: Mapping[str, Any],
 ) -> Model:
-    from mechc.jit import shipped_without_c
+    from mechc.compilation.on_demand import shipped_without_c
 
     if instruction_set is not None:
         raise ValueError("backend='numpy' has no instruction sets: leave instruction_set out")
@@ -196,7 +196,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    from mechc.jit import compile_any
+    from mechc.compilation.on_demand import compile_any
 
     return compile_any(
         mechanism,
@@ -216,7 +216,7 @@ def compile(
 
 def get_include() -> str:
     """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
-    from mechc.jit import include_folder
+    from mechc.compilation.on_demand import include_folder
 
     return str(include_folder())
 

@@ -6,11 +6,11 @@ import shutil
 import subprocess
 import sys
 import tarfile
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support import ROOT
+
 FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
              "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 

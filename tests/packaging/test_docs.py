@@ -1,11 +1,12 @@
 """The examples of the guide run as they stand, page by page."""
 
 import re
-from pathlib import Path
 
 import pytest
 
-DOCS = Path(__file__).parents[2] / "docs"
+from tests.support import ROOT
+
+DOCS = ROOT / "docs"
 PAGES = (
     "inputs.md",
     "library.md",

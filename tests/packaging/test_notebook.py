@@ -1,10 +1,10 @@
 """The example notebook runs from top to bottom as it stands in the repository."""
 
-from pathlib import Path
-
 import pytest
 
-NOTEBOOK = Path(__file__).parents[2] / "examples" / "four_bar.ipynb"
+from tests.support import ROOT
+
+NOTEBOOK = ROOT / "examples" / "four_bar.ipynb"
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")

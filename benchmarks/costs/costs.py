@@ -20,15 +20,15 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from mechc_codegen.emit.c import BASELINE, emit
 from mechc_codegen.compiler import optimised
+from mechc_codegen.description.source import Settings
+from mechc_codegen.emit.c import BASELINE, emit
+from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
-from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 from mechc_codegen.library.planar.four_bar import four_bar
 from mechc_codegen.library.planar.slider_crank import slider_crank
-from mechc_codegen.library.chains.windows import windows
-from mechc_codegen.frontend.scene import Asked, Scene
-from mechc_codegen.description.source import Settings
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 
 import mechc
 

@@ -28,10 +28,10 @@ from typing import Any
 import numpy as np
 from mechc.native._driver import capsule_of
 from mechc_codegen.compiler import build_scene, equations_of
+from mechc_codegen.description.source import Settings
+from mechc_codegen.frontend.scene import Asked, Scene
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
-from mechc_codegen.frontend.scene import Asked, Scene
-from mechc_codegen.description.source import Settings
 
 from mechc.compilation import on_demand as jit
 from mechc.model import Model

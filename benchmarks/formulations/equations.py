@@ -19,8 +19,8 @@ from typing import Any
 
 import sympy
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.frontend.scene import Asked, Scene
 from mechc_codegen.description.source import Settings
+from mechc_codegen.frontend.scene import Asked, Scene
 from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 

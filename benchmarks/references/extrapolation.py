@@ -37,7 +37,7 @@ def extrapolated(rates: Rates, y: Vector, step: Any, most: int = 22) -> Vector:
             factor = (mpf(k) / (k - 1 - j)) ** 2 - 1
             row.append([a + (a - b) / factor for a, b in zip(row[j], other, strict=True)])
         if before:
-            change = max(abs(a - b) for a, b in zip(row[-1], row[-2], strict=True))
+            change = max(abs(a - b) / max(1, abs(a)) for a, b in zip(row[-1], row[-2], strict=True))
             if change < mpf(10) ** (12 - DIGITS):
                 return row[-1]
         before = row

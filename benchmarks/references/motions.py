@@ -17,8 +17,8 @@ from typing import Any
 
 import mpmath
 import sympy
-from mechc_codegen.library.spatial.bicycle import bicycle, values
 from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.spatial.bicycle import bicycle, values
 from mpmath import mpf
 from sympy.physics.mechanics import dynamicsymbols
 

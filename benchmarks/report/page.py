@@ -127,8 +127,9 @@ def _chapter(
 
 def _of_script(results: Results, name: str) -> Any:
     """A script's figures, or the rows of a family of the stress suite."""
-    if name in results or ONCE.get(name) in results:
-        return results.get(name) or results[ONCE[name]]
+    for known in (name, ONCE.get(name)):
+        if known in results:
+            return results[known]
     rows = results.get("stress", {}).get("rows", ())
     return [
         {key: value for key, value in row.items() if key != "family"}

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..timing.envelope import TARGETS as ERRORS
-from ..timing.envelope import envelope, is_batch, points_of, printed, time_at
+from ..timing.envelope import envelope, fastest, is_batch, method_of, points_of, printed, time_at
 from .html import NONE, Markup, details, element, figure, power, seconds, table, times
 from .plots import Curve, Point, key, log_plot
 
@@ -42,29 +42,6 @@ def time_of(problem: Problem, mine: str, target: str) -> float | None:
     return problem["times"].get(tool, {}).get(target)  # type: ignore[no-any-return]
 
 
-def best_peer(problem: Problem, target: str, *, batch: bool = False) -> tuple[str, float] | None:
-    """The fastest of the other tools at an error, and its seconds.
-
-    Those that integrate many trajectories abreast report the time of one, which no tool could
-    reach with a single trajectory: they are compared with mechc's batches.
-    """
-    met = {
-        tool: at[target] for tool, at in problem["times"].items()
-        if not ours(tool) and at.get(target) and (batch or not is_batch(tool))
-    }  # fmt: skip
-    return min(met.items(), key=lambda item: item[1]) if met else None
-
-
-def best_method(problem: Problem, tool: str, target: str) -> str:
-    """The method with which a tool comes to its time at an error."""
-    found: dict[str, float] = {}
-    for method in {row["method"] for row in problem["rows"] if row["tool"] == tool}:
-        at = time_at(right_points(problem, tool, method), float(target))
-        if at is not None:
-            found[method] = at
-    return min(found, key=lambda method: found[method]) if found else ""
-
-
 def right_points(
     problem: Problem, tool: str, method: str | None = None
 ) -> list[tuple[float, float]]:
@@ -85,11 +62,11 @@ def ratios(problem: Problem, mine: str = "any") -> list[dict[str, Any]]:
     """
     rows = []
     for target in TARGETS:
-        peer = best_peer(problem, target, batch=mine == "batch")
+        peer = fastest(problem["times"], target, batch=mine == "batch")
         seconds_mine = time_of(problem, mine, target)
         row: dict[str, Any] = {"target": target, "mine": seconds_mine, "peer": "", "ratio": None}
         if peer is not None:
-            row |= {"peer": peer[0], "method": best_method(problem, peer[0], target)}
+            row |= {"peer": peer[0], "method": method_of(problem["rows"], peer[0], float(target))}
             row["ratio"] = peer[1] / seconds_mine if seconds_mine else None
         rows.append(row)
     return rows

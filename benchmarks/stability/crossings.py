@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from mechc_codegen.library.planar.slider_crank import slider_crank
 from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.slider_crank import slider_crank
 from scipy.integrate import solve_ivp
 
 import mechc

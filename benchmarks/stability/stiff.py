@@ -15,7 +15,6 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
@@ -24,6 +23,7 @@ from mechc_codegen.library.parts import (
     speeds,
     weight,
 )
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 from sympy import symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 

@@ -12,10 +12,10 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from mechc_codegen.library.spatial.flyball_governor import flyball_governor
-from mechc_codegen.library.spatial.heavy_top import heavy_top
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.planar.slider_crank import slider_crank
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
 

@@ -85,21 +85,30 @@ def best_peer(rows: Sequence[Row], times: Times) -> dict[str, dict[str, Any] | N
 
 
 def _best(rows: Sequence[Row], times: Times, target: float) -> dict[str, Any] | None:
-    found = [
-        (at[printed(target)], tool)
-        for tool, at in times.items()
-        if not tool.startswith("mechc") and not is_batch(tool)
-    ]
-    met = [(seconds, tool) for seconds, tool in found if seconds is not None]
-    if not met:
+    found = fastest(times, printed(target))
+    if found is None:
         return None
-    seconds, tool = min(met)
+    tool, seconds = found
     ratio = over(seconds, times.get("mechc", {}), printed(target))
-    return {"tool": tool, "method": _method(rows, tool, target), "ratio": ratio}
+    return {"tool": tool, "method": method_of(rows, tool, target), "ratio": ratio}
 
 
-def _method(rows: Sequence[Row], tool: str, target: float) -> str:
-    """Of the tool's methods the one that is quickest at the target."""
+def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, float] | None:
+    """The fastest of the other tools at an error, and its seconds.
+
+    Those that integrate many trajectories abreast report the time of one, which no tool could
+    reach with a single trajectory: they are compared with mechc's batches.
+    """
+    met = {
+        tool: seconds for tool, at in times.items()
+        if not tool.startswith("mechc") and (seconds := at.get(target))
+        and (batch or not is_batch(tool))
+    }  # fmt: skip
+    return min(met.items(), key=lambda item: item[1]) if met else None
+
+
+def method_of(rows: Sequence[Row], tool: str, target: float) -> str:
+    """The method with which a tool comes to its time at an error."""
     own = [row for row in rows if row["tool"] == tool]
     methods = dict.fromkeys(row["method"] for row in own)
     reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}

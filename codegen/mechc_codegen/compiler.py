@@ -50,7 +50,7 @@ SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 # Of rows solved together: beyond it, the factors of all lanes would overflow a stack of 8 MB.
 MOST_SQUARES = 65536  # squares of the speeds, times lanes
-LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (benchmarks/growth.py)
+LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (docs/growth.md)
 T = TypeVar("T")
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
 

@@ -8,7 +8,7 @@ import pytest
 from mechc_codegen.library.chains.windows import windows
 
 import mechc
-from benchmarks._windows import first_upright, upright_start
+from benchmarks.problems.windows_motion import first_upright, upright_start
 
 TILT = {"tilt": 0.3}
 FIRST_HALF = 6.0  # seconds: six times through the flat position

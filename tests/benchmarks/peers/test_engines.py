@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
+from benchmarks import peers, problems
+
 
 @pytest.fixture
-def errors(module):
+def errors():
     """Errors of an engine's method by its steps or tolerances, the coarsest first."""
 
     def of(engine, name, method, parameters):
         pytest.importorskip(engine)
-        problem = module("problems").problem(name)
-        found = module("peers").build(engine, problem, parameters)
+        problem = problems.problem(name)
+        found = peers.build(engine, problem, parameters)
         cases = sorted((c for c in found.cases if c.method == method), key=lambda c: -c.tol)
         return {
             tol: error_of(case, problem) for case in cases for tol in parameters if near(case, tol)

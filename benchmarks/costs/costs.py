@@ -20,10 +20,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from mechc_codegen.compiler import optimised
-from mechc_codegen.description.source import Settings
-from mechc_codegen.emit.c import BASELINE, emit
-from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.instruction_sets import BASELINE
 from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.four_bar import four_bar
@@ -32,6 +31,7 @@ from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 
 import mechc
 
+from ..formulations.described import read
 from ..timing.machine import about
 from ..timing.processes import clocked, least_seconds
 from ..timing.results import write
@@ -190,9 +190,9 @@ def installation(found: dict[str, Any]) -> Iterator[Row]:
 def operations() -> Iterator[dict[str, Any]]:
     """Of all outputs, of one right-hand side, once a run; and what C is written for the program."""
     for name, mechanism in COUNTED.items():
-        described, wishes = Scene(mechanism(), Asked(Settings(), {}, ())).described()
-        made = optimised(described, wishes, {})
-        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), wishes)
+        described, request = read(mechanism())
+        made = optimised(described, request, Stopwatch())
+        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
         counts = json.loads(made.metadata)["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),

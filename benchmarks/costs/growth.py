@@ -27,9 +27,9 @@ from typing import Any
 
 import numpy as np
 from mechc.native._driver import capsule_of
-from mechc_codegen.compiler import build_scene, equations_of
-from mechc_codegen.description.source import Settings
-from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
@@ -98,9 +98,11 @@ def _options() -> argparse.ArgumentParser:
 
 def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
-    mechanism, wishes = Scene(SCENES[name](size), Asked(Settings(), {}, ())).described()
-    _, derive = spent(lambda: equations_of(mechanism, wishes))
-    build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), wishes))
+    mechanism, request = CompileRequest(
+        SCENES[name](size), CompileOptions(ConversionSettings(), {}, ())
+    ).described()
+    _, derive = spent(lambda: derive_equations(mechanism, request))
+    build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), request))
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: jit._make_first(build, Path(folder)))
         _, whole = spent(lambda: jit._make(build, Path(folder)))

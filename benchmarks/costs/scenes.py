@@ -2,7 +2,7 @@
 
 Every scene is compiled in an empty cache.  Operations: of one right-hand side (configuration and
 speeds, without the solution for the accelerations), of parameters alone once a run, and of all
-outputs at once.  C: what is written for the scene, without the runtime it includes.  Binary: the
+outputs at once.  C: what is written for the scene and one instruction set, without the runtime.  Binary: the
 whole, with all methods.  Seconds: until the first value, and until all is compiled.  Times of a
 right-hand side are minima, each call fed by the last; the last columns are backend="numpy", one
 state at a call and a thousand.
@@ -16,16 +16,21 @@ import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
+from mechc_codegen import shipped_mechanism
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.emit.instruction_sets import BASELINE
 from mechc_codegen.library.chains.rods import planar_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
-from mechc.compilation import cache
-from mechc.compilation import on_demand as jit
 
+from ..formulations.described import read
 from ..timing.processes import clocked
 from ..timing.results import write
 
@@ -47,18 +52,15 @@ class Case:
     fix: Mapping[str, float] = field(default_factory=dict)
 
 
-def four_bar() -> Any:
-    return jit._shipped("four_bar", {})
-
-
+four_bar = partial(shipped_mechanism, "four_bar")
 RODS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "m_0": 1.0, "m_1": 2.0, "m_2": 3.0}
 CASES = [
     Case("four-bar, usual outputs", four_bar, USUAL),
     Case("  lengths, masses fixed", four_bar, USUAL, RODS),
     Case("four-bar, no outputs", four_bar, ()),
     Case("  g = 0", four_bar, (), {"g": 0.0}),
-    Case("open chain of 3", lambda: planar_chain(3), ()),
-    Case("  l = m = 1, g = 0", lambda: planar_chain(3), (), {"l": 1.0, "m": 1.0, "g": 0.0}),
+    Case("open chain of 3", partial(planar_chain, 3), ()),
+    Case("  l = m = 1, g = 0", partial(planar_chain, 3), (), {"l": 1.0, "m": 1.0, "g": 0.0}),
     Case("heavy top", heavy_top, ("energy",)),
     Case("  g = 0", heavy_top, ("energy",), {"g": 0.0}),
     Case("four-bar, all there is", four_bar, ALL),
@@ -68,26 +70,22 @@ CASES = [
 
 def main(arguments: Sequence[str] | None = None) -> int:
     argparse.ArgumentParser(prog="mechc bench scenes", description=__doc__).parse_args(arguments)
-    rows = [measured(case) for case in CASES]
-    widths = [max(len(h), *(len(row[h]) for row in map(shown, rows))) for h in HEAD]
-    for line in (dict(zip(HEAD, HEAD, strict=True)), *map(shown, rows)):
-        cells = [line[h].rjust(w) for h, w in zip(HEAD[1:], widths[1:], strict=True)]
-        print("  ".join([line["scene"].ljust(widths[0]), *cells]))
+    print("  ".join(HEAD))
+    rows = []
+    for case in CASES:
+        rows.append(measured(case))
+        shown = (rows[-1][name] for name in HEAD)
+        print("  ".join(f"{x:,.4g}" if isinstance(x, float) else str(x) for x in shown), flush=True)
     write("scenes", rows)
     return 0
 
 
-def shown(row: Mapping[str, Any]) -> dict[str, str]:
-    """Three digits of what is a measurement, counts as they are."""
-    return {h: row[h] if h == "scene" else f"{row[h]:,.4g}" if isinstance(row[h], float)
-            else f"{row[h]:,}" for h in HEAD}  # fmt: skip
-
-
 def measured(case: Case) -> dict[str, Any]:
-    """One line of the table; an empty cache, and a process that remembers nothing."""
-    jit._compiled.clear()
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["MECHC_CACHE_DIR"] = folder
+    """One line of the table; the cache is empty."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        patch.dict(os.environ, {"MECHC_CACHE_DIR": folder}),
+    ):
         start = time.perf_counter()
         model = mechc.compile(case.described(), fix=case.fix, outputs=case.outputs)
         y = np.full((1, len(model.coordinates) + len(model.speeds)), 0.3)
@@ -95,9 +93,7 @@ def measured(case: Case) -> dict[str, Any]:
         first = time.perf_counter() - start
         _ = model.capsule  # waits for all of it
         whole = time.perf_counter() - start
-        path = cache.find(model.build["key"])
-        assert path is not None
-        size = path.stat().st_size
+        size = max(path.stat().st_size for path in Path(folder).rglob("*.so"))
     counts = model._data["operations"]
     return {
         "scene": case.name,
@@ -119,12 +115,8 @@ def measured(case: Case) -> dict[str, Any]:
 
 def _c_bytes(case: Case) -> int:
     """Of all texts that are written for one instruction set."""
-    from mechc_codegen.compiler import build_scene
-    from mechc_codegen.frontend.read_request import wishes_of
-
-    mechanism = case.described()
-    wishes = wishes_of(mechanism, case.fix, case.outputs, of_object=False)
-    built = build_scene(mechanism, (jit._native(),), wishes)
+    mechanism, request = read(case.described(), fix=case.fix, outputs=case.outputs)
+    built = build_scene(mechanism, (BASELINE,), request)
     return sum(len(text.encode()) for name, text in built.texts.items() if name != "scene.pyx")
 
 

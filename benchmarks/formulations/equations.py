@@ -19,12 +19,11 @@ from typing import Any
 
 import sympy
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.source import Settings
-from mechc_codegen.frontend.scene import Asked, Scene
 from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 from ..problems.problem import Array, Observe, Problem
+from .described import described
 from .program import Program, Tape, program
 
 
@@ -178,13 +177,6 @@ def open_tree(mechanism: Mechanism) -> KanesMethod:
         warnings.simplefilter("ignore")
         method.kanes_equations(list(mechanism.bodies), loads)
     return method
-
-
-def described(given: Any, defaults: Mapping[str, float]) -> Mechanism:
-    """A mechanism as it is, an object of SymPy's as the mechanism it describes."""
-    if isinstance(given, Mechanism):
-        return given
-    return Scene(given, Asked(Settings(defaults=defaults), {}, ())).described()[0]
 
 
 def _holonomic(mechanism: Mechanism) -> list[Any]:

@@ -22,7 +22,8 @@ from mechc_codegen.library.spatial.bicycle import bicycle, values
 from mpmath import mpf
 from sympy.physics.mechanics import dynamicsymbols
 
-from ..formulations.equations import derive, described
+from ..formulations.described import described
+from ..formulations.equations import derive
 from ..problems.bicycle import COORDINATES, SPEEDS
 from .extrapolation import DIGITS, Rates, Vector, by_extrapolation
 

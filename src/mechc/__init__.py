@@ -58,6 +58,7 @@ __all__ = [
     "EventRecord",
     "InputError",
     "Joint",
+    "Kind",
     "Mechanism",
     "MechcError",
     "MissingInputError",
@@ -84,7 +85,7 @@ __all__ = [
 ]
 
 
-# What mechanisms and wishes are described with.
+# What mechanisms are described with.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -92,6 +93,7 @@ _DESCRIPTION = {
     "Cut",
     "Drawing",
     "Joint",
+    "Kind",
     "Mechanism",
     "Parameter",
     "Quantity",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 LOOK = 0.1  # s between looks at how far the threads are
 COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
-ABREAST = "dop853"  # the method that runs members side by side, a lane each
+LOCKSTEP = "dop853"  # the method that runs members side by side, a lane each
 Report = Callable[[int], None]
 
 
@@ -107,7 +107,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "max_steps": policy.max_steps,
         "method": METHODS[policy.method],
         "dense": reduces or len(recipe.t_eval) > 0,
-        "abreast": policy.method == ABREAST,
+        "lockstep": policy.method == LOCKSTEP,
         "may_stiffen": policy.stiff_switch,
         "on_change_point": policy.on_change_point != "continue",
     }

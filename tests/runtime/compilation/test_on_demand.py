@@ -23,6 +23,7 @@ from tests.support.pendulums import pendulum
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(jit, "Pending", Pending)
     monkeypatch.setattr(jit, "_compiled", {})
     return tmp_path
 

@@ -29,13 +29,13 @@ import numpy as np
 from mechc.native._driver import capsule_of
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive.derive_equations import derive_equations
-from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
 from mechc.compilation import on_demand as jit
 from mechc.model import Model
 
+from ..formulations.described import read as read_mechanism
 from ..problems.windows_motion import first_upright, upright_start
 from ..timing.machine import about
 from ..timing.processes import processor_seconds
@@ -98,9 +98,7 @@ def _options() -> argparse.ArgumentParser:
 
 def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
-    mechanism, request = CompileRequest(
-        SCENES[name](size), CompileOptions(ConversionSettings(), {}, ())
-    ).described()
+    mechanism, request = read_mechanism(SCENES[name](size))
     _, derive = spent(lambda: derive_equations(mechanism, request))
     build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), request))
     with tempfile.TemporaryDirectory() as folder:

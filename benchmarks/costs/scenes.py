@@ -2,10 +2,10 @@
 
 Every scene is compiled in an empty cache.  Operations: of one right-hand side (configuration and
 speeds, without the solution for the accelerations), of parameters alone once a run, and of all
-outputs at once.  C: what is written for the scene and one instruction set, without the runtime.  Binary: the
-whole, with all methods.  Seconds: until the first value, and until all is compiled.  Times of a
-right-hand side are minima, each call fed by the last; the last columns are backend="numpy", one
-state at a call and a thousand.
+outputs at once.  C: what is written for the scene and one instruction set, without the runtime.
+Binary: the whole, with all methods.  Seconds: until the first value, and until all is compiled.
+Times of a right-hand side are minima, each call fed by the last; the last columns are
+backend="numpy", one state at a call and a thousand.
 """
 
 from __future__ import annotations

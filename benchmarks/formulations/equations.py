@@ -11,7 +11,6 @@ residual (``residual``), each a straight-line program that any arithmetic evalua
 from __future__ import annotations
 
 import time
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -23,7 +22,7 @@ from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 from ..problems.problem import Array, Observe, Problem
-from .described import described
+from .described import described, form_equations, holonomic, kinematic_equations
 from .program import Program, Tape, program
 
 
@@ -159,7 +158,7 @@ def derive(mechanism: Mechanism, values: Mapping[str, Expr]) -> Equations:
         F=plain(tree.forcing),
         J=J,
         gamma=gamma,
-        position=tuple(plain(c.expression for c in _holonomic(mechanism))),
+        position=tuple(plain(holonomic(mechanism))),
         velocity=tuple(velocity),
         parameters=tuple(symbol for symbol, name in names.items() if name not in values),
     )
@@ -167,26 +166,16 @@ def derive(mechanism: Mechanism, values: Mapping[str, Expr]) -> Equations:
 
 def open_tree(mechanism: Mechanism) -> KanesMethod:
     """Kane's equations of the bodies with all speeds independent, constraints left out."""
-    t = dynamicsymbols._t
-    rates = [x.diff(t) - rate for x, rate in zip(mechanism.q, mechanism.kinematics, strict=True)]
-    method = KanesMethod(mechanism.frame, list(mechanism.q), list(mechanism.u), kd_eqs=rates)
-    loads = list(mechanism.loads)
-    if mechanism.gravity is not None:
-        loads += [(body.masscenter, body.mass * mechanism.gravity) for body in mechanism.bodies]
-    with warnings.catch_warnings():  # around loops it does not matter which way a velocity is found
-        warnings.simplefilter("ignore")
-        method.kanes_equations(list(mechanism.bodies), loads)
-    return method
-
-
-def _holonomic(mechanism: Mechanism) -> list[Any]:
-    closures = [c for closure in mechanism.closures for c in closure.constraints()]
-    return [*mechanism.configuration_constraints, *closures]
+    method = KanesMethod(
+        mechanism.frame, list(mechanism.q), list(mechanism.u),
+        kd_eqs=kinematic_equations(mechanism),
+    )  # fmt: skip
+    return form_equations(method, mechanism)
 
 
 def _at_velocity_level(mechanism: Mechanism) -> list[Expr]:
     t = dynamicsymbols._t
-    rates = [c.expression.diff(t) for c in _holonomic(mechanism)]
+    rates = [constraint.diff(t) for constraint in holonomic(mechanism)]
     rates += [c.expression for c in mechanism.motion_constraints]
     return rates
 

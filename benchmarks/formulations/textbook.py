@@ -22,6 +22,7 @@ from sympy import Expr, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 from ..problems.problem import Array, NotExpressibleError, Problem
+from .described import form_equations, holonomic, kinematic_equations
 
 t = dynamicsymbols._t
 MOST_DEPENDENT = 10  # of more, eliminated symbolically, lambdify takes minutes
@@ -103,23 +104,22 @@ def textbook(problem: Problem, solver: str = "LU") -> TextbookEquations:
 def _formed(mechanism: Mechanism, problem: Problem, solver: str) -> KanesMethod:
     """KanesMethod of a mechanism, its equations formed."""
     _refuse_what_it_cannot_hold(mechanism)
-    holonomic = _holonomic(mechanism)
-    velocity = [h.diff(t).xreplace(mechanism.rates) for h in holonomic]
+    position = holonomic(mechanism)
+    velocity = [h.diff(t).xreplace(mechanism.rates) for h in position]
     velocity += [c.expression for c in mechanism.motion_constraints]
-    q_ind, q_dep, holonomic = _split(holonomic, mechanism.q, mechanism, problem)
+    q_ind, q_dep, position = _split(position, mechanism.q, mechanism, problem)
     u_ind, u_dep, velocity = _split(velocity, mechanism.u, mechanism, problem)
     constraints: dict[str, Any] = {}
     if velocity:
         constraints = {"u_dependent": u_dep, "velocity_constraints": velocity}
         constraints["constraint_solver"] = solver
-    if holonomic:
-        constraints |= {"q_dependent": q_dep, "configuration_constraints": holonomic}
-    rates = [q.diff(t) - rate for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True)]
-    with warnings.catch_warnings():  # around loops it does not matter which way a velocity is found
+    if position:
+        constraints |= {"q_dependent": q_dep, "configuration_constraints": position}
+    rates = kinematic_equations(mechanism)
+    with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         method = KanesMethod(mechanism.frame, q_ind, u_ind, kd_eqs=rates, **constraints)
-        method.kanes_equations(list(mechanism.bodies), _loads(mechanism))
-    return method
+    return form_equations(method, mechanism)
 
 
 def _refuse_what_it_cannot_hold(mechanism: Mechanism) -> None:
@@ -127,18 +127,6 @@ def _refuse_what_it_cannot_hold(mechanism: Mechanism) -> None:
         raise NotExpressibleError(
             "KanesMethod has no states beside coordinates and speeds, no inputs and no Lagrangian"
         )
-
-
-def _holonomic(mechanism: Mechanism) -> list[Expr]:
-    closures = [c for closure in mechanism.closures for c in closure.constraints()]
-    return [c.expression for c in (*mechanism.configuration_constraints, *closures)]
-
-
-def _loads(mechanism: Mechanism) -> list[Any]:
-    loads = list(mechanism.loads)
-    if mechanism.gravity is not None:
-        loads += [(body.masscenter, body.mass * mechanism.gravity) for body in mechanism.bodies]
-    return loads
 
 
 def _split(

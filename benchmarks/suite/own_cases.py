@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from mechc.simulation.settings import METHODS
 
 from ..problems.problem import Problem
 from ..timing.cases import Case
+from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
 BATCH_METHODS = ("dop853", "gauss8")
@@ -84,10 +86,9 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
 
 def _members(problem: Problem) -> int:
     """As many as one run's time lets a batch have: a power of two."""
-    seconds = []
-    for _ in range(3):
-        start = time.perf_counter()
-        problem.model.simulate(problem.t_end, problem.start, problem.params, dense=False)
-        seconds.append(time.perf_counter() - start)
-    wished = int(BATCH_SECONDS / min(seconds))
+    once = partial(
+        problem.model.simulate, problem.t_end, problem.start, problem.params, dense=False
+    )
+    seconds = min(clocked(once) for _ in range(3))
+    wished = int(BATCH_SECONDS / seconds)
     return min(max(1 << max(wished, 1).bit_length() - 1, FEWEST), MOST)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
-from benchmarks._windows import first_upright, upright_start
+from benchmarks.problems.windows_motion import first_upright, upright_start
 
 TILT = {"tilt": 0.3}
 FIRST_HALF = 6.0  # seconds: six times through the flat position

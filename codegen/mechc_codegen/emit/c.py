@@ -212,5 +212,5 @@ def argument_names(signature: str) -> list[str]:
 
 
 def plain_words(text: str) -> str:
-    """For a comment: whatever could end it or start a line is replaced."""
-    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "?", text)
+    """For a comment: all signs are replaced that could end it or form a trigraph."""
+    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

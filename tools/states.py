@@ -20,17 +20,16 @@ def final_states(names):
     states = {}
     for name in names:
         model = mechc.load(name, **SIZES.get(name, {}))
-        model.prepare() if hasattr(model, "prepare") else None
         start = model.assemble()
         for method in METHODS:
-            sol = model.simulate(T_END, start, method=method, rtol=1e-8, max_steps=100_000)
+            sol = model.simulate(T_END, start, method=method, rtol=1e-8, max_steps=20_000)
             numbers = [sol.t[-1], *sol.y[-1]]
             states[f"{name} {method}"] = [
-                sol.status.name,
+                sol.status.code,
                 sol.stats["steps"],
                 *(float(x).hex() for x in numbers),
             ]
-            print(name, method, sol.status.name, sol.stats["steps"], flush=True)
+            print(name, method, sol.status.code, sol.stats["steps"], flush=True)
     return states
 
 

@@ -1,4 +1,4 @@
-"""A Source, walked: every subexpression once, as text for a cache key and as a set of leaves.
+"""A Source as text for a cache key, in which every subexpression is written once.
 
 Input: what was read from a SymPy object.  Output: a digest that is the same in every process for
 the same mechanism, and the symbols and functions of time in it.  Invariant: what decides the
@@ -36,18 +36,18 @@ if TYPE_CHECKING:
     from mechc_codegen.description.joints import Joint
 
 
-class Walk:
-    """The text of everything handed to it, line by line; leaves and frames met on the way."""
+class Fingerprint:
+    """The lines written so far, with the symbols, functions and frames found in them."""
 
     def __init__(self, frame: ReferenceFrame) -> None:
         self.lines: list[str] = []
         self.leaves: set[Expr] = set()
-        self.angles: set[Expr] = set()  # what places are turned by
+        self.angles: set[Expr] = set()  # angles of orientations
         self.inertial = frame
         self._nodes: dict[Basic, int] = {}
         self._frames: dict[int, int] = {}
         self._points: dict[int, int] = {}
-        self._kept: list[object] = []  # so that no id is used twice
+        self._kept: list[object] = []  # keeps objects alive, so that ids stay unique
         self._turning: set[frozenset[int]] = set()
         self.frame(frame)
 
@@ -55,11 +55,11 @@ class Walk:
         """Hash of the text so far."""
         return hashlib.sha256("\n".join(self.lines).encode()).hexdigest()
 
-    def say(self, label: str, items: Iterable[str]) -> None:
+    def write(self, label: str, items: Iterable[str]) -> None:
         self.lines.append(f"{label}: {' '.join(items)}")
 
     def expression(self, expression: Expr) -> str:
-        """The number of an expression, whose text is then in the lines."""
+        """The number of an expression; its text is written when it is new."""
         known = self._nodes.get(expression)
         if known is None:
             known = self._new(expression)
@@ -67,7 +67,7 @@ class Walk:
 
     def _new(self, expression: Expr) -> int:
         args = [self.expression(a) for a in expression.args]
-        own = isinstance(expression, AppliedUndef)  # whose class has the user's name
+        own = isinstance(expression, AppliedUndef)  # its class is named by the user
         kind = "function" if own else type(expression).__name__
         self.lines.append(f"{kind}({','.join(args)}){self._leaf(expression)}")
         if isinstance(expression, (Symbol, AppliedUndef)):
@@ -105,17 +105,17 @@ class Walk:
         return "+".join(parts) or "0"
 
     def placing(self, entries: Iterable[Expr]) -> str:
-        """Expressions that say where something is; their angles are kept."""
-        told = list(entries)
-        for entry in told:
+        """Expressions of a position or an orientation; the angles in them are collected."""
+        listed = list(entries)
+        for entry in listed:
             self.angles |= {f.args[0] for f in sympify(entry).atoms(sin, cos, tan)}
-        return self.entries(told)
+        return self.entries(listed)
 
     def entries(self, matrix: Iterable[Expr]) -> str:
         return ",".join(self.expression(entry) for entry in matrix)
 
     def frame(self, frame: ReferenceFrame) -> str:
-        """The number of a frame, whose orientation to its neighbours is then in the lines."""
+        """The number of a frame; its orientations relative to other frames are written."""
         if id(frame) in self._frames:
             return f"f{self._frames[id(frame)]}"
         number = self._frames[id(frame)] = len(self._frames)
@@ -123,17 +123,17 @@ class Walk:
         for other, matrix in frame._dcm_dict.items():
             if id(other) not in self._frames:
                 entries = self.placing(matrix)
-                self.say(f"f{number}", [self.frame(other), entries])
+                self.write(f"f{number}", [self.frame(other), entries])
         for other, velocity in frame._ang_vel_dict.items():
             pair = frozenset((id(frame), id(other)))
             if pair not in self._turning:
                 self._turning.add(pair)
                 text = self.vector(velocity)
-                self.say(f"f{number} turns", [self.frame(other), text])
+                self.write(f"f{number} turns", [self.frame(other), text])
         return f"f{number}"
 
     def point(self, point: Point) -> str:
-        """The number of a point, whose position to its neighbours is then in the lines."""
+        """The number of a point; its positions relative to other points are written."""
         if id(point) in self._points:
             return f"p{self._points[id(point)]}"
         number = self._points[id(point)] = len(self._points)
@@ -142,19 +142,16 @@ class Walk:
         for other, vector in point._pos_dict.items():
             if id(other) not in self._points:
                 text = self.vector(vector)
-                self.say(f"p{number}", [self.point(other), text])
+                self.write(f"p{number}", [self.point(other), text])
                 self.placing(entry for matrix, _ in vector.args for entry in matrix)
         if self.inertial in point._vel_dict:
             velocity = point._vel_dict[self.inertial]
-            self.say(f"p{number} moves", [self.vector(velocity)])
+            self.write(f"p{number} moves", [self.vector(velocity)])
             self.placing(entry for matrix, _ in velocity.args for entry in matrix)
         return f"p{number}"
 
     def motion(self, place: Point | ReferenceFrame) -> str:
-        """A point or frame, whose velocities against others are said with it.
-
-        And an acceleration that was set by hand.
-        """
+        """The number of a point or frame, with the acceleration that was set by the user."""
         if isinstance(place, ReferenceFrame):
             number, given = self.frame(place), place._ang_acc_dict.get(self.inertial)
         else:
@@ -168,7 +165,7 @@ class Walk:
         if is_rigid(body):
             parts.append(self.motion(body.frame))
             parts.append(self.dyadic(body.central_inertia))
-        self.say("body", parts)
+        self.write("body", parts)
 
     def joint(self, joint: Joint, bodies: Sequence[RigidBody | Particle]) -> None:
         sides = (str(bodies.index(b)) if b in bodies else "" for b in (joint.parent, joint.child))
@@ -176,24 +173,24 @@ class Walk:
         frames = (joint.parent_interframe, joint.child_interframe)
         parts = [repr(joint.name), *sides, *points]
         parts += ["" if frame is None else self.frame(frame) for frame in frames]
-        self.say("joint", [*parts, *(self.expression(u) for u in joint.speeds)])
+        self.write("joint", [*parts, *(self.expression(u) for u in joint.speeds)])
 
 
-def walk(source: Source) -> Walk:
-    """All of a Source."""
-    text = Walk(source.frame)
+def fingerprint(source: Source) -> Fingerprint:
+    """The fingerprint of a whole Source."""
+    text = Fingerprint(source.frame)
     text.lines.append(source.kind)
     for label in ("q", "u", "kinematics", "configuration", "motion", "auxiliary"):
-        text.say(label, [text.placing([e]) for e in getattr(source, label)])
-    text.say("mixed", [str(source.mixed)])
+        text.write(label, [text.placing([e]) for e in getattr(source, label)])
+    text.write("mixed", [str(source.mixed)])
     if source.lagrangian is not None:
-        text.say("lagrangian", [text.placing([source.lagrangian])])
+        text.write("lagrangian", [text.placing([source.lagrangian])])
     for body in source.bodies:
         text.body(body)
     for place, vector in source.loads:
-        text.say("load", [text.motion(place), text.vector(vector)])
+        text.write("load", [text.motion(place), text.vector(vector)])
     for joint in source.joints:
         text.joint(joint, source.bodies)
     if source.origin is not None:
-        text.say("origin", [text.point(source.origin)])
+        text.write("origin", [text.point(source.origin)])
     return text

@@ -1,4 +1,4 @@
-"""What a user asks for by name -> Wishes."""
+"""The user's options -> OutputRequest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from mechc_codegen.convert.convert import find_symbol, number, reachable
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.request import OPTIONAL, USUAL, Wishes
+from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression
 from mechc_codegen.errors import MechanismError
@@ -29,14 +29,14 @@ RESERVED = frozenset(
 )
 
 
-def wishes_of(
+def read_request(
     mechanism: Mechanism,
     fix: Mapping[Key, Any],
     outputs: tuple[Any, ...] | None,
     *,
     of_object: bool,
-) -> Wishes:
-    """The wishes for a mechanism, each name checked against it.
+) -> OutputRequest:
+    """The request for a mechanism, each name checked against it.
 
     Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
     object of SymPy's.
@@ -56,7 +56,7 @@ def wishes_of(
         fixed[symbol] = exact
     if outputs is None:
         chosen = ("energy",) if of_object else USUAL
-        return Wishes(frozenset(chosen), fixed)
+        return OutputRequest(frozenset(chosen), fixed)
     names, own = _outputs(outputs)
     if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
         _refuse_unplaced(mechanism)
@@ -66,11 +66,11 @@ def wishes_of(
         _refuse_unknown(name, expression, mechanism)
     labels = {f"own_{k}": name for k, name in enumerate(own)}
     expressions = {label: own[name] for label, name in labels.items()}
-    return Wishes(frozenset(names), fixed, expressions, labels)
+    return OutputRequest(frozenset(names), fixed, expressions, labels)
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
-    """An output of the user's own holds what the mechanism knows."""
+    """Refuse symbols in a user-defined output that the mechanism does not have."""
     time = dynamicsymbols._t
     known = {time, *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs}
     known |= {p.symbol for p in mechanism.parameters}
@@ -113,10 +113,10 @@ def _refuse_unplaced(mechanism: Mechanism) -> None:
         raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
 
 
-def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
+def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
     names: list[str] = []
     expressions: dict[str, Expr] = {}
-    for item in asked:
+    for item in requested:
         if isinstance(item, Mapping):
             for name, value in item.items():
                 _refuse_name(name, expressions)
@@ -126,7 +126,7 @@ def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
         else:
             raise MechanismError(
                 f"outputs: {item!r} is not one of {', '.join(OPTIONAL)}; an expression of your "
-                "own is asked for as {name: expression}"
+                "own is requested as {name: expression}"
             )
     return names, expressions
 

@@ -14,7 +14,7 @@ from mechc.errors import MechcError
 from mechc.load import load
 
 Check = tuple[str, bool, str]
-PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray")
+PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
 OPTIONAL = ("nbclient", "ipykernel")
 
 

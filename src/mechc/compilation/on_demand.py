@@ -14,6 +14,7 @@ from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, toolchain
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import FirstScene, Pending
 from mechc.errors import CacheError, MechcError, UnknownNameError
 from mechc.load import load
@@ -80,11 +81,11 @@ def compile_shipped(name: str, options: Mapping[str, Any], asked: Mapping[str, A
 def _shipped_as_asked(
     name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
 ) -> tuple[Any, Any]:
-    from mechc_codegen.frontend.read_request import wishes_of
+    from mechc_codegen.frontend.read_request import read_request
 
     mechanism = _shipped(name, options)
     outputs = tuple(asked["outputs"]) if "outputs" in asked else None
-    return mechanism, wishes_of(mechanism, asked.get("fix", {}), outputs, of_object=False)
+    return mechanism, read_request(mechanism, asked.get("fix", {}), outputs, of_object=False)
 
 
 def shipped_without_c(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> Model:
@@ -105,13 +106,14 @@ def _without_c(described: Described, build: dict[str, Any]) -> Model:
 
     seconds: dict[str, float] = dict(build.get("seconds", {}))
     described = lru_cache(described)
-    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
-    listing, stages = _compiler_errors(lambda: build_listing(mechanism, wishes))
+    mechanism, request = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    listing, stages = _compiler_errors(lambda: build_listing(mechanism, request))
     scene = _timed(seconds, "load", lambda: NumpyScene(listing))
     told = {**build, "backend": "numpy", "seconds": seconds | stages}
     return Model(None, build=told, scene=scene, whole=lambda: _operations_of_all(described))
 
 
+@one_at_a_time
 def _operations_of_all(described: Described) -> dict[str, Any]:
     """Operation counts with nothing fixed and every usual output."""
     from mechc_codegen.compiler import operations_of_all
@@ -171,8 +173,8 @@ def _scene(
     outputs: Iterable[Any] | None,
     **settings: Any,
 ) -> Any:
-    from mechc_codegen.description.source import Settings
-    from mechc_codegen.frontend.scene import Asked, Scene, compilable
+    from mechc_codegen.description.source import ConversionSettings
+    from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
 
     if not compilable(thing):
         raise TypeError(
@@ -183,7 +185,9 @@ def _scene(
     if "states" in given:
         given["states"] = _rates(given["states"])
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+    return CompileRequest(
+        thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
+    )
 
 
 def _rates(states: Any) -> dict[Any, Any]:
@@ -254,7 +258,7 @@ def _shipped(name: str, options: Mapping[str, Any]) -> Any:
 
 def _compile(described: Described, build: dict[str, Any]) -> Model:
     """Derive and emit; the texts name the cache entry."""
-    from mechc_codegen.compiler import signature
+    from mechc_codegen.extension.build import signature
 
     started, described = time.perf_counter(), lru_cache(described)
     scene = _built(described)
@@ -272,13 +276,14 @@ def _compile_known(digest: str, described: Described, build: dict[str, Any]) -> 
     return _model(key, lambda: _built(described), described, build, started)
 
 
+@one_at_a_time
 def _built(described: Described) -> Any:
     """Described, derived and emitted, with the seconds that each stage took."""
     from mechc_codegen.compiler import build_scene
 
     seconds: dict[str, float] = {}
-    mechanism, wishes = _timed(seconds, "describe", lambda: _compiler_errors(described))
-    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),), wishes))
+    mechanism, request = _timed(seconds, "describe", lambda: _compiler_errors(described))
+    scene = _compiler_errors(lambda: build_scene(mechanism, (_native(),), request))
     return replace(scene, seconds=seconds | scene.seconds)
 
 
@@ -397,7 +402,7 @@ def _compiler_errors(run: Any) -> Any:
 
 def _native() -> Any:
     """This processor's own instruction set; the binary stays in the user's cache."""
-    from mechc_codegen.emit.c import InstructionSet
+    from mechc_codegen.emit.instruction_sets import InstructionSet
 
     shipped = load("four_bar")._scene
     flags = ["-march=native"] if shipped.instruction_set != "baseline" else []
@@ -422,7 +427,7 @@ def _processor() -> str:
 
 def _make_first(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FIRST_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import FIRST_FLAGS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
@@ -434,7 +439,7 @@ def _make_first(scene: Any, folder: Path) -> None:
 
 def _make(scene: Any, folder: Path) -> None:
     """Write, compile and link one scene into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FLAGS, RUNTIME, SHARED
+    from mechc_codegen.extension.flags import FLAGS, RUNTIME, SHARED
 
     work = folder / "work"
     scene.write(work)

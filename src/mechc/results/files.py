@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import hashlib
+import io
 import json
 import re
 from collections.abc import Mapping, Sequence
@@ -12,14 +14,25 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import (
     CompilerError,
     MechcError,
     MissingPackageError,
     ValueOutOfBoundsError,
 )
+from mechc.results.durable import replacing
+from mechc.results.untrusted import (
+    checked_options,
+    json_object,
+    mapping_of,
+    names_of,
+    printable,
+    read_regular,
+    text_of,
+)
 from mechc.simulation.events import EventRecord
-from mechc.simulation.status import ChangePoint, Status
+from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
@@ -27,8 +40,12 @@ if TYPE_CHECKING:
     from mechc.model import Model
     from mechc.simulation.solution import Solution
 
-FORMAT = 1
+FORMAT = 2
 LONGEST = 200  # characters of a NetCDF name
+LARGEST_FILE = 2**33  # bytes of a file that is opened
+LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may ask for
+ROWS_A_STEP = 12  # no method keeps more rows of states a step
+_FORMULA = re.compile(r"[\s\ufeff\u200b]*[=+@\-＝＋＠－]")
 TAKEN = {"time", "energy", "closure", "velocity_closure"}
 TAKEN |= {"byte", "char", "short", "ushort", "int", "uint", "int64", "uint64"}  # NetCDF's own
 TAKEN |= {"float", "real", "double", "bool", "string"}
@@ -56,7 +73,18 @@ def to_dataset(sol: Solution) -> Any:
         "status": _ascii(str(sol.status)),
         "mechc": json.dumps(_recipe(sol)),
     }
-    return xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
+    data = xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
+    return data.assign_attrs(sha256=digest(data))
+
+
+def digest(data: Any) -> str:
+    """The sha256 of all numbers of a dataset, and of what is needed to simulate again."""
+    told = hashlib.sha256(str(data.attrs["mechc"]).encode())
+    for key in sorted(map(str, data.variables)):
+        values = np.ascontiguousarray(data[key].values, dtype="<f8")
+        told.update(f"\n{key} {values.shape}\n".encode())
+        told.update(values.data)
+    return told.hexdigest()
 
 
 def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
@@ -74,17 +102,28 @@ def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def save(sol: Solution, path: Path) -> Path:
-    """Write ``.nc`` or ``.csv``, by the ending of the path."""
-    if path.suffix == ".nc":
-        to_dataset(sol).to_netcdf(path, engine="scipy")
-    elif path.suffix == ".csv":
-        _write_csv(sol, path)
-    else:
+    """Write ``.nc`` or ``.csv``, by the ending of the path.
+
+    Raises
+    ------
+    MechcError
+        If the file cannot be written; one that was there is then as it was.
+    """
+    writers = {".nc": _write_netcdf, ".csv": _write_csv}
+    if path.suffix not in writers:
         raise ValueOutOfBoundsError(f"cannot save as {path.name!r}: end it in .nc or .csv")
+    with replacing(path) as part:
+        writers[path.suffix](sol, part)
     return path
 
 
-def open_saved(path: str | Path, model: Model | None = None) -> Solution | Batch:
+def _write_netcdf(sol: Solution, path: Path) -> None:
+    to_dataset(sol).to_netcdf(path, engine="scipy")
+
+
+def open_saved(
+    path: str | Path, model: Model | None = None, *, max_bytes: int = LARGEST_RUN
+) -> Solution | Batch:
     """A solution saved as ``.nc``, or a batch streamed to a folder, again.
 
     The model is loaded and the motion simulated again from the saved start with the saved
@@ -95,12 +134,15 @@ def open_saved(path: str | Path, model: Model | None = None) -> Solution | Batch
     model
         Needed for a mechanism of one's own that is not in this user's cache any more: the same,
         compiled again.
+    max_bytes
+        What the states and the dense output of a solution may take when it is simulated again.
+        A file may come from anybody, and can ask for any number of steps.
 
     Raises
     ------
     MechcError
-        If the file is not a saved solution, its mechanism is not at hand, or the motion comes
-        out different.
+        If the file is not a saved solution or damaged, its mechanism is not at hand, or the
+        motion comes out different or too large.
     """
     path = Path(path)
     if path.is_dir():
@@ -109,11 +151,15 @@ def open_saved(path: str | Path, model: Model | None = None) -> Solution | Batch
         return open_batch(path, model)
     try:
         recipe, t, states = _read(path)
-        sol = _again(model_of(recipe, recipe["state"], model), recipe, t)
+        sol = _again(model_of(recipe, recipe["state"], model), recipe, t, max_bytes)
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
-    except (MechcError, OSError, KeyError, ValueError, TypeError, AttributeError) as error:
-        raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {error}") from None
+    except (
+        MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
+        RecursionError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        told = printable(str(error) or type(error).__name__)
+        raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
     return sol
 
@@ -123,16 +169,17 @@ def model_of(told: Mapping[str, Any], state: Sequence[str], given: Model | None)
     if given is None and not told["custom"]:
         from mechc.load import load
 
-        return load(told["mechanism"], **told["options"])
+        return load(text_of(told["mechanism"], "its mechanism"), **checked_options(told["options"]))
     model = _compiled_before(told) if given is None else given
     if state and [*model.coordinates, *model.speeds] != list(state):
         raise MechcError(
-            f"it is of a mechanism with the states {', '.join(state)}; the model {model.name!r} "
-            "has others"
+            f"it is of a mechanism with the states {printable(', '.join(state))}; the model "
+            f"{model.name!r} has others"
         )
     return model
 
 
+@one_at_a_time
 def _compiled_before(told: Mapping[str, Any]) -> Model:
     from mechc.compilation.on_demand import compiled_before
 
@@ -145,24 +192,30 @@ def _compiled_before(told: Mapping[str, Any]) -> Model:
         ) from None
 
 
-def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
+def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> Solution:
     """The run up to where it ended, with all that a file says checked as a user's input is."""
     from mechc.simulation.settings import Policy
 
-    told = Policy(**recipe["policy"])
+    told = Policy(**mapping_of(recipe["policy"], "its policy"))
+    room = max_bytes // (8 * ROWS_A_STEP * model._scene.width)
     policy = told._asdict() | {
         "dense": True,
         "first_step": told.first_step or None,
         "method": "auto" if told.stiff_switch else told.method,
-        "max_steps": told.max_steps + 100,  # cut short, the last steps differ
+        "max_steps": min(2 * int(recipe["steps"]) + 1000, room),  # cut short, the last differ
         "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
     }
     del policy["stiff_switch"]
     sol = model.simulate(
         recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
     )
+    if sol.status.code == "too many steps":
+        raise MechcError(
+            f"simulating it again takes more than {policy['max_steps']} steps; read the file with "
+            "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
+        )
     sol.policy = told._replace(dense=True, atol=sol.policy.atol)
-    sol.status = Status(**recipe["status"] | {"warnings": tuple(recipe["status"]["warnings"])})
+    sol.status = _status(mapping_of(recipe["status"], "its status"))
     if not np.array_equal(sol._run.states()[0], t):
         sol._times = t
     sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
@@ -171,6 +224,20 @@ def _again(model: Model, recipe: dict[str, Any], t: Array) -> Solution:
         for c in recipe["change_points"]
     )
     return sol
+
+
+def _status(told: Mapping[str, Any]) -> Status:
+    """An outcome as a file tells it: known, and with texts that are nothing but text."""
+    codes = {name for name, *_ in CODES.values()}
+    if told["code"] not in codes:
+        raise MechcError("its status is unknown")
+    return Status(
+        told["code"],
+        float(told["t"]),
+        text_of(told["cause"], "the cause of its end"),
+        text_of(told["advice"], "the advice about its end"),
+        tuple(text_of(text, "a warning") for text in told["warnings"]),
+    )
 
 
 def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
@@ -201,6 +268,7 @@ def _recipe(sol: Solution) -> dict[str, Any]:
         "compiled": str(sol.model.build.get("key", "")),
         "params": sol.params.tolist(),
         "span": list(sol.span),
+        "steps": int(sol.stats["steps"] + sol.stats["rejected"]),
         "y0": y0.tolist(),
         "policy": policy,
         "status": asdict(sol.status),
@@ -212,14 +280,43 @@ def _recipe(sol: Solution) -> dict[str, Any]:
 
 def _read(path: Path) -> tuple[dict[str, Any], Array, Array]:
     """What is needed to simulate again, and the times and states saved."""
+    data = _loaded(read_regular(path, LARGEST_FILE))
+    recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
+    if recipe["format"] != FORMAT:
+        raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
+    if data.attrs["sha256"] != digest(data):
+        raise MechcError("it is damaged: its sha256 is another; what is right in it xarray reads")
+    keys = netcdf_names(names_of(recipe["state"], "its states"))
+    states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
+    return recipe, data["time"].values.astype(np.float64), states
+
+
+def _loaded(content: bytes) -> Any:
+    """The dataset in a file of NetCDF 3, in memory."""
     xarray = _xarray()
-    with xarray.open_dataset(path, engine="scipy", decode_times=False) as data:
-        recipe = json.loads(data.attrs["mechc"])
-        if recipe["format"] != FORMAT:
-            raise MechcError(f"its format is {recipe['format']}, not {FORMAT}")
-        keys = netcdf_names(tuple(recipe["state"]))
-        states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
-        return recipe, data["time"].values.astype(np.float64), states
+    if content[:3] != b"CDF":
+        raise MechcError("it is no file of NetCDF 3")
+    try:
+        with xarray.open_dataset(io.BytesIO(content), engine="scipy", decode_cf=False) as data:
+            return data.load()
+    except Exception as error:  # of another's reader, whatever it stumbles over
+        raise MechcError(f"it is damaged: {error or type(error).__name__}") from None
+
+
+def verify(path: Path) -> None:
+    """Refuse a saved solution that is not as it was written.
+
+    Raises
+    ------
+    MechcError
+        With what is wrong.
+    FileNotFoundError
+        If there is none.
+    """
+    try:
+        _read(path)
+    except (MechcError, LookupError, TypeError, ValueError) as error:
+        raise MechcError(f"{path}: {printable(str(error))}") from None
 
 
 def _write_csv(sol: Solution, path: Path) -> None:
@@ -235,8 +332,9 @@ def _write_csv(sol: Solution, path: Path) -> None:
 
 
 def _csv_text(text: str) -> str:
-    """Spreadsheets take some first characters for a formula."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    """Spreadsheets take some first characters of a line for a formula."""
+    line = " ".join(text.splitlines())
+    return f"'{line}" if text[:1] in ("\t", "\r", "\n") or _FORMULA.match(line) else line
 
 
 def _ascii(text: str) -> str:

@@ -14,7 +14,7 @@ from sympy import Expr, S, sympify
 
 from mechc_codegen.derive.equations import Equations, Output, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
-from mechc_codegen.derive.state_symbols import Plain, plain_symbols
+from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import Body, LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
@@ -24,21 +24,21 @@ from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, dot, vanishes
 from mechc_codegen.derive.tree.velocities import refuse_other_velocities
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 
 AXES = ("x", "y", "z")
 
 
-def derive_tree(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+def derive_tree(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive the equations link by link.
 
     Raises
     ------
     NotATreeError
-        Where the description is none of a tree of links; the message says what is in the way.
+        Where the mechanism cannot be described as a tree of links; the message says why.
     """
     _refuse_others(mechanism)
-    return _Derivation(mechanism, wishes).equations()
+    return _Derivation(mechanism, request).equations()
 
 
 def _refuse_others(mechanism: Mechanism) -> None:
@@ -57,7 +57,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class _Cut:
-    """One row of a closure: two points, held together along an axis."""
+    """One row of a closure: two points that coincide along an axis."""
 
     label: str
     point: PointMotion
@@ -66,10 +66,10 @@ class _Cut:
 
 
 class _Derivation:
-    def __init__(self, mechanism: Mechanism, wishes: Wishes) -> None:
-        self.mechanism, self.wishes = mechanism, wishes
-        self.symbols = plain_symbols(mechanism)
-        self.plain = Plain(mechanism, self.symbols, wishes)
+    def __init__(self, mechanism: Mechanism, request: OutputRequest) -> None:
+        self.mechanism, self.request = mechanism, request
+        self.symbols = state_symbols(mechanism)
+        self.to_symbols = StateSymbols(mechanism, self.symbols, request)
         self.tape = Tape(self.symbols.parameters)
         rates = (*mechanism.kinematics, *(state.rate for state in mechanism.states))
         self.rates = [self._plain(rate) for rate in rates]
@@ -80,7 +80,7 @@ class _Derivation:
         self.loaded = LinkBodies(mechanism, self.links)
         refuse_other_velocities(mechanism, self.links)
         self.cuts = self._cuts()
-        if wishes.wants("reactions"):  # before the links are counted
+        if request.includes("reactions"):  # before the links are counted
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
                 self.links.motion(joint.child_point)
@@ -88,25 +88,27 @@ class _Derivation:
             raise NotATreeError("a speed moves no link, or more than one, against its parent")
 
     def equations(self) -> Equations:
-        mechanism, wants = self.mechanism, self.wishes.wants
+        mechanism, includes = self.mechanism, self.request.includes
         links = self.links.links
         planar = self._planar(links)
         outputs = [
             *self._tree_outputs(links, planar),
             *self._kinematics(),
             *self._closures(planar),
-            *(self._energies() if wants("energy") else ()),
-            *(self._momenta() if wants("momenta") else ()),
-            *(self._points() if wants("points") else ()),
-            *(self._accelerations() if wants("accelerations") else ()),
-            *(self._residual() if self.wishes.wants_jacobian else ()),
-            *(self._reactions() if wants("reactions") else ()),
+            *(self._energies() if includes("energy") else ()),
+            *(self._momenta() if includes("momenta") else ()),
+            *(self._points() if includes("points") else ()),
+            *(self._accelerations() if includes("accelerations") else ()),
+            *(self._residual() if self.request.includes_jacobian else ()),
+            *(self._reactions() if includes("reactions") else ()),
             *self._scalars(),
         ]
         return Equations(
             symbols=self.symbols,
             outputs={o.name: o for o in outputs},
-            parameter_defaults=tuple(self.plain.default(p.default) for p in mechanism.parameters),
+            parameter_defaults=tuple(
+                self.to_symbols.default(p.default) for p in mechanism.parameters
+            ),
             holonomic=len(self.cuts),
             nonholonomic=0,
             identity_kinematics=self._plain_kinematics(),
@@ -123,12 +125,12 @@ class _Derivation:
         )
 
     def _plain_kinematics(self) -> bool:
-        """Whether speeds are the coordinates' rates, and there is nothing besides."""
+        """Whether the speeds are the coordinates' rates, without states and auxiliary speeds."""
         mechanism = self.mechanism
         return tuple(mechanism.kinematics) == mechanism.u and not mechanism.states
 
     def _plain(self, expression: Expr) -> Expr:
-        return self.plain.expression(sympify(expression).xreplace(self.mechanism.rates))
+        return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
 
     # -- the tree ---------------------------------------------------------------------------
 
@@ -211,7 +213,7 @@ class _Derivation:
         ]
 
     def _across(self, what: str) -> tuple[Expr, ...]:
-        """How far the ends of the cuts differ, along their axes."""
+        """Difference of the two ends of each cut along its axis."""
         tape = self.tape
         gaps = [tape.difference(getattr(c.point, what), getattr(c.target, what)) for c in self.cuts]
         return tuple(tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True))
@@ -234,7 +236,7 @@ class _Derivation:
         names = [printed_name(q) for q in (*self.mechanism.q, *self.mechanism.x)]
         labels = tuple(f"rate of {name}" for name in names)
         size = len(self.symbols.u)
-        coordinates = len(self.mechanism.q)  # no displacement moves the states behind them
+        coordinates = len(self.mechanism.q)  # displacements do not change the states after them
         matrix = tuple(
             rate.diff(u) if k < coordinates else S.Zero
             for k, rate in enumerate(self.rates)
@@ -260,8 +262,8 @@ class _Derivation:
     def _energies(self) -> list[Output]:
         tape, mechanism = self.tape, self.mechanism
         kinetic = sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero)
-        told = "T = sum of m v.v/2 + omega.I.omega/2"
-        energies = [Output("kinetic_energy", told, (tape.keep(kinetic),), (), ("T",))]
+        equation = "T = sum of m v.v/2 + omega.I.omega/2"
+        energies = [Output("kinetic_energy", equation, (tape.keep(kinetic),), (), ("T",))]
         if mechanism.unknown_potentials:
             return energies
         given = mechanism.potential
@@ -270,8 +272,11 @@ class _Derivation:
         potential = self._plain(given)
         for body in self.loaded.bodies:
             potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
-        told = "V, of the loads that have one"
-        return [*energies, Output("potential_energy", told, (tape.keep(potential),), (), ("V",))]
+        equation = "V, of the loads that have one"
+        return [
+            *energies,
+            Output("potential_energy", equation, (tape.keep(potential),), (), ("V",)),
+        ]
 
     def _kinetic(self, body: Body) -> Expr:
         omega = self.links.frame_of(body.centre.link).omega
@@ -314,29 +319,32 @@ class _Derivation:
         ]
 
     def _residual(self) -> list[Output]:
-        """What Jacobians are derived from in place of M and F; not emitted itself."""
+        """The residual that Jacobians are derived from in place of M and F; it is not emitted."""
         elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
         labels = tuple(f"residual[{i}]" for i in range(len(elements)))
-        told = "M u' + J^T lambda - F and J u' - gamma"
-        return [Output("residual", told, elements, (len(elements),), labels)]
+        equation = "M u' + J^T lambda - F and J u' - gamma"
+        return [Output("residual", equation, elements, (len(elements),), labels)]
 
     def _accelerations(self) -> list[Output]:
         points, moving = self.mechanism.points, LinkAccelerations(self.links, self.symbols)
         found = [moving.of_point(self.links.motion(point)) for point in points]
-        told, names = "accelerations of the named points", [point.name for point in points]
-        return [_vectors("point_accelerations", told, names, found)]
+        equation, names = "accelerations of the named points", [point.name for point in points]
+        return [_vectors("point_accelerations", equation, names, found)]
 
     def _reactions(self) -> list[Output]:
         kinetics = TreeKinetics(self.mechanism, self.links, self.loaded, self.symbols)
         return reaction_outputs(self.mechanism, kinetics)
 
     def _scalars(self) -> list[Output]:
-        told = "of several assemblies the one where this is largest is taken"
-        own = [Output(n, "asked for", (e,), (), (n,)) for n, e in self.wishes.expressions.items()]
-        scalars = [self.plain.solved(output) for output in own]
+        equation = "of several assemblies the one where this is largest is taken"
+        own = [
+            Output(n, "user-defined output", (e,), (), (n,))
+            for n, e in self.request.expressions.items()
+        ]
+        scalars = [self.to_symbols.solved(output) for output in own]
         if self.mechanism.preference is not None:
             value = self._plain(self.mechanism.preference)
-            scalars.append(Output("preference", told, (value,), (), ("preference",)))
+            scalars.append(Output("preference", equation, (value,), (), ("preference",)))
         return scalars
 
 

@@ -43,6 +43,7 @@ def python(*arguments, cwd, **environment):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"
     python("-c", build, cwd=source)

@@ -32,7 +32,7 @@ MECHC_STATIC void mechc_abreast_come_back(mechc_rk_run *run)
 
 #if MECHC_ABREAST
 struct mechc_abreast {
-    mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
     mechc_lane t, t1, time_left_over, step, max_step, h;
     mechc_lane y[MECHC_NX], left_over[MECHC_NX], scale[MECHC_NX];
     mechc_lane end[MECHC_NX], next_left_over[MECHC_NX], last_stage[MECHC_NX];
@@ -81,7 +81,7 @@ MECHC_STATIC void mechc_abreast_load(struct mechc_abreast *a, int lane, const me
 {
     const double asked = mechc_rk_share(run) * run->rtol;
     for (int i = 0; i < MECHC_PASSED; i++) a->p[i][lane] = run->p[i];
-    for (int i = 0; i < MECHC_NK; i++) a->k[i][lane] = run->k[i];
+    for (int i = 0; i < MECHC_CONSTANTS; i++) a->k[i][lane] = run->k[i];
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i][lane] = run->y[i];
         a->left_over[i][lane] = run->left_over[i];

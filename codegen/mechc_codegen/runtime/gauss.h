@@ -329,7 +329,7 @@ MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};
     for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
-    for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
+    for (int i = 0; i < MECHC_CONSTANTS; i++) g->k[i] = mechc_spread(run->k[i]);
     return 1;
 }
 

@@ -14,7 +14,7 @@ typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_FIRST, MECHC_SECOND, MECHC_TOP, MECHC_NEXT };
 
 struct mechc_gauss {
-    mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_lane p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
     mechc_lane q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_lane turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_lane shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */

@@ -11,6 +11,9 @@
 #define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
 #endif
 
+/* Constants made of parameters, and last the number of rows that count: see generic_rank.h. */
+#define MECHC_CONSTANTS (MECHC_NK + 1)
+
 #ifndef MECHC_STATES
 #define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
 #endif

@@ -16,8 +16,8 @@ static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory,
                                  ptrdiff_t count, const double *t, double *out)
 {
     (void)method;
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
-    mechc_scalar_hoist(p, k);
+    double k[MECHC_CONSTANTS];
+    mechc_constants_at(trajectory->t[0], trajectory->y, p, k);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
         const double start = trajectory->t[step];

@@ -84,7 +84,7 @@ static void mechc_rk_start(mechc_run *head, const mechc_options *options)
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_PASSED * sizeof(double));
-    mechc_scalar_hoist(run->p, run->k);
+    mechc_constants_at(options->t0, run->y, run->p, run->k);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;

@@ -88,6 +88,7 @@ MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run);
 MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error);
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error);
 MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h);
+MECHC_STATIC void mechc_gauss_stage(const struct mechc_gauss *g, int stage, double *q);
 MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run);
 MECHC_STATIC void mechc_gauss_renew(const mechc_rk_run *run);
 MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const double *end,

@@ -250,6 +250,13 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, 
 #endif
 }
 
+/* The configuration of one stage. */
+MECHC_STATIC void mechc_gauss_stage(const struct mechc_gauss *g, int stage, double *q)
+{
+    for (int i = 0; i < MECHC_NQ; i++)
+        q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
+}
+
 /* The conditioning met at the stages. */
 MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
 {
@@ -257,8 +264,7 @@ MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
     if (g->lowest > MECHC_CLEAR * MECHC_CLEAR) return;
     for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
         double q[MECHC_NQ];
-        for (int i = 0; i < MECHC_NQ; i++)
-            q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
+        mechc_gauss_stage(g, stage, q);
         mechc_dip_meet(&run->dip, mechc_gauss_conditioning(run, h, stage, q), q);
     }
 }

@@ -35,6 +35,19 @@ typedef struct {
 #endif
 } mechc_dip;
 
+#if MECHC_NH > 0
+/* Configurations of a step in the order of time: its start, nodes between, its end. */
+#define MECHC_MOST_NODES 10
+
+typedef struct {
+    int count;
+    double fraction[MECHC_MOST_NODES];
+    double q[MECHC_MOST_NODES][MECHC_NQ];
+} mechc_path;
+#else
+typedef struct mechc_path mechc_path;
+#endif
+
 /* A step as proposed: states and rates at both ends. */
 typedef struct {
     double t, h;
@@ -44,6 +57,7 @@ typedef struct {
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
     int last;               /* of the run: nothing goes on from its end */
+    const mechc_path *path;
     const mechc_tableau *approach; /* whose gaps are aimed at beforehand (approach.h); NULL: none */
 } mechc_span;
 
@@ -277,6 +291,8 @@ MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, con
     return 1;
 }
 
+#include "turned_rows.h"
+
 /* Judge a step whose conditioning dipped. */
 MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_passing *out)
 {
@@ -292,6 +308,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+    if (mechc_follow_nodes(span, dip, reach, out)) return;
     if (!mechc_find_near(span->t, dip->q, span->p, span->k, dip, reach, &critical)) {
         if (turned != 1) return;
         if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;

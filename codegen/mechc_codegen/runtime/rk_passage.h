@@ -54,17 +54,62 @@ MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run)
     run->step = run->dip.wanted;
 }
 
+#if MECHC_NH > 0
+/* Fractions of a step at which methods that keep no stages are looked at. */
+#define MECHC_BETWEEN 8
+
+/* On the cubic through both ends, its loops closed where they can be. */
+MECHC_STATIC void mechc_rk_node(const mechc_rk_run *run, double h, const double *end, double s,
+                                double *q)
+{
+    const double *start_rates = MECHC_RATE(run, 0);
+    const double *end_rates = MECHC_RATE(run, run->tableau->stages), r = 1.0 - s;
+    double closed[MECHC_NQ];
+    long unused = 0;
+    mechc_scalar_place place;
+    for (int i = 0; i < MECHC_NQ; i++)
+        q[i] = run->y[i] * r * r * (1.0 + 2.0 * s) + end[i] * s * s * (3.0 - 2.0 * s)
+             + h * s * r * (start_rates[i] * r - end_rates[i] * s);
+    memcpy(closed, q, sizeof closed);
+    if (mechc_scalar_close_loops(run->head.t + s * h, closed, run->p, run->k, &place, &unused)
+        == MECHC_RUNNING)
+        memcpy(q, closed, sizeof closed);
+}
+
+/* Configurations along a step. */
+MECHC_STATIC void mechc_rk_path(const mechc_rk_run *run, double h, const double *end,
+                                mechc_path *path)
+{
+    const int collocation = mechc_rk_is_collocation(run);
+    const int between = collocation ? run->tableau->stages - 1 : MECHC_BETWEEN - 1;
+    path->count = between + 2;
+    for (int i = 0; i < path->count; i++) {
+        double *q = path->q[i];
+        const double s = i == 0           ? 0.0
+                       : i > between      ? 1.0
+                       : collocation      ? run->tableau->nodes[i]
+                                          : (double)i / MECHC_BETWEEN;
+        path->fraction[i] = s;
+        if (i == 0 || i > between) memcpy(q, i ? end : run->y, MECHC_NQ * sizeof *q);
+        else if (collocation) mechc_gauss_stage(run->collocation, i - 1, q);
+        else mechc_rk_node(run, h, end, s, q);
+    }
+}
+#endif
+
 /* Judge a step that its error allows; passing.action MECHC_RETRY where it was taken back. */
 MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
 {
     run->passing.action = MECHC_STANDS;
 #if MECHC_NH > 0
     if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
+    mechc_path path;
+    mechc_rk_path(run, h, end, &path);
     const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,
                              MECHC_RATE(run, run->tableau->stages), run->p, run->k,
                              run->low, run->best, run->high, run->horizon,
                              run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run),
-                             fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
+                             fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h), &path,
                              mechc_rk_is_collocation(run) ? run->tableau : 0};
     mechc_stats *stats = &run->head.stats;
     run->passing.gap = HUGE_VAL;

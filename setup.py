@@ -12,7 +12,6 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
-BATCH = ("batch.h", "batch_reduce.h", "batch_close.h")
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
 
@@ -39,7 +38,7 @@ class BuildScenes(build_ext):
 
     def generate(self, extension):
         from mechc_codegen import build_scene, shipped_mechanism
-        from mechc_codegen.extension import runtime_headers
+        from mechc_codegen.extension.flags import runtime_headers
 
         name = extension.name.removeprefix(SCENES)
         folder = Path(self.build_temp).resolve() / "scenes" / name
@@ -56,7 +55,7 @@ class BuildScenes(build_ext):
     def build_extension(self, extension):
         """A scene's C files are compiled one by one: each has its own instruction set."""
         if extension.name in self.builds and self.is_stale(extension):
-            from mechc_codegen.extension import FLAGS
+            from mechc_codegen.extension.flags import FLAGS
 
             build, folder = self.builds[extension.name]
 
@@ -79,6 +78,10 @@ class BuildScenes(build_ext):
         return self.force or newer_group([*extension.sources, *extension.depends], target)
 
 
+def headers(*folders):
+    return [str(path) for folder in folders for path in sorted((RUNTIME / folder).glob("*.h"))]
+
+
 def packages():
     """The runtime, the compiler, and the benchmarks, whose folder holds scripts."""
     parts = [f"mechc_bench.{name}" for name in find_packages("benchmarks")]
@@ -90,24 +93,24 @@ setup(
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
         Extension(
-            "mechc._driver",
-            ["src/mechc/_driver.pyx"],
+            "mechc.native._driver",
+            ["src/mechc/native/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
-            depends=[str(RUNTIME / "model.h"), str(RUNTIME / "call.h")],
+            depends=headers("abi"),
         ),
         Extension(
-            "mechc._inputs",
-            ["src/mechc/_inputs.pyx"],
+            "mechc.native._inputs",
+            ["src/mechc/native/_inputs.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=[str(RUNTIME / name) for name in ("model.h", "inputs.h", "signals.h")],
+            depends=headers("abi"),
         ),
         Extension(
-            "mechc._batch",
-            ["src/mechc/_batch.pyx"],
+            "mechc.native._batch",
+            ["src/mechc/native/_batch.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=[str(RUNTIME / name) for name in ("model.h", *BATCH)],
+            depends=headers("abi", "batch"),
         ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 import mechc
-from mechc.batch import CHUNK
+from mechc.batch.simulate import CHUNK
 
 STREAM_METHOD = "dop853"
 

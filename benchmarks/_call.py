@@ -11,8 +11,8 @@ from collections.abc import Callable
 import numpy as np
 
 import mechc
-from mechc.policy import checked_policy
-from mechc.start import begin, checked_state
+from mechc.simulation.initialise import begin, checked_state
+from mechc.simulation.settings import checked_policy
 
 INSTANT = 1e-9  # s, one step
 CALLS, ROUNDS = 40, 300  # short rounds: some are not interrupted on a busy machine

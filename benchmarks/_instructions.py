@@ -148,7 +148,7 @@ def _of_the_model(model: Any, name: str) -> Iterator[Section]:
 
 
 def _trajectories(model: Any, y: Any, values: Any, method: str) -> Callable[[int], None]:
-    from mechc.start import begin
+    from mechc.simulation.initialise import begin
 
     policy = model.simulate(INSTANT, y, PARAMS, rtol=RTOL, method=method, dense=False).policy
 
@@ -160,7 +160,7 @@ def _trajectories(model: Any, y: Any, values: Any, method: str) -> Callable[[int
 
 def _of_the_calls(model: Any) -> Iterator[Section]:
     """What is Python for the most part."""
-    from mechc.start import begin
+    from mechc.simulation.initialise import begin
 
     y, values = _start(model), model._parameters.resolve(PARAMS)
     policy = model.simulate(INSTANT, y, PARAMS).policy

@@ -10,7 +10,7 @@ import numpy as np
 from _problem import Problem
 from _timing import Case
 
-from mechc.policy import METHODS
+from mechc.simulation.settings import METHODS
 
 SINGLE, BATCH = "mechc", "mechc batch"
 BATCH_METHODS = ("dop853", "gauss8")

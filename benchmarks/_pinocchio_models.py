@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from _problem import Array, Problem
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.description.mechanism import Mechanism
 from peers import NotExpressibleError
 from scipy.spatial.transform import Rotation
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from _results import OUT, write
-from mechc._driver import Scene
+from mechc.native._driver import Scene
 from numpy.typing import NDArray
 
 from mechc._scenes import four_bar

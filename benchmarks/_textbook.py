@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import sympy
 from _problem import Array, Problem
-from mechc_codegen.mechanism import Mechanism
+from mechc_codegen.description.mechanism import Mechanism
 from peers import NotExpressibleError
 from sympy import Expr, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols

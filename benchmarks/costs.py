@@ -29,15 +29,16 @@ from _instructions import NotCountedError, counted
 from _machine import about
 from _processes import least_seconds
 from _scene import write
-from mechc_codegen.emit_c import BASELINE, emit
-from mechc_codegen.extension import optimised
-from mechc_codegen.mechanisms.andrews import andrews
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.four_bar import four_bar
-from mechc_codegen.mechanisms.slider_crank import slider_crank
-from mechc_codegen.mechanisms.windows import windows
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.andrews import andrews
+from mechc_codegen.library.planar.four_bar import four_bar
+from mechc_codegen.library.planar.slider_crank import slider_crank
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 
 NOISE = 1.25  # times a limit of seconds: what a busy machine adds to the least of several runs
 IMPORT, RUN, CALL = 0.15, 0.5, 20.0  # s, s, us
@@ -189,9 +190,11 @@ def _built(full: bool) -> dict[str, Any]:
 def operations() -> Iterator[dict[str, Any]]:
     """Of all outputs, of one right-hand side, once a run; and what C is written for the program."""
     for name, mechanism in COUNTED.items():
-        described, wishes = Scene(mechanism(), Asked(Settings(), {}, ())).described()
-        made = optimised(described, wishes, {})
-        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), wishes)
+        described, request = CompileRequest(
+            mechanism(), CompileOptions(ConversionSettings(), {}, ())
+        ).described()
+        made = optimised(described, request, Stopwatch())
+        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
         counts = json.loads(made.metadata)["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),

@@ -13,7 +13,6 @@ modules, as pip does.
 
 from __future__ import annotations
 
-import importlib
 import json
 import os
 import resource
@@ -121,8 +120,9 @@ def made(form: str) -> Any:
 
         return by_hand()
     if form in LIBRARY:
-        module = importlib.import_module(f"mechc_codegen.mechanisms.{form}")
-        return getattr(module, form)()
+        from mechc_codegen import SHIPPED
+
+        return SHIPPED[form].build()
     sys.path.insert(0, str(OBJECTS))
     from sympy_objects import four_bar_kane
 

@@ -32,14 +32,15 @@ import numpy as np
 from _machine import about
 from _scene import OUT, write
 from _windows import first_upright, upright_start
-from mechc._driver import capsule_of
-from mechc_codegen.extension import build_scene, equations_of
-from mechc_codegen.mechanisms.chains import planar_chain, spatial_chain
-from mechc_codegen.mechanisms.windows import windows
-from mechc_codegen.scene import Asked, Scene
-from mechc_codegen.source import Settings
+from mechc.native._driver import capsule_of
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
+from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
+from mechc_codegen.library.chains.windows import windows
 
-from mechc import jit
+from mechc.compilation import on_demand as jit
 from mechc.model import Model
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
@@ -99,9 +100,11 @@ def _options() -> argparse.ArgumentParser:
 
 def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
-    mechanism, wishes = Scene(SCENES[name](size), Asked(Settings(), {}, ())).described()
-    _, derive = spent(lambda: equations_of(mechanism, wishes))
-    build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), wishes))
+    mechanism, request = CompileRequest(
+        SCENES[name](size), CompileOptions(ConversionSettings(), {}, ())
+    ).described()
+    _, derive = spent(lambda: derive_equations(mechanism, request))
+    build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), request))
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: jit._make_first(build, Path(folder)))
         _, whole = spent(lambda: jit._make(build, Path(folder)))

@@ -24,8 +24,8 @@ import mpmath
 import sympy
 from _equations import derive, described
 from _scene import DATA
-from mechc_codegen.mechanisms.bicycle import bicycle, values
-from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.spatial.bicycle import bicycle, values
 from mpmath import mpf
 from problems.bicycle import COORDINATES, SPEEDS
 from sympy.physics.mechanics import dynamicsymbols

@@ -21,11 +21,12 @@ from typing import Any
 
 import numpy as np
 from _scene import write
-from mechc_codegen.mechanisms.chains import planar_chain
-from mechc_codegen.mechanisms.heavy_top import heavy_top
+from mechc_codegen.library.chains.rods import planar_chain
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
-from mechc import cache, jit
+from mechc.compilation import cache
+from mechc.compilation import on_demand as jit
 
 USUAL = ("energy", "momenta", "points", "multipliers")
 ALL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
@@ -115,12 +116,12 @@ def measured(case: Case) -> dict[str, Any]:
 
 def _c_bytes(case: Case) -> int:
     """Of all texts that are written for one instruction set."""
-    from mechc_codegen.extension import build_scene
-    from mechc_codegen.wishing import wishes_of
+    from mechc_codegen.compiler import build_scene
+    from mechc_codegen.frontend.read_request import read_request
 
     mechanism = case.described()
-    wishes = wishes_of(mechanism, case.fix, case.outputs, of_object=False)
-    built = build_scene(mechanism, (jit._native(),), wishes)
+    request = read_request(mechanism, case.fix, case.outputs, of_object=False)
+    built = build_scene(mechanism, (jit._native(),), request)
     return sum(len(text.encode()) for name, text in built.texts.items() if name != "scene.pyx")
 
 

@@ -26,7 +26,7 @@ import pytest
 from _scene import write
 
 import mechc
-from mechc import jit
+from mechc.compilation import on_demand as jit
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "jit"))
 import first_units

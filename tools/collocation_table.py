@@ -1,4 +1,4 @@
-"""Print codegen/mechc_codegen/runtime/gauss_table.h: Gauss-Legendre collocation with 8 stages.
+"""Print codegen/mechc_codegen/runtime/methods/gauss_tableau.h: Gauss-Legendre collocation with 8 stages.
 
 Everything is computed in 60 digits and rounded once.  Needs mpmath.
 """
@@ -92,8 +92,8 @@ for j, node in enumerate(ends):
 print("""/* Gauss-Legendre collocation with 8 stages, order 16, as data; printed by
  * tools/collocation_table.py.  Matrices are stored by columns: entry [j * 8 + i] is what the rate of
  * stage j gives to stage i. */
-#ifndef MECHC_GAUSS_TABLE_H
-#define MECHC_GAUSS_TABLE_H
+#ifndef MECHC_GAUSS_TABLEAU_H
+#define MECHC_GAUSS_TABLEAU_H
 
 #define MECHC_STAGES 8
 #define MECHC_GAUSS_TABLE static const __attribute__((aligned(64), unused)) double

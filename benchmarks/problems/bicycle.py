@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from _problem import Problem
-from mechc_codegen.mechanisms.bicycle import bicycle, values
+from mechc_codegen.library.spatial.bicycle import bicycle, values
 
 from problems._data import values_at
 

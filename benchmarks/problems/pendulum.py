@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 from _problem import Array, Problem
-from mechc_codegen.mechanisms.pendulum import pendulum
+from mechc_codegen.library.chains.pendulum import pendulum
 
 from problems._data import values_at
 

@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 from _problem import Array, Formulation, Problem
 from _windows import first_upright_motion, upright_start
-from mechc_codegen.mechanism import Constraint, Mechanism
-from mechc_codegen.mechanisms.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.description.mechanism import Constraint, Mechanism
+from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
 from sympy import Symbol
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
@@ -24,7 +24,7 @@ l, m, g, tilt = Symbol("l"), Symbol("m"), Symbol("g"), Symbol("tilt")
 
 def row(count: int) -> Problem:
     """Compared in place and velocity of the first upright's end, on the ground's axes."""
-    from mechc_codegen.mechanisms.windows import windows
+    from mechc_codegen.library.chains.windows import windows
 
     rods = "one window" if count == 1 else f"{count} windows"
     return Problem(

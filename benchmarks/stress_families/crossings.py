@@ -11,8 +11,8 @@ from _stress_judge import METHODS, ROUNDING, Row, attempt, limit_of, measured, s
 from _timing import Array
 from _windows import first_upright, upright_start
 from closure_curve import Geometry
-from mechc_codegen.mechanisms.slider_crank import slider_crank
-from mechc_codegen.mechanisms.windows import windows
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.slider_crank import slider_crank
 from scipy.integrate import solve_ivp
 
 import mechc

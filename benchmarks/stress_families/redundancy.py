@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from _scene import reference
 from _stress_judge import METHODS, Row, attempt, limit_of, speeds_apart, verdict
-from mechc_codegen.mechanisms.redundant import spatial, two_rockers
+from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
 from stress_families.geometry import CONDITION, GROUNDS, RTOLS, START, T_END

@@ -17,9 +17,8 @@ import numpy as np
 from _scene import reference
 from _stress_judge import Row, attempt, limit_of, measured, speeds_apart, verdict
 from _timing import Array
-from mechc_codegen.mechanism import Mechanism
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.parts import (
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
     located,
@@ -27,6 +26,7 @@ from mechc_codegen.mechanisms.parts import (
     speeds,
     weight,
 )
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 from sympy import symbols
 from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 

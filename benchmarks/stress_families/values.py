@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from _stress_judge import REFUSALS, Row, bounded, row
 from _timing import Array
-from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-from mechc_codegen.mechanisms.heavy_top import heavy_top
-from mechc_codegen.mechanisms.pendulum import pendulum
-from mechc_codegen.mechanisms.slider_crank import slider_crank
+from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.planar.slider_crank import slider_crank
+from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechc.batch_recipe import Assembly
-from mechc.c_interface import CFunction
+from mechc.batch.spec import Assembly
+from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -27,14 +27,15 @@ from mechc.errors import (
     UnknownNameError,
     ValueOutOfBoundsError,
 )
-from mechc.events import Event, EventRecord
+from mechc.inputs.signals import Signal
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
 from mechc.model import Model, Momenta, Reactions
-from mechc.signals import Signal
-from mechc.solution import Solution
-from mechc.status import ChangePoint, Status
-from mechc.storage import open_saved as open  # noqa: F401
+from mechc.results.files import open_saved as open  # noqa: F401
+from mechc.simulation.events import Event, EventRecord
+from mechc.simulation.solution import Solution
+from mechc.simulation.status import ChangePoint, Status
+from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
 
@@ -58,6 +59,7 @@ __all__ = [
     "EventRecord",
     "InputError",
     "Joint",
+    "Kind",
     "Mechanism",
     "MechcError",
     "MissingInputError",
@@ -84,7 +86,7 @@ __all__ = [
 ]
 
 
-# What mechanisms and wishes are described with.
+# What mechanisms are described with.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -92,6 +94,7 @@ _DESCRIPTION = {
     "Cut",
     "Drawing",
     "Joint",
+    "Kind",
     "Mechanism",
     "Parameter",
     "Quantity",
@@ -105,7 +108,12 @@ _DESCRIPTION = {
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
     if name in _DESCRIPTION:
-        from mechc.jit import of_compiler
-
-        return of_compiler(name)
+        return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
+
+
+@_one_at_a_time
+def _described_with(name: str) -> Any:
+    from mechc.compilation.on_demand import of_compiler
+
+    return of_compiler(name)

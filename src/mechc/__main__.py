@@ -1,5 +1,5 @@
 """``python -m mechc`` is the command ``mechc``."""
 
-from mechc.cli import main
+from mechc.cli.commands import main
 
 raise SystemExit(main())

@@ -9,8 +9,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import UnknownNameError
-from mechc.library import COMPILED_AT_INSTALL, LIBRARY
 from mechc.model import Model
 
 BACKENDS = ("c", "numpy")
@@ -67,16 +68,30 @@ def load(
     """
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
+    asked, key = _asked(fix, outputs), (name, instruction_set)
+    if key in _loaded and backend == "c" and not (asked or options):
+        return _loaded[key]  # at once, whatever other threads are compiling
+    return _loaded_alone(name, instruction_set, asked, backend, options)
+
+
+@one_at_a_time
+def _loaded_alone(
+    name: str,
+    instruction_set: str | None,
+    asked: Mapping[str, Any],
+    backend: str,
+    options: Mapping[str, Any],
+) -> Model:
+    """What was compiled at install, or else is compiled now."""
     chosen = options
     if options:
-        from mechc.jit import beyond_default
+        from mechc.compilation.on_demand import beyond_default
 
         chosen = beyond_default(name, options)
-    asked = _asked(fix, outputs)
     if checked_backend(backend) == "numpy":
         return _without_c(name, instruction_set, chosen, asked)
     if chosen or asked or name not in COMPILED_AT_INSTALL:
-        from mechc.jit import compile_shipped
+        from mechc.compilation.on_demand import compile_shipped
 
         if instruction_set is not None:
             raise ValueError(
@@ -118,7 +133,7 @@ def _without_c(
     options: Mapping[str, Any],
     asked: Mapping[str, Any],
 ) -> Model:
-    from mechc.jit import shipped_without_c
+    from mechc.compilation.on_demand import shipped_without_c
 
     if instruction_set is not None:
         raise ValueError("backend='numpy' has no instruction sets: leave instruction_set out")
@@ -196,9 +211,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    from mechc.jit import compile_any
-
-    return compile_any(
+    return _compiled_alone(
         mechanism,
         name=name,
         fix=fix,
@@ -214,9 +227,17 @@ def compile(
     )
 
 
+@one_at_a_time
+def _compiled_alone(mechanism: Any, **asked: Any) -> Model:
+    from mechc.compilation.on_demand import compile_any
+
+    return compile_any(mechanism, **asked)
+
+
+@one_at_a_time
 def get_include() -> str:
     """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
-    from mechc.jit import include_folder
+    from mechc.compilation.on_demand import include_folder
 
     return str(include_folder())
 

@@ -11,24 +11,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from mechc import assemble as _assemble
-from mechc import c_interface as _c_interface
-from mechc import inverse as _inverse
-from mechc import jacobians as _jacobians
-from mechc import linearize as _linearize
-from mechc import model_report as _model_report
-from mechc import redundancy as _redundancy
-from mechc import report as _report
-from mechc import simulate as _simulate
-from mechc import statics as _statics
-from mechc._driver import Scene
-from mechc.driven import DrivenScene
+from mechc.analysis import constraint_rank as _redundancy
+from mechc.analysis import equilibria as _statics
+from mechc.analysis import inverse_dynamics as _inverse
+from mechc.analysis import jacobians as _jacobians
+from mechc.analysis import linearize as _linearize
+from mechc.assembly import positions as _assemble
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
-from mechc.inputs import InputSlot
-from mechc.parameters import Array, Parameters, ParameterSet, Quantity, is_table
+from mechc.inputs.bind import InputSlot
+from mechc.inputs.driven_scene import DrivenScene
+from mechc.native._driver import Scene
+from mechc.results import model_report as _model_report
+from mechc.results import summary as _report
+from mechc.simulation import simulate as _simulate
+from mechc.system import c_interface as _c_interface
+from mechc.system.parameters import Array, Parameters, ParameterSet, Quantity, is_table
 
 if TYPE_CHECKING:
-    from mechc.batch import Assembly, Batch
+    from mechc.batch.simulate import Assembly, Batch
 
 
 class Momenta(NamedTuple):
@@ -479,14 +479,14 @@ class Model:
         params: Parameters = None,
         **policy: Any,
     ) -> Batch:
-        """Simulate many starts or parameter sets; see :func:`mechc.batch.simulate_batch`."""
+        """Simulate many starts or parameter sets, as :mod:`mechc.batch.simulate` says."""
         if self._driven is not None:
             raise MechcError(
                 f"a batch takes no inputs that are given with a run, and {self.name} has "
                 f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
                 "a batch may vary (mechc.compile(..., inputs={...})), or simulate one by one"
             )
-        from mechc.batch import simulate_batch
+        from mechc.batch.simulate import simulate_batch
 
         return simulate_batch(self, t_span, y0, params, **policy)
 

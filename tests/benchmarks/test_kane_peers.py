@@ -57,7 +57,7 @@ def test_the_dependent_speeds_can_be_solved_for_at_the_start(module, solver):
     Crank 2 kg, 0.5 m about its pivot, rod 4 kg, 1 m: in line the rod's end does not move, so it
     turns with half the crank's rate and its inertia counts a quarter.
     """
-    from mechc_codegen.mechanisms.slider_crank import slider_crank
+    from mechc_codegen.library.planar.slider_crank import slider_crank
 
     problem = described(module, slider_crank(), [0.0, 0.0, 1.5, 0.0, 0.0, 0.0])
     equations = module("_textbook").textbook(problem, solver)
@@ -74,7 +74,7 @@ def test_pivots_are_the_largest_of_what_is_left(module):
 
 
 def test_repeated_constraints_are_not_given_to_kanes_method(module):
-    from mechc_codegen.mechanisms.slider_crank import slider_crank
+    from mechc_codegen.library.planar.slider_crank import slider_crank
 
     once = slider_crank()
     again = [replace(c, name=f"{c.name}, again") for c in once.configuration_constraints]
@@ -132,7 +132,7 @@ def test_operations_are_counted_as_they_are_written_out(module):
 
 
 def test_pydy_is_not_given_time_by_itself(module):
-    from mechc_codegen.mechanisms.car_axis import car_axis
+    from mechc_codegen.library.planar.car_axis import car_axis
 
     problem = described(module, car_axis(), [0.0, 0.5, 1.0, 0.5, -0.5, 0.0, -0.5, 0.0])
     refused = module("peers").NotExpressibleError
@@ -156,12 +156,12 @@ def test_pydys_error_falls_with_the_tolerance(module):
 
 def mechanisms():
     """Mechanisms that Pinocchio has models of, each with a start that closes its loops."""
-    from mechc_codegen.mechanisms.andrews import andrews
-    from mechc_codegen.mechanisms.flyball_governor import flyball_governor
-    from mechc_codegen.mechanisms.heavy_top import heavy_top
-    from mechc_codegen.mechanisms.pendulum import pendulum
-    from mechc_codegen.mechanisms.slider_crank import slider_crank
-    from mechc_codegen.mechanisms.windows import windows
+    from mechc_codegen.library.chains.pendulum import pendulum
+    from mechc_codegen.library.chains.windows import windows
+    from mechc_codegen.library.planar.andrews import andrews
+    from mechc_codegen.library.planar.slider_crank import slider_crank
+    from mechc_codegen.library.spatial.flyball_governor import flyball_governor
+    from mechc_codegen.library.spatial.heavy_top import heavy_top
 
     half = np.pi / 2
     return {
@@ -213,7 +213,7 @@ def test_pinocchios_error_falls_with_the_tolerance_and_it_too_leaves_the_motion(
 
 
 def test_pinocchio_is_not_given_wheels_that_roll(module):
-    from mechc_codegen.mechanisms.bicycle import bicycle
+    from mechc_codegen.library.spatial.bicycle import bicycle
 
     rolling = replace(
         module("problems").problem("four_bar_regular"), name="bicycle", mechanism=bicycle

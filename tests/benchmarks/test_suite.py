@@ -9,11 +9,12 @@ import time
 from html.parser import HTMLParser
 from pathlib import Path
 
-import canned_results
 import pytest
 
-from mechc import cli, cli_bench
+from mechc.cli import bench as cli_bench
+from mechc.cli import commands as cli
 from mechc.errors import MechcError
+from tests.support.benchmarks import canned_results
 
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 NOT_OF_THE_SUITE = {

@@ -6,11 +6,11 @@ import shutil
 import subprocess
 import sys
 import tarfile
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support import ROOT
+
 FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
              "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
@@ -43,6 +43,7 @@ def python(*arguments, cwd, **environment):
     return done.stdout
 
 
+@pytest.mark.slow
 def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"
     python("-c", build, cwd=source)

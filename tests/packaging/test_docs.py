@@ -1,24 +1,18 @@
 """The examples of the guide run as they stand, page by page."""
 
 import re
-from pathlib import Path
 
 import pytest
 
-DOCS = Path(__file__).parents[2] / "docs"
+from tests.support import ROOT
+
+DOCS = ROOT / "docs"
 PAGES = (
     "inputs.md",
     "library.md",
     "mechanism.md",
     "outputs.md",
 )  # whose examples are whole programs
-
-
-@pytest.fixture(scope="module", autouse=True)
-def cache(shared_cache):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
-        yield
 
 
 @pytest.mark.parametrize("page", PAGES)

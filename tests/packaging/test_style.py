@@ -2,11 +2,10 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.support import ROOT
 
 
 @pytest.mark.parametrize(
@@ -14,7 +13,7 @@ ROOT = Path(__file__).parents[2]
     [
         ["ruff", "check", "--no-cache", "."],
         ["ruff", "format", "--no-cache", "--check", "."],
-        ["mypy", "--cache-dir=/dev/null"],
+        pytest.param(["mypy", "--cache-dir=/dev/null"], marks=pytest.mark.slow),
     ],
     ids=["ruff check", "ruff format", "mypy"],
 )

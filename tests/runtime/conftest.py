@@ -1,16 +1,9 @@
-"""The shipped four-bar, and a cache of compiled scenes that belongs to the tests alone."""
+"""The shipped four-bar."""
 
 import numpy as np
 import pytest
 
 import mechc
-
-
-@pytest.fixture(scope="session", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "compiled"))
-        yield
 
 
 @pytest.fixture(scope="session")

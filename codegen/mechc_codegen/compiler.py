@@ -1,0 +1,113 @@
+"""The compiler: mechanism -> equations -> program -> C, or Python over NumPy arrays.
+
+:func:`build_scene` and :func:`optimised` read as its table of contents; each stage is a folder.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.drop_parameters import drop_parameters
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
+from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.instruction_sets import (
+    InstructionSet,
+    instruction_sets,
+    with_fitting_lanes,
+)
+from mechc_codegen.emit.metadata import scene_metadata
+from mechc_codegen.emit.numpy import Listing, emit_numpy
+from mechc_codegen.errors import CodegenError
+from mechc_codegen.extension.build import Build, extension
+from mechc_codegen.ir.lower import lower
+from mechc_codegen.ir.optimize import optimize
+from mechc_codegen.ir.program import Program
+from mechc_codegen.ir.sensitivity import add_sensitivities
+
+T = TypeVar("T")
+
+
+def build_scene(
+    mechanism: Mechanism,
+    sets: tuple[InstructionSet, ...] | None = None,
+    request: OutputRequest = DEFAULT_REQUEST,
+) -> Build:
+    """The C sources of a mechanism's extension; nothing is compiled yet.
+
+    ``sets``: the instruction sets to compile for; by default those of this machine's family.
+    """
+    clock = Stopwatch()
+    made = optimised(mechanism, request, clock)
+    sets = instruction_sets() if sets is None else sets
+    sets = tuple(with_fitting_lanes(each, made.equations) for each in sets)
+    texts = clock.time("emit", lambda: emit(*made.parts, sets, request))
+    return extension(mechanism.name, texts, sets, clock.seconds)
+
+
+def build_listing(
+    mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST
+) -> tuple[Listing, dict[str, float]]:
+    """The same for machines without a C compiler; with the seconds that each stage took."""
+    clock = Stopwatch()
+    made = optimised(mechanism, request, clock)
+    return clock.time("emit", lambda: emit_numpy(*made.parts, request)), clock.seconds
+
+
+def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) -> OptimisedScene:
+    """Derive, differentiate, lower and optimise."""
+    equations = clock.time("derive", lambda: derive_equations(mechanism, request))
+    equations = clock.time("differentiate", lambda: differentiate(equations))
+    parameters, equations = drop_parameters(mechanism, equations, request)
+    lowered = lower(equations)
+    program = clock.time("optimize", lambda: optimize(lowered))
+    program = clock.time("sensitivity", lambda: add_sensitivities(program, request))
+    metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
+    return OptimisedScene(program, equations, json.dumps(metadata, sort_keys=True))
+
+
+def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
+    """Operation counts with no parameter fixed and every usual output.
+
+    Takes as long as a whole derivation.  Outputs that the mechanism cannot give are left out.
+    """
+    everything = OutputRequest(request.outputs | frozenset(USUAL), {}, request.expressions)
+    try:
+        made = optimised(mechanism, everything, Stopwatch())
+    except (CodegenError, ValueError):  # positions that are not known
+        made = optimised(mechanism, replace(request, fixed={}), Stopwatch())
+    counts: dict[str, Any] = json.loads(made.metadata)["operations"]
+    return counts
+
+
+@dataclass(frozen=True)
+class OptimisedScene:
+    """What every way of emitting begins with; ``metadata`` is JSON."""
+
+    program: Program
+    equations: Equations
+    metadata: str
+
+    @property
+    def parts(self) -> tuple[Program, Equations, str]:
+        return self.program, self.equations, self.metadata
+
+
+@dataclass
+class Stopwatch:
+    """The seconds that each stage takes."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def time(self, stage: str, run: Callable[[], T]) -> T:
+        start = time.perf_counter()
+        result = run()
+        self.seconds[stage] = time.perf_counter() - start
+        return result

@@ -1,0 +1,1 @@
+"""Conversion of SymPy objects to mechanisms: kinematics, potential energy, constraints."""

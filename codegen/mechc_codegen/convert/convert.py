@@ -1,0 +1,385 @@
+"""Source -> Mechanism: what a SymPy object holds, as a mechanism with names and values.
+
+Input: a Source and the user's settings.  Output: a validated mechanism whose M, F and J are then
+derived from bodies, loads and constraints.  Invariant: nothing is guessed; an error names the
+information that the object does not contain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
+from typing import Any
+
+from sympy import Expr, Float, Integer, S, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
+
+from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
+from mechc_codegen.convert.classify_constraints import (
+    Rates,
+    integrable,
+    nonholonomic,
+    satisfied_identically,
+)
+from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
+from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.convert.potential import gravity_apart, potential_of
+from mechc_codegen.convert.stationary import Stationary
+from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.mechanism import (
+    Constraint,
+    Coordinate,
+    Mechanism,
+    Parameter,
+    Quantity,
+    Speed,
+    State,
+    printed_name,
+)
+from mechc_codegen.description.source import ConversionSettings, Key, Source
+from mechc_codegen.errors import MechanismError
+
+
+def convert(
+    source: Source, settings: ConversionSettings, read: Fingerprint | None = None
+) -> Mechanism:
+    """The mechanism that a Source describes."""
+    read = read or fingerprint(source)
+    _refuse_accelerations(source)
+    states = _states(source, settings, read)
+    inputs = _inputs(source, settings, read, states)
+    parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
+    kinematics = _kinematics(source)
+    rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
+    configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
+    stationary = Stationary(source.frame)
+    bodies = tuple(b for b in source.bodies if not stationary.body(b))
+    gravity, source = gravity_apart(source, bodies)
+    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
+    origin = source.origin or _origin(source)
+    potential = potential_of(source, bodies, origin, stationary)
+    given = _resolved(settings.units, "units", source, (*parameters, *states))
+    units = _Units(source, read, kinematics, given)
+    return Mechanism(
+        name=settings.name or source.kind,
+        title=settings.name or f"Mechanism read from a {source.kind}",
+        frame=source.frame,
+        origin=origin or Point("O"),
+        coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
+        speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
+        kinematics=kinematics,
+        parameters=_parameters(source, settings, parameters, units, states),
+        bodies=bodies,
+        loads=source.loads,
+        configuration_constraints=_named("constraint", configuration),
+        motion_constraints=_named("velocity constraint", motion),
+        points=_points(bodies, origin),
+        skipped=skipped,
+        inputs=inputs,
+        auxiliary=source.auxiliary,
+        lagrangian=source.lagrangian,
+        potential=potential.value,
+        unknown_potentials=potential.unknown,
+        joints=_joints(source, bodies),
+        states=_described_states(source, settings, states, units, parameters),
+        gravity=gravity,
+    )
+
+
+# -- what is refused ------------------------------------------------------------------------------
+
+
+def _refuse_accelerations(source: Source) -> None:
+    """Loads that contain u' would be part of the mass matrix."""
+    time = dynamicsymbols._t
+    rates = {x.diff(time) for x in (*source.u, *source.auxiliary)}
+    rates |= {q.diff(time, 2) for q in source.q}
+    for place, vector in source.loads:
+        held = {r for matrix, _ in vector.args for r in rates if matrix.has(r)}
+        if held:
+            what = min(map(str, held))
+            raise MechanismError(
+                f"the load on {place.name} holds the acceleration {what}: write it as a body of "
+                "its own (an added mass or inertia), so that it is part of the mass matrix"
+            )
+
+
+# -- kinematics and constraints -------------------------------------------------------------------
+
+
+def _kinematics(source: Source) -> tuple[Expr, ...]:
+    zero = dict.fromkeys(source.auxiliary, S.Zero)
+    return coordinate_rates([e.xreplace(zero) for e in source.kinematics], source.q)
+
+
+def _constraints(
+    source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
+) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
+    """(configuration constraints, constraints on the speeds alone, omitted constraints)."""
+    time = dynamicsymbols._t
+    replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
+    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
+    added = tuple(sympify(e) for e in settings.configuration_constraints or ())
+    configuration = (*source.configuration, *added)
+    motion = tuple(e.xreplace(replaced) for e in source.motion)
+    if source.mixed:
+        motion = nonholonomic(configuration, motion, rates)
+    if motion and source.mixed and settings.configuration_constraints is None:
+        _refuse_integrable(motion, rates, source)
+    trivial = tuple(kinematics) == source.u
+    identities = [] if trivial else satisfied_identically(configuration, rates)
+    skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
+    configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
+    return configuration, motion, skipped
+
+
+def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
+    """All constraints on the speeds, including the rates of configuration constraints."""
+    time = dynamicsymbols._t
+    replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
+    replaced |= dict.fromkeys(source.auxiliary, S.Zero)
+    if source.mixed:
+        return tuple(e.xreplace(replaced) for e in source.motion)
+    return (*(e.diff(time).xreplace(replaced) for e in source.configuration), *motion)
+
+
+def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> None:
+    if integrable(motion, rates):
+        raise MechanismError(
+            f"velocity constraints of this {source.kind} are rates of configuration constraints "
+            "that were not given, so positions cannot be recovered from it: add "
+            "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
+            "mechc.compile. configuration_constraints=[] says that the velocity constraints are "
+            "all there is; positions then keep what they start with"
+        )
+
+
+def _named(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
+    return tuple(Constraint(f"{kind} {i}", e, "") for i, e in enumerate(expressions, start=1))
+
+
+# -- symbols --------------------------------------------------------------------------------------
+
+
+def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
+    state = {*source.q, *source.u, *source.auxiliary}
+    found = {x for x in read.leaves if isinstance(x, AppliedUndef)} - state
+    return sorted(found, key=str)
+
+
+def _states(
+    source: Source, settings: ConversionSettings, read: Fingerprint
+) -> dict[AppliedUndef, Expr]:
+    """Functions of time with a given rate, used in the object or in another rate or input."""
+    own = [key for key in settings.states if isinstance(key, AppliedUndef)]
+    named = [*own, *_named_in((*settings.inputs.values(), *settings.states.values()))]
+    known = list(dict.fromkeys([*_unknown_functions(source, read), *named]))
+    return {
+        find_symbol(key, known, "states", "function of time"): rate
+        for key, rate in settings.states.items()
+    }
+
+
+def _inputs(
+    source: Source,
+    settings: ConversionSettings,
+    read: Fingerprint,
+    states: Mapping[AppliedUndef, Expr],
+) -> dict[AppliedUndef, Expr | None]:
+    """Every specified function of time; without an expression it is given at run time."""
+    known = {*source.q, *source.u, *source.auxiliary, *states}
+    found = _unknown_functions(source, read)
+    found += _named_in((*settings.inputs.values(), *states.values()))
+    chosen = dict[AppliedUndef, Expr | None].fromkeys(f for f in found if f not in known)
+    for key, value in settings.inputs.items():
+        function = find_symbol(key, list(chosen), "inputs", "specified function of time")
+        chosen[function] = None if value is None else sympify(value)
+    return chosen
+
+
+def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
+    """The functions of time in expressions, in order of their names."""
+    found = {f for e in expressions if e is not None for f in sympify(e).atoms(AppliedUndef)}
+    return sorted(found, key=str)
+
+
+def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUndef, Expr]:
+    return {f: expression for f, expression in inputs.items() if expression is not None}
+
+
+def _described_states(
+    source: Source,
+    settings: ConversionSettings,
+    states: Mapping[AppliedUndef, Expr],
+    units: _Units,
+    parameters: Sequence[Symbol],
+) -> tuple[State, ...]:
+    given = _resolved(settings.defaults, "defaults", source, (*parameters, *states))
+    return tuple(
+        State(x, rate, Quantity(units.of(x), ""), _start(x, given.get(x)))
+        for x, rate in states.items()
+    )
+
+
+def _start(state: AppliedUndef, given: Any) -> float:
+    value = number(0 if given is None else given)
+    if value is None or not value.is_number:
+        raise MechanismError(f"defaults: the state {printed_name(state)} starts from a number")
+    return float(value)
+
+
+def _parameter_symbols(
+    source: Source, settings: ConversionSettings, read: Fingerprint, given: Iterable[Expr | None]
+) -> list[Symbol]:
+    found = {x for x in read.leaves if isinstance(x, Symbol)}
+    for expression in given:
+        found |= expression.free_symbols if expression is not None else set()
+    for expression in settings.configuration_constraints or ():
+        found |= sympify(expression).free_symbols
+    for value in settings.defaults.values():
+        found |= value.free_symbols if isinstance(value, Expr) else set()
+    return sorted(found - {dynamicsymbols._t}, key=lambda s: (s.name, str(s.assumptions0)))
+
+
+def _parameters(
+    source: Source,
+    settings: ConversionSettings,
+    symbols: Sequence[Symbol],
+    units: _Units,
+    states: Iterable[AppliedUndef],
+) -> tuple[Parameter, ...]:
+    defaults = _resolved(settings.defaults, "defaults", source, (*symbols, *states))
+    return tuple(
+        Parameter(symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""))
+        for symbol in symbols
+    )
+
+
+def number(value: Any) -> Expr | None:
+    """A value as an exact SymPy number: an integer, or the value of the double."""
+    if value is None or isinstance(value, Expr):
+        return value
+    try:
+        exact = float(value)
+    except (TypeError, ValueError):
+        raise MechanismError(f"{value!r} is not a number") from None
+    if exact != exact or exact in (float("inf"), float("-inf")):
+        raise MechanismError(f"{value!r} is not a finite number")
+    return Integer(int(exact)) if exact == int(exact) and abs(exact) < 2**53 else Float(exact)
+
+
+def _resolved(
+    given: Mapping[Key, Any], what: str, source: Source, others: Sequence[Expr]
+) -> dict[Expr, Any]:
+    known: list[Expr] = [*source.q, *source.u, *others]
+    return {find_symbol(key, known, what, "symbol"): value for key, value in given.items()}
+
+
+def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any:
+    """The symbol with this printed name, or the symbol itself."""
+    matches = [s for s in known if s == key or (isinstance(key, str) and printed_name(s) == key)]
+    if len(matches) == 1:
+        return matches[0]
+    name = key if isinstance(key, str) else printed_name(key)
+    if matches:
+        raise MechanismError(
+            f"{argument}: more than one {kind} is printed as {name!r}; give the symbol itself"
+        )
+    names = ", ".join(sorted({printed_name(s) for s in known})) or "none"
+    raise MechanismError(f"{argument}: there is no {kind} {name!r} here; known: {names}")
+
+
+class _Units:
+    """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise."""
+
+    def __init__(
+        self,
+        source: Source,
+        read: Fingerprint,
+        kinematics: Sequence[Expr],
+        given: Mapping[Expr, str],
+    ) -> None:
+        self.given = given
+        turning = _turning(source, read)
+        self.known: dict[Expr, str] = {}
+        for q, rate in zip(source.q, kinematics, strict=True):
+            unit = given.get(q, "rad" if q in turning else "")
+            self.known[q] = unit
+            if unit and rate in source.u:
+                self.known[rate] = f"{unit}/s"
+
+    def of(self, symbol: Expr) -> str:
+        return str(self.given.get(symbol, self.known.get(symbol, "")))
+
+
+def _turning(source: Source, read: Fingerprint) -> set[Expr]:
+    """Coordinates in sines and cosines of positions and orientations."""
+    return {
+        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
+    }
+
+
+# -- bodies and points ----------------------------------------------------------------------------
+
+
+def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:
+    """The joints between moving bodies and with the ground, which all bodies at rest belong to."""
+    still = {body for body in source.bodies if body not in bodies}
+    joints = [
+        replace(
+            joint,
+            parent=None if joint.parent in still else joint.parent,
+            child=None if joint.child in still else joint.child,
+        )
+        for joint in (source.joints if source.lagrangian is None else ())
+    ]
+    return tuple(joint for joint in joints if joint.parent is not joint.child)
+
+
+def _origin(source: Source) -> Point | None:
+    """A point at rest in the inertial frame from which the bodies' positions are known."""
+    starts = [b.masscenter for b in source.bodies]
+    starts += [place for place, _ in source.loads if isinstance(place, Point)]
+    for point in reachable(starts):
+        velocity = point._vel_dict.get(source.frame)
+        if velocity is not None and velocity == 0:
+            return point
+    return None
+
+
+def reachable(starts: Iterable[Point]) -> list[Point]:
+    """These points and all whose position relative to one of them is known, each once."""
+    found, waiting = [], list(starts)
+    seen: set[int] = set()
+    while waiting:
+        point = waiting.pop(0)
+        if id(point) not in seen:
+            seen.add(id(point))
+            found.append(point)
+            waiting.extend(point._pos_dict)
+    return found
+
+
+def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
+    """Mass centres whose position is known, each once and with different names."""
+    if origin is None:
+        return ()
+    linked = {id(p) for p in reachable([origin])}
+    centres = {id(b.masscenter): b.masscenter for b in bodies if id(b.masscenter) in linked}
+    named: dict[str, Point] = {}
+    for point in centres.values():
+        name, count = point.name, 1
+        while name in named:
+            count += 1
+            name = f"{point.name} ({count})"
+        named[name] = point if count == 1 else _renamed(point, name)
+    return tuple(named.values())
+
+
+def _renamed(point: Point, name: str) -> Point:
+    """The same point by another name; the user's own keeps its name."""
+    twin = copy(point)
+    twin.name = name
+    return twin

@@ -1,0 +1,88 @@
+"""Bodies, points and frames at rest, found by numbers instead of long expressions.
+
+Whatever has a velocity at random values moves; only where it is zero is the expression formed.
+"""
+
+from __future__ import annotations
+
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.placement import ZERO, Number3, Placement, steps_from
+from mechc_codegen.description.terms import is_rigid, velocity_of
+
+MOVES = 1e-9  # of values of the order of one
+
+
+class Stationary:
+    """The bodies, points and frames at rest in the inertial frame."""
+
+    def __init__(self, frame: ReferenceFrame) -> None:
+        self.frame = frame
+        self._placement = Placement(frame, Point("O"), seed=0)
+        self._before = steps_from(frame, lambda f: f._ang_vel_dict)
+        self._spins: dict[ReferenceFrame, Number3] = {frame: ZERO}
+        self._rates: dict[tuple[Point, Point], Number3] = {}
+
+    def body(self, body: RigidBody | Particle) -> bool:
+        """Whether a body neither moves nor turns."""
+        return self.place(body.masscenter) and (not is_rigid(body) or self.place(body.frame))
+
+    def place(self, place: Point | ReferenceFrame) -> bool:
+        """Whether a point does not move, or a frame does not turn."""
+        turning = isinstance(place, ReferenceFrame)
+        try:
+            rate = self._spin(place) if turning else self._velocity(place)
+        except KeyError:  # not oriented step by step
+            rate = ZERO
+        if max(map(abs, rate)) > MOVES:
+            return False
+        symbolic = place.ang_vel_in(self.frame) if turning else velocity_of(place, self.frame)
+        return bool(symbolic == 0)
+
+    def _spin(self, frame: ReferenceFrame) -> Number3:
+        way = []
+        while frame not in self._spins:
+            way.append(frame)
+            frame = self._before[frame]
+        for step in reversed(way):
+            before = self._before[step]
+            relative = self._placement.vector(step._ang_vel_dict[before])
+            self._spins[step] = _sum(self._spins[before], relative)
+            frame = step
+        return self._spins[frame]
+
+    def _velocity(self, point: Point) -> Number3:
+        """As by ``velocity_of``, step by step."""
+        before = steps_from(point, lambda p: p._pos_dict)
+        at = next((p for p in (point, *before) if self.frame in p._vel_dict), None)
+        if at is None:
+            return ZERO
+        velocity = self._placement.vector(at._vel_dict[self.frame])
+        while at is not point:
+            at, start = before[at], at
+            if (at, start) not in self._rates:
+                self._rates[at, start] = self._rate(at._pos_dict[start])
+            velocity = _sum(velocity, self._rates[at, start])
+        return velocity
+
+    def _rate(self, way: Vector) -> Number3:
+        total = ZERO
+        for matrix, frame in way.args:
+            arm = self._placement.vector(Vector([(matrix, frame)]))
+            sliding = self._placement.vector(Vector([(matrix.diff(dynamicsymbols._t), frame)]))
+            total = _sum(total, sliding, _cross(self._spin(frame), arm))
+        return total
+
+
+def _sum(*vectors: Number3) -> Number3:
+    x, y, z = (sum(parts) for parts in zip(*vectors, strict=True))
+    return x, y, z
+
+
+def _cross(a: Number3, b: Number3) -> Number3:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )

@@ -1,0 +1,1 @@
+"""From a mechanism to its equations of motion, by Kane's method."""

@@ -1,0 +1,111 @@
+"""Stage 2: Equations -> Equations with Jacobians and directional derivatives.
+
+Input: constraints and kinematics.  Output: in addition the constraint Jacobian J over the speeds,
+the velocity constraints J u + b, and gamma of J u' = gamma.  Invariant: the chain rule runs through
+the kinematics, so speeds need not be rates of coordinates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from sympy import Expr, S
+
+from mechc_codegen.derive.equations import Equations, Output, Symbols
+from mechc_codegen.errors import MechanismError
+
+
+def differentiate(equations: Equations) -> Equations:
+    """Add ``velocity_constraints``, ``constraint_jacobian`` and ``gamma`` to the outputs."""
+    if equations.tree is not None:  # its derivation has added them
+        return equations
+    symbols = equations.symbols
+    rates = equations.outputs["coordinate_rates"].elements
+    holonomic = equations.outputs["constraints"]
+    _refuse_states(equations, holonomic)
+    motion = equations.outputs["motion_constraints"]
+    along = [directional(e, symbols, rates) for e in holonomic.elements]
+    velocity = (*along, *motion.elements)
+    rows = [[e.diff(u) for u in symbols.u] for e in velocity]
+    gamma = tuple(-directional(e, symbols, rates) for e in velocity)
+    names = (*(f"rate of {label}" for label in holonomic.labels), *motion.labels)
+    count, size = len(velocity), len(symbols.u)
+    added = [
+        Output("velocity_constraints", "J u + b = 0", velocity, (count,), names),
+        Output(
+            "constraint_jacobian",
+            "J: derivative of the velocity constraints by the speeds",
+            tuple(entry for row in rows for entry in row),
+            (count, size),
+            tuple(f"J[{name}, {speed}]" for name in names for speed in equations.speed_names),
+        ),
+        Output("gamma", "J u' = gamma", gamma, (count,), names),
+        Output(
+            "constraint_gradient",
+            "derivative of the configuration constraints by the coordinates",
+            tuple(e.diff(q) for e in holonomic.elements for q in symbols.q),
+            (len(holonomic.elements), len(symbols.q)),
+            tuple(f"d({name})/dq{k}" for name in holonomic.labels for k in range(len(symbols.q))),
+        ),
+        Output(
+            "kinematic_matrix",
+            "N: derivative of the coordinates' rates by the speeds",
+            tuple(
+                rate.diff(u) if q in equations.moved else S.Zero
+                for q, rate in zip(symbols.q, rates, strict=True)
+                for u in symbols.u
+            ),
+            (len(rates), size),
+            tuple(f"N[{r}, {c}]" for r in range(len(rates)) for c in range(size)),
+        ),
+    ]
+    outputs = {**equations.outputs, **{output.name: output for output in added}}
+    outputs |= {o.name: o for o in _with_mass_for_all(outputs, equations.mass_scale)}
+    return replace(equations, outputs=outputs)
+
+
+def _refuse_states(equations: Equations, holonomic: Output) -> None:
+    """Refuse states in configuration constraints, which are satisfied by moving coordinates."""
+    states = set(equations.symbols.q) - set(equations.moved)
+    for label, expression in zip(holonomic.labels, holonomic.elements, strict=True):
+        if expression.free_symbols & states:
+            raise MechanismError(
+                f"the configuration constraint {label!r} holds a state: give what it follows as an "
+                "input, or as a coordinate with a speed of its own"
+            )
+
+
+def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Output, ...]:
+    """M and F with ``s J^T J`` and ``s J^T gamma`` added, where a speed moves no mass.
+
+    Where J u' = gamma both give the same accelerations and multipliers, but the solver needs a mass
+    for every speed, as the metric of the rows.  ``s`` is of the size of M.
+    """
+    mass, forcing = outputs["mass_matrix"], outputs["forcing"]
+    rows, gamma = outputs["constraint_jacobian"], outputs["gamma"].elements
+    size = len(forcing.elements)
+    if not gamma or all(mass.elements[i * (size + 1)] != 0 for i in range(size)):
+        return ()
+    jacobian = [rows.elements[i * size : (i + 1) * size] for i in range(len(gamma))]
+    added = [sum((r[i] * r[j] for r in jacobian), S.Zero) for i in range(size) for j in range(size)]
+    pushed = [
+        sum((r[i] * g for r, g in zip(jacobian, gamma, strict=True)), S.Zero) for i in range(size)
+    ]
+    return (
+        _augmented(mass, added, scale, "M + s J^T J"),
+        _augmented(forcing, pushed, scale, "F + s J^T gamma"),
+    )
+
+
+def _augmented(output: Output, added: Sequence[Expr], scale: Expr, equation: str) -> Output:
+    elements = tuple(e + scale * a for e, a in zip(output.elements, added, strict=True))
+    return replace(output, name=f"augmented_{output.name}", equation=equation, elements=elements)
+
+
+def directional(expression: Expr, symbols: Symbols, rates: Sequence[Expr]) -> Expr:
+    """Time derivative of an expression of t and q (speeds held) along the coordinates' rates."""
+    terms = [expression.diff(q) * rate for q, rate in zip(symbols.q, rates, strict=True)]
+    driven = symbols.rates_of_inputs(expression)
+    terms += [expression.diff(value) * rate for value, rate in driven]
+    return sum(terms, expression.diff(symbols.time) + S.Zero)

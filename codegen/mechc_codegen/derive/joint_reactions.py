@@ -1,0 +1,225 @@
+"""Joint reactions, by Newton and Euler from the outermost bodies inwards.
+
+Input: a mechanism with joints, and positions and momentum rates by its derivation.
+Output: force and torque of every joint, as expressions of state, accelerations and multipliers.
+Invariant: each body's sum is formed once, so the work grows with the bodies and not faster.
+
+The subtree beyond a joint is moved by that joint, by loads and by cut joints alone:
+R = sum of d(m v)/dt - loads - forces of cuts, and the same for moments (Featherstone 2008,
+section 5.3).  A cut joint holds g = gap . axis = 0 and a . b = 0 with M u' + J^T lambda = F, so its
+force on the child is -lambda axis, and its torque -lambda a x b.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from sympy import Expr, S
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.vector import Vector
+
+from mechc_codegen.derive.equations import Output
+from mechc_codegen.derive.load_bodies import LoadBodies
+from mechc_codegen.description.constraints import Closure
+from mechc_codegen.description.joints import Body, Joint, joint_tree, refuse_unreached
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.errors import MechanismError
+
+V3 = tuple[Expr, Expr, Expr]
+ZERO: V3 = (S.Zero, S.Zero, S.Zero)
+AXES = ("x", "y", "z")
+
+
+class Kinetics(Protocol):
+    """Positions and momentum rates by a derivation, in components along the inertial axes."""
+
+    def total(self, *vectors: V3) -> V3: ...
+    def difference(self, a: V3, b: V3) -> V3: ...
+    def cross(self, a: V3, b: V3) -> V3: ...
+    def scaled(self, factor: Expr, a: V3) -> V3: ...
+
+    def along(self, vector: Vector) -> V3: ...
+    def position(self, point: Point) -> V3: ...
+    def multiplier(self, row: int) -> Expr: ...
+
+    def momentum_rates(self, body: Body) -> tuple[V3, V3]:
+        """d(m v)/dt, and dH/dt about the mass centre."""
+        ...
+
+
+@dataclass(frozen=True)
+class Wrench:
+    """A force, and the moment about the point where it acts."""
+
+    force: V3
+    moment: V3
+    at: V3
+
+
+def reaction_outputs(mechanism: Mechanism, kinetics: Kinetics) -> list[Output]:
+    """Forces and torques of all joints, parent on child, each of shape (joints, 3).
+
+    Raises
+    ------
+    MechanismError
+        If they are not known; the message says what to add.
+    """
+    refuse_unknown_reactions(mechanism)
+    found = _Reactions(mechanism, kinetics).of_all()
+    names = [joint.name for joint in mechanism.joints]
+    acting = "of every joint, by the parent on the child, in the inertial frame"
+    return [
+        _vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
+        _vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
+    ]
+
+
+def refuse_unknown_reactions(mechanism: Mechanism) -> None:
+    """Refuse mechanisms whose joint reactions cannot be determined.
+
+    Raises
+    ------
+    MechanismError
+        If joints are missing, or it is not known where a force acts.
+    """
+    name = mechanism.name
+    if mechanism.lagrangian is not None:
+        raise MechanismError(
+            f"{name}: joint reactions need bodies and loads, a Lagrangian has lost them; form a "
+            "System by Kane's method, or describe the mechanism by its joints (mechc.from_joints)"
+        )
+    if not mechanism.joints:
+        raise MechanismError(
+            f"{name}: joint reactions need joints, and none are known here: a KanesMethod or a "
+            "LagrangesMethod holds none.  Give a System with joints, or describe the mechanism by "
+            "its joints (mechc.from_joints, or Mechanism(..., joints=...)), cut ones as mechc.Cut"
+        )
+    refuse_unreached(name, joint_tree(mechanism.joints, mechanism.bodies))
+    _refuse_loose_closures(mechanism)
+    _refuse_other_constraints(mechanism)
+
+
+def _refuse_loose_closures(mechanism: Mechanism) -> None:
+    cut = {joint.name for joint in mechanism.joints if joint.is_cut}
+    for closure in mechanism.closures:
+        if closure.name not in cut:
+            raise MechanismError(
+                f"{mechanism.name}: it is not known which bodies the closure {closure.name} holds "
+                "together, so joint reactions are not; describe it as a joint (mechc.Cut)"
+            )
+
+
+def _refuse_other_constraints(mechanism: Mechanism) -> None:
+    """A constraint on the speeds of one joint acts in that joint; for others it is not known."""
+    for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
+        held = _speeds_of(mechanism, constraint.expression)
+        within = [j for j in mechanism.joints if held and held <= set(j.speeds)]
+        exact = [j for j in within if held == set(j.speeds)]
+        if len(within) != 1 and len(exact) != 1:
+            raise MechanismError(
+                f"{mechanism.name}: the constraint {constraint.name} is an expression, so it is "
+                "not known which bodies its force acts on, and joint reactions are not; describe "
+                "what it holds as a joint (mechc.Cut)"
+            )
+
+
+def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
+    """The speeds that the rate of a constraint is linear in."""
+    coordinates = expression.atoms(AppliedUndef) & set(mechanism.q)
+    rates = dict(zip(mechanism.q, mechanism.kinematics, strict=True))
+    held: set[AppliedUndef] = expression.xreplace(mechanism.rates).atoms(AppliedUndef)
+    held = held.union(*(rates[q].atoms(AppliedUndef) for q in coordinates))
+    return held & set(mechanism.u)
+
+
+class _Reactions:
+    """Sums over the subtree beyond each joint."""
+
+    def __init__(self, mechanism: Mechanism, kinetics: Kinetics) -> None:
+        self.mechanism, self.kinetics = mechanism, kinetics
+        self._outside: dict[Body | None, list[Wrench]] = {}
+        self._found: dict[str, Wrench] = {}
+
+    def of_all(self) -> list[Wrench]:
+        """The wrench of each joint on its child, about the child's point."""
+        self._apply_loads()
+        self._cut_joints()
+        tree = joint_tree(self.mechanism.joints, self.mechanism.bodies)
+        for branch in reversed(tree.branches):
+            at = self.kinetics.position(branch.joint.child_point)
+            needed = self._needed(branch.body, at)
+            self._add(branch.inner, self._reversed(needed))
+            self._found[branch.joint.name] = needed if branch.sign > 0 else self._reversed(needed)
+        return [self._found[joint.name] for joint in self.mechanism.joints]
+
+    def _add(self, body: Body | None, wrench: Wrench) -> None:
+        self._outside.setdefault(body, []).append(wrench)
+
+    def _reversed(self, wrench: Wrench) -> Wrench:
+        force, moment = (self.kinetics.scaled(S.NegativeOne, v) for v in _both(wrench))
+        return Wrench(force, moment, wrench.at)
+
+    def _needed(self, body: Body, at: V3) -> Wrench:
+        """What moves the body as it moves, less all that acts on it elsewhere, about a point."""
+        k = self.kinetics
+        force, moment = k.momentum_rates(body)
+        centre = k.position(body.masscenter)
+        for other in self._outside.pop(body, []):
+            arm = k.difference(other.at, centre)
+            turning = k.total(other.moment, k.cross(arm, other.force))
+            force, moment = k.difference(force, other.force), k.difference(moment, turning)
+        arm = k.difference(centre, at)
+        return Wrench(force, k.total(moment, k.cross(arm, force)), at)
+
+    def _apply_loads(self) -> None:
+        k, load_bodies = self.kinetics, LoadBodies(self.mechanism)
+        for place, vector in self.mechanism.loads:
+            value = k.along(vector)
+            if isinstance(place, ReferenceFrame):
+                self._add(load_bodies.of(place), Wrench(ZERO, value, ZERO))
+            else:
+                self._add(load_bodies.of(place), Wrench(value, ZERO, k.position(place)))
+        if self.mechanism.gravity is not None:
+            for body in self.mechanism.bodies:
+                weight = k.along(body.mass * self.mechanism.gravity)
+                self._add(body, Wrench(weight, ZERO, k.position(body.masscenter)))
+
+    def _cut_joints(self) -> None:
+        row = len(self.mechanism.configuration_constraints)
+        joints = {joint.name: joint for joint in self.mechanism.joints if joint.is_cut}
+        self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # if they hold nothing
+        for closure in self.mechanism.closures:
+            self._add_cut(joints[closure.name], closure, row)
+            row += len(closure.rows)
+
+    def _add_cut(self, joint: Joint, closure: Closure, row: int) -> None:
+        k = self.kinetics
+        axes = [k.along(axis) for axis in closure.axes]
+        turning = [k.cross(k.along(one), k.along(other)) for one, other in closure.perpendicular]
+        force = self._weighted(axes, row)
+        moment = self._weighted(turning, row + len(axes))
+        wrench = Wrench(force, moment, k.position(joint.child_point))
+        self._found[joint.name] = wrench
+        self._add(joint.child, wrench)
+        self._add(joint.parent, self._reversed(wrench))
+
+    def _weighted(self, directions: Sequence[V3], row: int) -> V3:
+        """-sum of lambda times direction, from a row on."""
+        k = self.kinetics
+        parts = [
+            k.scaled(-k.multiplier(row + i), direction) for i, direction in enumerate(directions)
+        ]
+        return k.total(ZERO, *parts)
+
+
+def _both(wrench: Wrench) -> tuple[V3, V3]:
+    return wrench.force, wrench.moment
+
+
+def _vectors(name: str, equation: str, of: Sequence[str], vectors: Iterable[V3]) -> Output:
+    components = tuple(c for vector in vectors for c in vector)
+    labels = tuple(f"{joint} along {axis}" for joint in of for axis in AXES)
+    return Output(name, equation, components, (len(of), 3), labels)

@@ -1,0 +1,80 @@
+"""A list of statements in which every value is computed once, and vectors of such values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sympy import Expr, Mul, S, Symbol
+
+V3 = tuple[Expr, Expr, Expr]
+ZERO: V3 = (S.Zero, S.Zero, S.Zero)
+
+
+class Tape:
+    """Values named in the order in which they are computed.
+
+    Values of parameters alone are not named: they are hoisted later.
+    """
+
+    def __init__(self, parameters: Iterable[Symbol]) -> None:
+        self.statements: list[tuple[Symbol, Expr]] = []
+        self.parameters = set(parameters)
+        self._known: dict[Expr, Symbol] = {}
+
+    def keep(self, value: Expr) -> Expr:
+        """A symbol that stands for the value, or the value itself where that is as short."""
+        if self._short(value):
+            return value
+        known = self._known.get(value)
+        if known is not None:
+            return known
+        opposite = self._known.get(-value)
+        if opposite is not None:
+            return -opposite
+        symbol = Symbol(f"w{len(self.statements)}", real=True)
+        self.statements.append((symbol, value))
+        self._known[value] = symbol
+        return symbol
+
+    def _short(self, value: Expr) -> bool:
+        if not value.args or value.free_symbols <= self.parameters:
+            return True
+        return (
+            isinstance(value, Mul)
+            and len(value.args) == 2
+            and value.args[0] == -1
+            and isinstance(value.args[1], Symbol)
+        )
+
+    def vector(self, components: Iterable[Expr]) -> V3:
+        x, y, z = (self.keep(c) for c in components)
+        return (x, y, z)
+
+    def dot(self, a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+        return self.keep(dot(a, b))
+
+    def cross(self, a: V3, b: V3) -> V3:
+        return self.vector(
+            (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+        )
+
+    def total(self, *vectors: V3) -> V3:
+        return self.vector(sum(parts, S.Zero) for parts in zip(*vectors, strict=True))
+
+    def difference(self, a: V3, b: V3) -> V3:
+        return self.vector(x - y for x, y in zip(a, b, strict=True))
+
+    def scaled(self, factor: Expr, a: V3) -> V3:
+        return self.vector(factor * x for x in a)
+
+    def turned(self, rows: Sequence[V3], a: Sequence[Expr]) -> V3:
+        """Matrix times vector."""
+        return self.vector(dot(row, a) for row in rows)
+
+
+def dot(a: Sequence[Expr], b: Sequence[Expr]) -> Expr:
+    return sum((x * y for x, y in zip(a, b, strict=True)), S.Zero)
+
+
+def vanishes(vector: Iterable[Expr]) -> bool:
+    return all(x == 0 for x in vector)

@@ -1,0 +1,66 @@
+"""Velocities set by the user or by SymPy's joints must be those of the tree.
+
+The tree derives velocities from positions.  Where a velocity that was set differs (it holds on the
+constraints only, or the point has no position) the equations are derived written out instead.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Iterator, Sequence
+
+from sympy import Expr, Float, Symbol
+from sympy.physics.mechanics import Point
+
+from mechc_codegen.derive.tree.frames import NotATreeError
+from mechc_codegen.derive.tree.links import Links
+from mechc_codegen.derive.tree.tape import Tape, dot
+from mechc_codegen.description.mechanism import Mechanism
+
+SAME = 1e-9  # of velocities of the order of one
+SAMPLES = 2
+
+
+def refuse_other_velocities(mechanism: Mechanism, links: Links) -> None:
+    """Compare velocities set in the inertial frame with those of the tree, at random states.
+
+    Raises
+    ------
+    NotATreeError
+        If one differs; the message names the point.
+    """
+    placed = [body.masscenter for body in mechanism.bodies]
+    placed += [place for place, _ in mechanism.loads if isinstance(place, Point)]
+    points = [p for p in (*placed, *mechanism.points) if mechanism.frame in p._vel_dict]
+    differences = [tuple(_difference(mechanism, links, point)) for point in points]
+    wanted = {s for gap in differences for e in gap for s in e.free_symbols}
+    for seed in range(SAMPLES if points else 0):
+        values = _values(links.tape, wanted, seed)
+        for point, difference in zip(points, differences, strict=True):
+            if any(abs(float(e.xreplace(values))) > SAME for e in difference):
+                raise NotATreeError(f"the velocity set for {point.name} is no rate of its position")
+
+
+def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Expr]:
+    """Components of the velocity set minus that of the tree, without statements on the tape."""
+    rows = list[tuple[Sequence[Expr], Sequence[Expr]]]()
+    for matrix, frame in point.vel(mechanism.frame).args:
+        rows.append((links.frames.motion(frame).rotation, links.local.entries(matrix)))
+    for axis, value in enumerate(links.motion(point).velocity):
+        yield sum((dot(rotation[axis], entries) for rotation, entries in rows), -value)
+
+
+def _values(tape: Tape, wanted: Iterable[Symbol], seed: int) -> dict[Symbol, Expr]:
+    """Numbers for symbols, at random for those that no statement defines."""
+    needed = set(wanted)
+    kept = []
+    for symbol, value in reversed(tape.statements):
+        if symbol in needed:
+            kept.append((symbol, value))
+            needed |= value.free_symbols
+    generator, values = random.Random(seed), dict[Symbol, Expr]()
+    for symbol in sorted(needed - {symbol for symbol, _ in kept}, key=str):
+        values[symbol] = Float(generator.uniform(0.4, 1.7))
+    for symbol, value in reversed(kept):
+        values[symbol] = value.xreplace(values)
+    return values

@@ -1,0 +1,68 @@
+"""Constraints beside the tree: scalar ones, and closures of cut joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sympy import Expr
+from sympy.physics.mechanics import Point
+from sympy.physics.vector import Vector
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression = 0``; ``name`` is what messages call it, ``unit`` that of the expression."""
+
+    name: str
+    expression: Expr
+    unit: str
+
+
+@dataclass(frozen=True)
+class Closure:
+    """Constraints of a cut joint: ``point`` at ``target`` along ``axes``, and perpendicular axes.
+
+    Attributes
+    ----------
+    axes
+        One constraint each: the vector from ``target`` to ``point`` has no component along it.
+    unit
+        The unit of this vector.
+    perpendicular
+        One constraint each: the first axis, fixed on the side of ``point``, stays perpendicular
+        to the second one, fixed on the side of ``target``.
+    labels
+        Names of the constraints; by default the closure's name with their axes.
+    """
+
+    name: str
+    point: Point
+    target: Point
+    axes: tuple[Vector, ...]
+    unit: str = "m"
+    perpendicular: tuple[tuple[Vector, Vector], ...] = ()
+    labels: tuple[str, ...] = ()
+
+    def constraints(self) -> tuple[Constraint, ...]:
+        """The scalar constraints, written out through all frames between the two sides."""
+        gap = self.point.pos_from(self.target) if self.axes else Vector(0)
+        values = [gap.dot(axis) for axis in self.axes]
+        values += [one.dot(other) for one, other in self.perpendicular]
+        return tuple(
+            Constraint(name, value, unit)
+            for (name, unit), value in zip(self.rows, values, strict=True)
+        )
+
+    @property
+    def rows(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of every constraint: those along axes first."""
+        units = [self.unit] * len(self.axes) + ["1"] * len(self.perpendicular)
+        return tuple(zip(self.names, units, strict=True))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        if self.labels:
+            return self.labels
+        along = (f"{self.name} along {axis}" for axis in self.axes)
+        square = (f"{self.name}, {one} across {other}" for one, other in self.perpendicular)
+        return (*along, *square)

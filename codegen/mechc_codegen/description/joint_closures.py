@@ -1,0 +1,103 @@
+"""The joints of a mechanism in one form, and the closures of its cut joints.
+
+Constraints of a cut joint that always hold in this mechanism, as those across the plane of a planar
+one, are omitted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+from sympy.physics.mechanics import Point, ReferenceFrame
+
+from mechc_codegen.description.constraints import Closure
+from mechc_codegen.description.joints import Body, Joint, check_joints, joint_of
+from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.placement import Placement
+from mechc_codegen.errors import MechanismError
+
+SAMPLES = 3
+ROUNDING = 1e-12  # of values of the order of one
+
+
+def joints_and_closures(
+    name: str,
+    place: tuple[ReferenceFrame, Point],
+    bodies: Sequence[Body],
+    given: Iterable[Any],
+) -> tuple[tuple[Joint, ...], tuple[Closure, ...]]:
+    """Joints with None for the ground, and the closures of the cut ones.
+
+    ``place``: the inertial frame and the origin.
+
+    Raises
+    ------
+    MechanismError
+        If they are no tree with cuts, or one joins a body that is not there.
+    """
+    joints = tuple(_grounded(name, place[0], bodies, joint_of(joint)) for joint in given)
+    check_joints(name, joints)
+    placements = [Placement(*place, seed) for seed in range(SAMPLES)]
+    closures = [
+        _without_idle(joint.closure(place[0]), placements)
+        for joint in joints
+        if isinstance(joint, Cut)
+    ]
+    return joints, tuple(c for c in closures if c.rows)
+
+
+def _grounded(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint: Joint) -> Joint:
+    sides: dict[str, Any] = {}
+    for side in ("parent", "child"):
+        body = getattr(joint, side)
+        if body is not None and body not in bodies:
+            if getattr(body, "frame", None) is not frame:
+                raise MechanismError(
+                    f"{name}: the joint {joint.name} joins {body.name}, which is not among the "
+                    "bodies"
+                )
+            sides[side] = None
+    return replace(joint, **sides) if sides else joint
+
+
+def _without_idle(closure: Closure, placements: Sequence[Placement]) -> Closure:
+    """The closure without constraints that vanish in every configuration."""
+    axes = len(closure.axes)
+    moved = [k for k, moves in enumerate(_moving(closure, placements)) if moves]
+    return replace(
+        closure,
+        axes=tuple(closure.axes[k] for k in moved if k < axes),
+        perpendicular=tuple(closure.perpendicular[k - axes] for k in moved if k >= axes),
+        labels=tuple(closure.labels[k] for k in moved) if closure.labels else (),
+    )
+
+
+def _moving(closure: Closure, placements: Sequence[Placement]) -> list[bool]:
+    values = [_values(closure, placement) for placement in placements]
+    return [max(map(abs, row)) > ROUNDING for row in zip(*values, strict=True)]
+
+
+def _values(closure: Closure, placement: Placement) -> list[float]:
+    ends = [_located(closure.name, p, placement) for p in (closure.point, closure.target)]
+    gap = [a - b for a, b in zip(*ends, strict=True)]
+    along = [_dot(gap, placement.vector(axis)) for axis in closure.axes]
+    across = [
+        _dot(placement.vector(one), placement.vector(other)) for one, other in closure.perpendicular
+    ]
+    return along + across
+
+
+def _located(name: str, point: Point, placement: Placement) -> Sequence[float]:
+    try:
+        return placement.position(point)
+    except KeyError:
+        raise MechanismError(
+            f"the joint {name}: the point {point.name} is not located from the origin; say where "
+            "it is with set_pos or locatenew, or check that its body hangs on the ground"
+        ) from None
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))

@@ -1,0 +1,209 @@
+"""Joints: the tree of bodies, and what joins them.
+
+Input: joints of ``sympy.physics.mechanics`` as they are, or described by their points and frames.
+Output: :class:`Joint`, and the tree of those that are not cut.  Invariant of the tree: exactly one
+path leads from each body to the ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
+from sympy.physics.mechanics.joint import Joint as SymPyJoint
+
+from mechc_codegen.errors import MechanismError
+
+Body: TypeAlias = "RigidBody | Particle"
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint of the tree; two are the same only if they are one object.
+
+    Attributes
+    ----------
+    parent, child
+        The bodies that it joins; None is the ground.
+    parent_point, child_point
+        The joint's point on each body.  Reactions act at ``child_point``.
+    parent_interframe, child_interframe
+        Its local frames, fixed to parent and child; None on a particle.
+    coordinates, speeds
+        Those of the child's motion relative to the parent.
+    """
+
+    name: str
+    parent: Body | None
+    child: Body | None
+    parent_point: Point
+    child_point: Point
+    parent_interframe: ReferenceFrame | None = None
+    child_interframe: ReferenceFrame | None = None
+    coordinates: tuple[AppliedUndef, ...] = ()
+    speeds: tuple[AppliedUndef, ...] = ()
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether its motion is restricted by constraints, and not by the tree."""
+        return False
+
+
+def joint_of(joint: Any) -> Joint:
+    """A joint of SymPy's as one of ours; ours as it is.
+
+    Raises
+    ------
+    MechanismError
+        If it is neither.
+    """
+    if isinstance(joint, Joint):
+        return joint
+    if not isinstance(joint, SymPyJoint):
+        raise MechanismError(
+            f"{joint!r} is no joint: give a joint of sympy.physics.mechanics (PinJoint and its "
+            "kin), a mechc.Joint or a mechc.Cut"
+        )
+    return Joint(
+        joint.name,
+        joint.parent,
+        joint.child,
+        joint.parent_point,
+        joint.child_point,
+        joint.parent_interframe,
+        joint.child_interframe,
+        tuple(joint.coordinates),
+        tuple(joint.speeds),
+    )
+
+
+# -- the tree -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A body, the joint to its parent, and the parent or the ground.
+
+    ``sign``: 1 where the body is the joint's child, -1 where it is the parent.
+    """
+
+    body: Body
+    joint: Joint
+    inner: Body | None
+    sign: int
+
+
+@dataclass(frozen=True, eq=False)
+class JointTree:
+    """Branches, each after its parent; and the bodies that no joint reaches."""
+
+    branches: tuple[Branch, ...]
+    unreached: tuple[Body, ...]
+
+
+def check_joints(mechanism: str, joints: Sequence[Joint]) -> None:
+    """Refuse joints that cannot be a tree with cuts.
+
+    Raises
+    ------
+    MechanismError
+        For a name twice, a joint from a body to itself, and a loop that none of its joints cuts.
+    """
+    names = [joint.name for joint in joints]
+    for name in names:
+        if names.count(name) > 1:
+            raise MechanismError(
+                f"{mechanism}: more than one joint is called {name!r}; rename one of them so that "
+                "reactions can be told apart"
+            )
+    for joint in joints:
+        if joint.parent is joint.child:
+            raise MechanismError(
+                f"{mechanism}: the joint {joint.name} joins {_named(joint.parent)} to itself"
+            )
+    _refuse_loops(mechanism, [joint for joint in joints if not joint.is_cut])
+
+
+def joint_tree(joints: Iterable[Joint], bodies: Iterable[Body]) -> JointTree:
+    """The tree of the uncut joints, from the ground outwards."""
+    neighbours = _Neighbours(joint for joint in joints if not joint.is_cut)
+    reached: list[Body | None] = [None]
+    seen: set[Body | None] = {None}
+    branches: list[Branch] = []
+    for inner in reached:
+        for joint, body in neighbours.of(inner):
+            if body is not None and body not in seen:
+                seen.add(body)
+                reached.append(body)
+                branches.append(Branch(body, joint, inner, 1 if body is joint.child else -1))
+    return JointTree(tuple(branches), tuple(b for b in bodies if b not in seen))
+
+
+def refuse_unreached(mechanism: str, tree: JointTree) -> None:
+    """Refuse bodies that no chain of joints connects with the ground.
+
+    Raises
+    ------
+    MechanismError
+        If there is one; the message names it.
+    """
+    if tree.unreached:
+        names = ", ".join(body.name for body in tree.unreached)
+        raise MechanismError(
+            f"{mechanism}: no joint leads from the ground to {names}; add one (a WeldJoint for a "
+            "body that is fixed to another)"
+        )
+
+
+class _Neighbours:
+    """The neighbours of each body."""
+
+    def __init__(self, joints: Iterable[Joint] = ()) -> None:
+        self._of: dict[Body | None, list[tuple[Joint, Body | None]]] = {}
+        for joint in joints:
+            self.add(joint)
+
+    def add(self, joint: Joint) -> None:
+        self._of.setdefault(joint.parent, []).append((joint, joint.child))
+        self._of.setdefault(joint.child, []).append((joint, joint.parent))
+
+    def of(self, body: Body | None) -> list[tuple[Joint, Body | None]]:
+        return self._of.get(body, [])
+
+    def way(self, start: Body | None, end: Body | None) -> list[Joint] | None:
+        """The joints between two bodies, None where nothing joins them."""
+        came: dict[Body | None, tuple[Joint, Body | None] | None] = {start: None}
+        waiting = [start]
+        for at in waiting:
+            for joint, there in self.of(at):
+                if there not in came:
+                    came[there] = (joint, at)
+                    waiting.append(there)
+        if end not in came:
+            return None
+        way, step = [], came[end]
+        while step is not None:
+            way.append(step[0])
+            step = came[step[1]]
+        return way[::-1]
+
+
+def _refuse_loops(mechanism: str, joints: Sequence[Joint]) -> None:
+    neighbours = _Neighbours()
+    for joint in joints:
+        way = neighbours.way(joint.parent, joint.child)
+        if way is not None:
+            through = ", ".join(other.name for other in way)
+            raise MechanismError(
+                f"{mechanism}: the joint {joint.name} closes a loop: {_named(joint.child)} hangs "
+                f"on {_named(joint.parent)} through {through} already. A body hangs on one joint "
+                "of the tree, so one joint of the loop must be a cut (mechc.Cut)"
+            )
+        neighbours.add(joint)
+
+
+def _named(body: Body | None) -> str:
+    return "the ground" if body is None else str(body.name)

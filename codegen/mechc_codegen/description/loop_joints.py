@@ -1,0 +1,285 @@
+"""Cut joints: what closes a loop, described like the joints of ``sympy.physics.mechanics``.
+
+SymPy's joints orient the child against the parent, which in a loop both have a place already.  A
+cut orients nothing: it says which directions of its two sides coincide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+from sympy import Expr, S, sqrt
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Point, ReferenceFrame
+from sympy.physics.mechanics.joint import Joint as SymPyJoint
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.constraints import Closure
+from mechc_codegen.description.joints import Body, Joint
+from mechc_codegen.errors import MechanismError
+
+Components = tuple[Expr, Expr, Expr]
+UNITS: tuple[Components, ...] = (
+    (S.One, S.Zero, S.Zero),
+    (S.Zero, S.One, S.Zero),
+    (S.Zero, S.Zero, S.One),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Cut(Joint):
+    """A joint that closes a loop: its points and axes are held by constraints, not by the tree.
+
+    Made by :meth:`pin`, :meth:`prismatic`, :meth:`cylindrical`, :meth:`planar`,
+    :meth:`spherical` and :meth:`weld`, which take what the joints of ``sympy.physics.mechanics``
+    of these names take, less coordinates and speeds: a cut has none.
+
+    Which constraints follow from others does not matter: redundant ones get the multipliers of
+    least norm.  Those that hold whatever the mechanism does, as across the plane of a planar one,
+    are left out.
+
+    Attributes
+    ----------
+    axes
+        The directions along which the points coincide; None is all of the inertial frame's.
+    perpendicular
+        Pairs of axes, of child and parent, that stay perpendicular.
+    labels
+        What the constraints are called, where not by the joint's name and their axes.
+    """
+
+    axes: tuple[Vector, ...] | None = None
+    perpendicular: tuple[tuple[Vector, Vector], ...] = ()
+    labels: tuple[str, ...] = ()
+
+    @property
+    def is_cut(self) -> bool:
+        return True
+
+    def closure(self, frame: ReferenceFrame) -> Closure:
+        """All that it holds, in the inertial frame given."""
+        axes = (frame.x, frame.y, frame.z) if self.axes is None else self.axes
+        return Closure(
+            self.name,
+            self.child_point,
+            self.parent_point,
+            axes,
+            perpendicular=self.perpendicular,
+            labels=self.labels,
+        )
+
+    @classmethod
+    def pin(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any,
+        joint_axis: Vector | None = None, **places: Any,
+    ) -> Self:  # fmt: skip
+        """A cut revolute joint: three positions and two directions held.
+
+        Parameters
+        ----------
+        parent, child
+            Bodies; None is the ground, whose point and interframe must then be given.
+        parent_point, child_point
+            Points, or vectors from the mass centres; the mass centres by default.
+        parent_interframe, child_interframe
+            Frames fixed to the bodies, or vectors that their x axes point along; the bodies' own
+            frames by default.
+        joint_axis
+            The axis in the parent's interframe, its x by default; the child's interframe has it
+            in the same components.
+
+        Raises
+        ------
+        MechanismError
+            If a point or frame is missing or not fixed to its body.
+        """
+        sides = _Sides(name, parent, child, *args, **places)
+        return cls(*sides.described, perpendicular=sides.parallel(sides.axis(joint_axis)))
+
+    @classmethod
+    def spherical(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
+    ) -> Self:
+        """A cut ball joint: three positions held; parameters as in :meth:`pin`."""
+        return cls(*_Sides(name, parent, child, *args, **places).described)
+
+    @classmethod
+    def weld(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
+    ) -> Self:
+        """A cut weld: three positions and three directions held; parameters as in :meth:`pin`."""
+        sides = _Sides(name, parent, child, *args, **places)
+        return cls(*sides.described, perpendicular=sides.aligned())
+
+    @classmethod
+    def prismatic(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any,
+        joint_axis: Vector | None = None, **places: Any,
+    ) -> Self:  # fmt: skip
+        """A cut slide along an axis: two positions and three directions held; see :meth:`pin`."""
+        sides = _Sides(name, parent, child, *args, **places)
+        across = sides.across(sides.axis(joint_axis))
+        return cls(*sides.described, axes=across, perpendicular=sides.aligned())
+
+    @classmethod
+    def cylindrical(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any,
+        joint_axis: Vector | None = None, **places: Any,
+    ) -> Self:  # fmt: skip
+        """A cut slide that turns: two positions and two directions held; see :meth:`pin`."""
+        sides = _Sides(name, parent, child, *args, **places)
+        axis = sides.axis(joint_axis)
+        return cls(*sides.described, axes=sides.across(axis), perpendicular=sides.parallel(axis))
+
+    @classmethod
+    def planar(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
+    ) -> Self:
+        """A cut contact of planes across the interframes' x: one position and two directions held.
+
+        Parameters as in :meth:`pin`.
+        """
+        sides = _Sides(name, parent, child, *args, **places)
+        normal = UNITS[0]
+        return cls(
+            *sides.described, axes=(sides.on_parent(normal),), perpendicular=sides.parallel(normal)
+        )
+
+
+class _Sides:
+    """Points and local frames of a cut joint, and axes of equal components on both sides."""
+
+    def __init__(
+        self,
+        name: str,
+        parent: Body | None,
+        child: Body | None,
+        parent_point: Point | Vector | None = None,
+        child_point: Point | Vector | None = None,
+        parent_interframe: ReferenceFrame | Vector | None = None,
+        child_interframe: ReferenceFrame | Vector | None = None,
+    ) -> None:
+        self.name = name
+        self.frames = (
+            self._interframe(parent, parent_interframe, "parent"),
+            self._interframe(child, child_interframe, "child"),
+        )
+        points = (
+            self._point(parent, parent_point, "parent"),
+            self._point(child, child_point, "child"),
+        )
+        self.described = (name, parent, child, *points, *self.frames)
+
+    def axis(self, given: Vector | None) -> Components:
+        """The joint's axis, in components along the parent's interframe."""
+        if given is None:
+            return UNITS[0]
+        frame = self._oriented(0)
+        try:
+            x, y, z = given.to_matrix(frame)
+        except ValueError as error:
+            raise MechanismError(f"the joint {self.name}: {error}") from None
+        if any(c.atoms(AppliedUndef) for c in (x, y, z)):
+            raise MechanismError(
+                f"the joint {self.name}: the axis {given} is not fixed in {frame.name}, the "
+                "interframe of the parent"
+            )
+        if x == y == z == 0:
+            raise MechanismError(f"the joint {self.name}: its axis is the zero vector")
+        return x, y, z
+
+    def on_parent(self, components: Components) -> Vector:
+        return _vector(components, self._oriented(0))
+
+    def on_child(self, components: Components) -> Vector:
+        return _vector(components, self._oriented(1))
+
+    def across(self, axis: Components) -> tuple[Vector, ...]:
+        """Two directions of the parent that are perpendicular to the axis."""
+        return tuple(self.on_parent(other) for other in _across(axis))
+
+    def parallel(self, axis: Components) -> tuple[tuple[Vector, Vector], ...]:
+        """What keeps the axis of the child along that of the parent."""
+        return tuple((self.on_child(axis), other) for other in self.across(axis))
+
+    def aligned(self) -> tuple[tuple[Vector, Vector], ...]:
+        """What keeps all axes of the child along those of the parent."""
+        return tuple(
+            (self.on_child(UNITS[k]), self.on_parent(UNITS[(k + 1) % 3])) for k in range(3)
+        )
+
+    def _oriented(self, side: int) -> ReferenceFrame:
+        frame = self.frames[side]
+        if frame is None:
+            what = ("parent", "child")[side]
+            raise MechanismError(
+                f"the joint {self.name} holds directions: say {what}_interframe, the {what} has no "
+                "frame of its own"
+            )
+        return frame
+
+    def _interframe(
+        self, body: Body | None, given: ReferenceFrame | Vector | None, side: str
+    ) -> ReferenceFrame | None:
+        own = getattr(body, "frame", None)
+        if given is None:
+            return own
+        if isinstance(given, Vector):
+            if own is None:
+                raise MechanismError(
+                    f"the joint {self.name}: give {side}_interframe as a frame; without a frame of "
+                    "the body's own nothing says how it is turned about its x axis"
+                )
+            name = f"{self.name}_{_name(body)}_int_frame"
+            return SymPyJoint._create_aligned_interframe(own, given, frame_name=name)
+        if own is not None and given is not own and given.ang_vel_in(own) != 0:
+            raise MechanismError(
+                f"the joint {self.name}: {side}_interframe {given.name} is not fixed to "
+                f"{_name(body)}"
+            )
+        return given
+
+    def _point(self, body: Body | None, given: Point | Vector | None, side: str) -> Point:
+        if isinstance(given, Point):
+            return given
+        if body is None:
+            raise MechanismError(
+                f"the joint {self.name}: the {side} is the ground, so {side}_point must be a Point"
+            )
+        if given is None:
+            return body.masscenter
+        return body.masscenter.locatenew(f"{self.name}_{body.name}_joint", given)
+
+
+def _name(body: Body | None) -> str:
+    return "ground" if body is None else str(body.name)
+
+
+def _vector(components: Components, frame: ReferenceFrame) -> Vector:
+    axes = (frame.x, frame.y, frame.z)
+    return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
+
+
+def _across(axis: Components) -> tuple[Components, Components]:
+    """Two unit vectors perpendicular to an axis and to each other."""
+    still = [k for k in range(3) if axis[k] == 0]
+    if len(still) == 2:
+        return UNITS[still[0]], UNITS[still[1]]
+    first = UNITS[still[0]] if still else _unit(_cross(axis, UNITS[0]))
+    return first, _unit(_cross(axis, first))
+
+
+def _cross(a: Components, b: Components) -> Components:
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+def _unit(vector: Sequence[Expr]) -> Components:
+    length = sqrt(sum(c**2 for c in vector))
+    x, y, z = (c / length for c in vector)
+    return x, y, z

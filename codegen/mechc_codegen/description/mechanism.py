@@ -1,0 +1,352 @@
+"""What a scene is: a mechanism written in ``sympy.physics.mechanics``, validated.
+
+Input: frames, points, bodies, loads and constraints as SymPy builds them, with the parameters
+and coordinates they use.  Output: one frozen :class:`Mechanism`.  Invariant: every symbol in it
+is time, a declared parameter, a declared coordinate or speed, or a coordinate's rate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from sympy import Derivative, Expr, MatrixBase, S, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.constraints import Closure as Closure
+from mechc_codegen.description.constraints import Constraint as Constraint
+from mechc_codegen.description.joint_closures import joints_and_closures
+from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
+from mechc_codegen.description.terms import Load as Load
+from mechc_codegen.description.terms import as_expression
+from mechc_codegen.description.terms import is_rigid as is_rigid
+from mechc_codegen.description.terms import printed_name as printed_name
+from mechc_codegen.errors import MechanismError
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the mechanism with its default, which may follow other parameters.
+
+    Without a default (None) its value has to be given with every use.
+    """
+
+    symbol: Symbol
+    default: Expr | float | None
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate ``q(t)`` with the scale that its tolerance refers to."""
+
+    symbol: AppliedUndef
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A generalized speed ``u(t)``."""
+
+    symbol: AppliedUndef
+    quantity: Quantity
+
+
+@dataclass(frozen=True)
+class State:
+    """A function of time that is neither coordinate nor speed and has a rate of its own.
+
+    ``rate``: of time, coordinates and their rates, speeds, states, inputs and parameters, linear or
+    not.  ``start``: the initial value by default.
+    """
+
+    symbol: AppliedUndef
+    rate: Expr
+    quantity: Quantity
+    start: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The picture: polylines through named points, pivots on the ground, traced points.
+
+    ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``, ``"-x"`` and so
+    on; without it the two along which the motion is widest.
+    """
+
+    links: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    ground: tuple[str, ...] = ()
+    traced: tuple[str, ...] = ()
+    view: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
+        if len(axes) != 2 or len({*axes, *"xyz"}) > 3 or axes[0] == axes[1]:
+            raise MechanismError(
+                f"a view is two different axes out of x, y, z, -x, -y, -z, not {self.view!r}"
+            )
+
+
+Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism, described.
+
+    Attributes
+    ----------
+    frame, origin
+        The inertial frame and a point fixed in it, from which positions are measured.
+    coordinates, speeds
+        In state order; ``y = [q, u]``, with the states, where there are any, ``y = [q, x, u]``.
+    kinematics
+        The coordinates' rates as expressions of coordinates, speeds and time, in the order of
+        ``coordinates``.
+    bodies
+        ``RigidBody`` or ``Particle``; their ``potential_energy`` is the potential of the
+        conservative loads.
+    loads
+        ``(Point, force)`` and ``(ReferenceFrame, torque)`` pairs; a load in ``dissipative`` has
+        no potential.
+    configuration_constraints, motion_constraints
+        Holonomic constraints on the configuration; constraints on the speeds alone (linear in
+        them).  The time derivatives of the former are derived, not given.
+    closures
+        Cut joints, each of which stands for holonomic constraints that follow those of
+        ``configuration_constraints``.  Unlike written-out constraints they
+        do not become longer with the chain.  Those of ``joints`` are appended.
+    joints
+        The joints, as far as they are known: those of ``sympy.physics.mechanics``,
+        :class:`~mechc_codegen.Joint`, and :class:`~mechc_codegen.Cut` for those that close
+        loops.  A body of theirs that turns with ``frame`` and is not among ``bodies`` is
+        the ground.  Joint reactions need them; motion follows from frames and points.
+    gravity
+        A uniform gravitational acceleration that acts on every body, and its potential; a vector
+        whose components in ``frame`` are constant.
+    points
+        The named points whose positions and velocities can be evaluated.
+    inputs
+        Specified functions of time that are no state, each with the expression that it stands
+        for: of time, and where no derivative of it appears also of coordinates and speeds.  With
+        None it is given at run time, if any equation contains it.
+    states
+        Functions of time with rates of their own: activations, controllers.  Loads, rates and
+        inputs may hold them, configuration constraints not.
+    auxiliary
+        Auxiliary speeds: zero, and so are their rates.
+    lagrangian
+        L(q, q', t), whose equations are added to those of bodies and loads; the coordinates'
+        rates must then be the speeds.
+    potential
+        The potential energy, where it is not the sum of that of the bodies.
+    unknown_potentials
+        Descriptions of the loads for which it is not known whether they have a potential; with any,
+        no potential energy is computed.
+    start
+        Coordinates and speeds that ``run`` starts from by default (SI units).
+    preference
+        Of several assemblies the one with the largest value of this expression is used.
+    notes
+        From parameter values to ``(label, sentence)`` pairs that ``show`` prints.
+    """
+
+    name: str
+    title: str
+    frame: ReferenceFrame
+    origin: Point
+    coordinates: tuple[Coordinate, ...]
+    speeds: tuple[Speed, ...]
+    kinematics: tuple[Expr, ...]
+    parameters: tuple[Parameter, ...]
+    bodies: tuple[RigidBody | Particle, ...]
+    loads: tuple[Load, ...] = ()
+    configuration_constraints: tuple[Constraint, ...] = ()
+    motion_constraints: tuple[Constraint, ...] = ()
+    points: tuple[Point, ...] = ()
+    frames: tuple[ReferenceFrame, ...] = ()
+    drawing: Drawing = Drawing()
+    start: Mapping[str, float] = field(default_factory=dict)
+    preference: Expr | None = None
+    notes: Notes | None = None
+    skipped: tuple[str, ...] = ()
+    inputs: Mapping[AppliedUndef, Expr | None] = field(default_factory=dict)
+    auxiliary: tuple[AppliedUndef, ...] = ()
+    lagrangian: Expr | None = None
+    potential: Expr | None = None
+    unknown_potentials: tuple[str, ...] = ()
+    closures: tuple[Closure, ...] = ()
+    gravity: Vector | None = None
+    joints: tuple[Joint, ...] = ()
+    states: tuple[State, ...] = ()
+
+    def __post_init__(self) -> None:
+        _take_joints(self)
+        _check_lengths(self)
+        _check_names(self)
+        _check_states(self)
+        _check_symbols(self)
+
+    @property
+    def q(self) -> tuple[AppliedUndef, ...]:
+        return tuple(c.symbol for c in self.coordinates)
+
+    @property
+    def x(self) -> tuple[AppliedUndef, ...]:
+        return tuple(s.symbol for s in self.states)
+
+    @property
+    def u(self) -> tuple[AppliedUndef, ...]:
+        return tuple(s.symbol for s in self.speeds)
+
+    @property
+    def open_inputs(self) -> tuple[AppliedUndef, ...]:
+        """The inputs that are given at run time."""
+        return tuple(f for f, expression in self.inputs.items() if expression is None)
+
+    @property
+    def holonomic(self) -> tuple[tuple[str, str], ...]:
+        """Name and unit of every holonomic constraint."""
+        written = [(c.name, c.unit) for c in self.configuration_constraints]
+        return (*written, *(row for closure in self.closures for row in closure.rows))
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """Name of every row of J: holonomic constraints first."""
+        holonomic = [name for name, _ in self.holonomic]
+        return (*holonomic, *(c.name for c in self.motion_constraints))
+
+    @cached_property
+    def second_rates(self) -> dict[Expr, Expr]:
+        """``{q'': expression}`` of coordinates, speeds and their rates."""
+        time = dynamicsymbols._t
+        return {
+            q.diff(time, 2): rate.diff(time).xreplace(self.rates)
+            for q, rate in zip(self.q, self.kinematics, strict=True)
+        }
+
+    @cached_property
+    def rates(self) -> dict[Expr, Expr]:
+        """The kinematic differential equations as a replacement: ``{q': expression}``.
+
+        The auxiliary speeds and their rates, which are zero by definition, are included.
+        """
+        time = dynamicsymbols._t
+        zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
+        rates = {q.diff(time): rate for q, rate in zip(self.q, self.kinematics, strict=True)}
+        of_states = {s.symbol.diff(time): s.rate.xreplace(zero | rates) for s in self.states}
+        return zero | rates | of_states
+
+
+def _take_joints(mechanism: Mechanism) -> None:
+    """Convert joints to one form, and append the closures of the cut ones."""
+    if mechanism.joints:
+        joints, closures = joints_and_closures(
+            mechanism.name, (mechanism.frame, mechanism.origin), mechanism.bodies, mechanism.joints
+        )
+        own = {closure.name for closure in closures}
+        given = tuple(c for c in mechanism.closures if c.name not in own)
+        object.__setattr__(mechanism, "joints", joints)
+        object.__setattr__(mechanism, "closures", (*given, *closures))
+
+
+def _check_lengths(mechanism: Mechanism) -> None:
+    if len(mechanism.kinematics) != len(mechanism.coordinates):
+        raise MechanismError(
+            f"{mechanism.name}: {len(mechanism.coordinates)} coordinates need as many kinematic "
+            f"differential equations, {len(mechanism.kinematics)} were given"
+        )
+    if not mechanism.bodies and mechanism.lagrangian is None:
+        raise MechanismError(f"{mechanism.name}: a mechanism needs at least one body")
+
+
+def _check_names(mechanism: Mechanism) -> None:
+    symbols = [*mechanism.q, *mechanism.x, *mechanism.u, *(p.symbol for p in mechanism.parameters)]
+    symbols += mechanism.open_inputs
+    _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
+    _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
+
+
+def _check_states(mechanism: Mechanism) -> None:
+    accelerations = {u.diff(dynamicsymbols._t) for u in mechanism.u}
+    for state in mechanism.states:
+        held = state.rate.atoms(Derivative) & accelerations
+        if held:
+            raise MechanismError(
+                f"{mechanism.name}: the rate of {printed_name(state.symbol)} holds the "
+                f"acceleration {min(map(str, held))}, which is not known before loads and states "
+                "are: write it by what accelerates"
+            )
+
+
+def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise MechanismError(
+            f"{mechanism}: more than one {kind} is printed as {repeated[0]!r}; rename one of "
+            "them so that results can be told apart"
+        )
+
+
+def _check_symbols(mechanism: Mechanism) -> None:
+    known = {*mechanism.q, *mechanism.x, *mechanism.u, dynamicsymbols._t, *mechanism.rates}
+    known |= {p.symbol for p in mechanism.parameters}
+    specified = {*mechanism.inputs, *mechanism.auxiliary}
+    known |= specified
+    for place, expression in _expressions(mechanism):
+        unknown = {x for x in _free_symbols(expression) - known if not _is_rate(x, specified)}
+        if unknown:
+            name = printed_name(min(unknown, key=str))
+            raise MechanismError(
+                f"{mechanism.name}: {name!r} in {place} is neither a parameter, a coordinate nor "
+                "a speed of the mechanism; declare it (a Symbol and a dynamicsymbol of one name "
+                "are different symbols)"
+            )
+
+
+def _is_rate(symbol: Expr, of: set[AppliedUndef]) -> bool:
+    return isinstance(symbol, Derivative) and symbol.expr in of
+
+
+def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
+    """The scalar expressions a user writes down, each with what to call it."""
+    for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
+        yield f"the rate of {printed_name(q)}", rate
+    for state in mechanism.states:
+        yield f"the rate of {printed_name(state.symbol)}", state.rate
+    for parameter in (p for p in mechanism.parameters if p.default is not None):
+        place = f"the default of {parameter.symbol}"
+        yield place, as_expression(parameter.default, place)
+    for body in mechanism.bodies:
+        yield f"the mass of {body.name}", sympify(body.mass)
+        yield f"the potential energy of {body.name}", sympify(body.potential_energy)
+    for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
+        yield f"the constraint {constraint.name}", constraint.expression
+    for load_at, vector in mechanism.loads:
+        yield from _components(f"the load on {load_at.name}", vector)
+    if mechanism.gravity is not None:
+        yield from _components("gravity", mechanism.gravity)
+    for closure in mechanism.closures:
+        for axis in (*closure.axes, *(a for pair in closure.perpendicular for a in pair)):
+            yield from _components(f"an axis of {closure.name}", axis)
+
+
+def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
+    """Each in the frame it was written in."""
+    for matrix, _ in vector.args:
+        # SymPy makes a number of a matrix that nan or infinity multiplies.
+        for component in matrix if isinstance(matrix, MatrixBase) else [matrix]:
+            yield place, component
+
+
+def _free_symbols(expression: Expr) -> set[Expr]:
+    """Symbols, functions of time and derivatives, without the parts of the latter."""
+    stand_in = Symbol("_rate")
+    derivatives = expression.atoms(Derivative)
+    outside = expression.xreplace(dict.fromkeys(derivatives, stand_in))
+    found: set[Expr] = outside.atoms(AppliedUndef) | outside.atoms(Symbol) | derivatives
+    return found - {stand_in, dynamicsymbols._t}

@@ -1,0 +1,136 @@
+"""Functions with corners and jumps, rewritten by two functions that vector code can compute.
+
+Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`, which are
+ordinary functions of numbers, so that passes may move and share their arguments.
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import reduce
+
+from sympy import (
+    And,
+    Basic,
+    DiracDelta,
+    Expr,
+    Function,
+    Heaviside,
+    Integer,
+    Max,
+    Min,
+    Not,
+    Or,
+    Piecewise,
+    S,
+    Symbol,
+    UnevaluatedExpr,
+    sign,
+)
+from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
+from sympy.logic.boolalg import Boolean
+
+from mechc_codegen.errors import MechanismError
+
+
+class Step(Function):  # type: ignore[misc]
+    """1 where the argument is greater than 0, else 0."""
+
+    nargs = 1
+    is_real = True
+
+    @classmethod
+    def eval(cls, x: Expr) -> Expr | None:
+        return Integer(int(bool(x > 0))) if x.is_number else None
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        return S.Zero
+
+
+class Where(Function):  # type: ignore[misc]
+    """The second argument where the first is not 0, else the third."""
+
+    nargs = 3
+    is_real = True
+
+    @classmethod
+    def eval(cls, chosen: Expr, one: Expr, other: Expr) -> Expr | None:
+        if chosen.is_number:
+            return other if chosen == 0 else one
+        return one if one == other else None
+
+    def _eval_derivative(self, symbol: Symbol) -> Expr:
+        chosen, one, other = self.args
+        return Where(chosen, one.diff(symbol), other.diff(symbol))
+
+
+def without_corners(expression: Basic) -> Basic:
+    """One node, whose arguments are rewritten already, by :class:`Step` and :class:`Where`.
+
+    Raises
+    ------
+    MechanismError
+        For a Piecewise without a value for all other cases, or an unknown condition.
+    """
+    if isinstance(expression, Piecewise):
+        return _piecewise(expression)
+    if isinstance(expression, (Max, Min)):
+        least = isinstance(expression, Min)
+        return reduce(lambda a, b: Where(Step(b - a if least else a - b), a, b), expression.args)
+    if isinstance(expression, sign):
+        return _sign(expression.args[0])
+    if isinstance(expression, Heaviside):
+        x, at_zero = expression.args
+        return Step(x) + at_zero * (1 - Step(x) - Step(-x))
+    if _is_curve(expression):
+        return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
+    if isinstance(expression, UnevaluatedExpr):
+        return expression.args[0]
+    if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
+        return S.Zero
+    return expression
+
+
+def _is_curve(expression: Basic) -> bool:
+    """Whether it is a curve of SymPy's muscle models, which have exp, log and sinh."""
+    module = sys.modules.get("sympy.physics.biomechanics.curve")
+    return module is not None and isinstance(expression, module.CharacteristicCurveFunction)
+
+
+def _sign(x: Expr) -> Expr:
+    return Step(x) - Step(-x)
+
+
+def _piecewise(expression: Piecewise) -> Expr:
+    *pieces, (value, condition) = expression.args
+    if condition != True:  # noqa: E712  SymPy's own
+        raise MechanismError(
+            f"{str(expression)[:80]!r} has no value where none of its conditions holds; add a last "
+            "pair (value, True)"
+        )
+    for other, chosen in reversed(pieces):
+        value = Where(_number(chosen), other, value)
+    return value
+
+
+def _number(condition: Boolean) -> Expr:
+    """1 where the condition holds, else 0."""
+    if isinstance(condition, (Gt, Lt)):
+        return Step(condition.gts - condition.lts)
+    if isinstance(condition, (Ge, Le)):
+        return 1 - Step(condition.lts - condition.gts)
+    if isinstance(condition, (Eq, Ne)):
+        apart = Step(condition.lhs - condition.rhs) + Step(condition.rhs - condition.lhs)
+        return apart if isinstance(condition, Ne) else 1 - apart
+    if isinstance(condition, And):
+        return reduce(lambda a, b: a * b, map(_number, condition.args))
+    if isinstance(condition, Or):
+        return 1 - reduce(lambda a, b: a * b, (1 - _number(c) for c in condition.args))
+    if isinstance(condition, Not):
+        return 1 - _number(condition.args[0])
+    if condition in (True, False):
+        return Integer(int(bool(condition)))
+    raise MechanismError(
+        f"the condition {str(condition)[:80]!r} has no C form; known are comparisons, and And, Or "
+        "and Not of them"
+    )

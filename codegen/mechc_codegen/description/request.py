@@ -1,0 +1,58 @@
+"""What is requested of a mechanism: which outputs, and which parameters are fixed.
+
+Mechanism and request define the scene; outputs that are not requested are not derived or emitted.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from sympy import Expr, Symbol
+
+from mechc_codegen.errors import InternalError
+
+USUAL = ("energy", "momenta", "points", "multipliers")
+OPTIONAL = (*USUAL, "accelerations", "reactions", "state_jacobian", "parameter_jacobian")
+_LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True)
+class OutputRequest:
+    """Attributes
+    ----------
+    outputs
+        The requested ones of :data:`OPTIONAL`.
+    fixed
+        Parameters that become numbers and are no parameters any more.
+    expressions
+        User-defined outputs: label -> expression of time, coordinates, speeds, parameters,
+        accelerations and multipliers.  Labels are identifiers that no other output has.
+    names
+        Label -> the user's name, any text; the label itself by default.
+    """
+
+    outputs: frozenset[str] = frozenset(USUAL)
+    fixed: Mapping[Symbol, Expr] = field(default_factory=dict)
+    expressions: Mapping[str, Expr] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for label in self.expressions:
+            if not _LABEL.fullmatch(label):
+                raise InternalError(f"an output has the label {label!r}")
+
+    def name_of(self, output: str) -> str:
+        """What users call an output."""
+        return self.names.get(output, output)
+
+    def includes(self, output: str) -> bool:
+        return output in self.outputs
+
+    @property
+    def includes_jacobian(self) -> bool:
+        return self.includes("state_jacobian") or self.includes("parameter_jacobian")
+
+
+DEFAULT_REQUEST = OutputRequest()

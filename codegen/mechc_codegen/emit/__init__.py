@@ -1,0 +1,1 @@
+"""From a program to C, or to Python over NumPy arrays."""

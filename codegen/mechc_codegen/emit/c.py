@@ -1,0 +1,205 @@
+"""Stage 5: Program -> C.
+
+Input: an optimised program and its metadata.  Output: the text of the scene's files.  Invariant:
+C identifiers are made here; what a user named appears only inside escaped string literals and, as
+letters, digits and a few signs, in comments.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from textwrap import wrap
+
+from sympy import Symbol
+
+from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
+from mechc_codegen.emit.instruction_sets import InstructionSet
+from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.scene_files import model_source, sizes_header, template
+from mechc_codegen.emit.split_functions import Line
+from mechc_codegen.emit.writer import FunctionWriter
+from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
+
+_SPARSE = 64  # elements
+_STATE = "real t, const real *q, const real *u, const real *p, const real *k"
+_SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
+
+
+def emit(
+    program: Program,
+    equations: Equations,
+    metadata: str,
+    sets: Sequence[InstructionSet],
+    request: OutputRequest = DEFAULT_REQUEST,
+) -> dict[str, str]:
+    """File name -> text of everything that is compiled for one scene."""
+    functions = SceneFunctions(program, equations, request)
+    writer = CWriter(functions)
+    program_text = "\n".join(writer.text(function) for function in functions)
+    texts = {
+        "scene_sizes.h": sizes_header(functions),
+        "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
+        "scene_model.c": model_source(functions, metadata, sets),
+        "scene_first.c": template("first.c.in").substitute(unit=sets[-1].name),
+    }
+    for each in sets:
+        values = {"lanes": each.lanes, "unit": each.name}
+        texts[f"scene_{each.name}.c"] = template("unit.c.in").substitute(values)
+    return texts
+
+
+class CWriter(FunctionWriter):
+    """C over ``real``, which is a double or a vector of them."""
+
+    most_lines = 600
+
+    def __init__(self, functions: SceneFunctions) -> None:
+        self.functions, self.layout = functions, functions.layout
+        self.printer = RealPrinter()
+        self.inputs = [value.symbol for value in functions.program.input_values()]
+        self._printed: dict[tuple[Symbol, ...], Line] = {}
+
+    def lines(self, function: SceneFunction) -> list[Line]:
+        lines = super().lines(function)
+        if function.kind == "configuration":
+            return self._with_inputs([*lines, *self._zero_bias()], "0")
+        return self._with_inputs(lines, "u")
+
+    def _zero_bias(self) -> list[Line]:
+        functions = self.functions
+        written = "velocity_bias" in functions.outputs
+        if written or "velocity_bias" not in self.layout.configuration:
+            return []
+        return [Line((f"bias[{i}] = R(0.0);",)) for i in range(functions.rows)]
+
+    def _with_inputs(self, body: list[Line], speeds: str) -> list[Line]:
+        """The lines, and before them one that reads the inputs they use."""
+        used = {symbol for line in body for symbol in line.uses}
+        places = [i for i, symbol in enumerate(self.inputs) if symbol in used]
+        if not places:
+            return body
+        first, last = places[0], places[-1] + 1
+        read = [f"real inputs[{last - first}];"]
+        read.append(f"FN(read_inputs)(t, q, {speeds}, p, {first}, {last}, inputs);")
+        symbols = [self.inputs[i] for i in places]
+        for i, symbol in zip(places, symbols, strict=True):
+            read.append(self.load(symbol, f"inputs[{i - first}]"))
+        return [Line(tuple(read), tuple(symbols)), *body]
+
+    # -- statements -------------------------------------------------------------------------
+
+    def statements(self, function: SceneFunction) -> list[Line]:
+        """In the configuration, sines and cosines are kept in `turns`, or taken from there."""
+        if function.kind != "configuration":
+            return [self._once(statement) for statement in function.statements]
+        lines, turns = list[Line](), 0
+        for statement in function.statements:
+            if isinstance(statement, SineCosine):
+                memory, turns = f", turns ? turns + {3 * turns} : 0, near", turns + 1
+                lines.append(self._sine_cosine(statement, "turn", memory))
+            else:
+                lines.append(self._once(statement))
+        return lines
+
+    def _once(self, statement: Statement) -> Line:
+        """Each statement is printed once, though several functions compute it."""
+        if statement.targets not in self._printed:
+            self._printed[statement.targets] = self._print(statement)
+        return self._printed[statement.targets]
+
+    def _print(self, statement: Statement) -> Line:
+        if isinstance(statement, SineCosine):
+            return self._sine_cosine(statement, "sincos", "")
+        assert isinstance(statement, Assign)
+        text = f"const real {statement.target.name} = {self.printer.real(statement.value)};"
+        return Line((text,), statement.targets, statement.value.free_symbols)
+
+    def _sine_cosine(self, statement: SineCosine, function: str, more: str) -> Line:
+        sine, cosine = statement.sine.name, statement.cosine.name
+        value = self.printer.real(statement.value)
+        call = f"FN({function})({value}{more}, &{sine}, &{cosine});"
+        text = (f"real {sine}, {cosine};", call)
+        return Line(text, statement.targets, statement.value.free_symbols)
+
+    def store(self, output: Output, target: str) -> list[Line]:
+        """Large arrays that are mostly zero are cleared first."""
+        elements, comment = output.elements, f"/* {plain_words(output.equation)} */"
+        cleared = len(elements) > _SPARSE and 2 * sum(e == 0 for e in elements) > len(elements)
+        loop = f"for (int i = 0; i < {len(elements)}; i++) {target}[i] = R(0.0);"
+        lines = [Line((comment, loop) if cleared else (comment,))]
+        for i, (element, label) in enumerate(zip(elements, output.labels, strict=True)):
+            if not (cleared and element == 0):
+                text = f"{target}[{i}] = {self.printer.real(element)}; /* {plain_words(label)} */"
+                lines.append(Line((text,), uses=element.free_symbols))
+        return lines
+
+    def keep(self, array: str, index: int, symbol: Symbol) -> Line:
+        return Line((f"{array}[{index}] = {symbol.name};",), uses=(symbol,))
+
+    def load(self, symbol: Symbol, place: str) -> str:
+        return f"const real {symbol.name} = {place};"
+
+    # -- definitions ------------------------------------------------------------------------
+
+    def whole(self, function: SceneFunction, body: Sequence[str]) -> str:
+        storage = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
+        name, signature = self._head(function)
+        kept = storage.get(function.kind, self.layout.storage)
+        return _definition(function.comment, name, signature, body, kept)
+
+    def piece(self, function: SceneFunction, number: int, body: Sequence[str]) -> str:
+        name, signature = self._head(function)
+        comment = f"{function.comment} Piece {number}."
+        signature = f"{signature}, real *shared"
+        return _definition(comment, f"{name}_{number}", signature, body, "MECHC_ONCE")
+
+    def caller(self, function: SceneFunction, count: int, size: int) -> str:
+        name, signature = self._head(function)
+        arguments = ", ".join((*argument_names(signature), "shared"))
+        calls = [f"FN({name}_{number})({arguments});" for number in range(count)]
+        body = [f"real shared[{max(size, 1)}];", *calls]
+        return _definition(function.comment, name, signature, body, "MECHC_ONCE")
+
+    def _head(self, function: SceneFunction) -> tuple[str, str]:
+        """Name and parameters of a function."""
+        if function.kind == "hoist":
+            return function.name, "const real *p, real *k"
+        if function.kind == "configuration":
+            state = "real t, const real *q, const real *p, const real *k"
+            arrays = _pointers(self.layout.configuration)
+            return function.name, f"{state},{arrays} real *saved, real *turns, int near"
+        if function.kind == "motion":
+            arrays = _pointers(self.layout.motion)
+            return function.name, f"{_STATE}, const real *saved,{arrays}".rstrip(",")
+        if function.of_motion:
+            return f"solved_{function.name}", f"{_STATE}{_SOLVED}, real *out"
+        return f"output_{function.name}", f"{_STATE}, real *out"
+
+
+def _pointers(targets: Mapping[str, str]) -> str:
+    return "".join(f" real *{target}," for target in targets.values())
+
+
+def _definition(comment: str, name: str, signature: str, body: Sequence[str], storage: str) -> str:
+    unused = ", ".join(f"(void){argument}" for argument in argument_names(signature))
+    lines = "\n".join(f"    {line}" for line in [f"{unused};", *body])
+    head = wrap(
+        f"{storage} void FN({name})({signature})",
+        98,
+        subsequent_indent="    ",
+        break_long_words=False,
+    )
+    return f"/* {plain_words(comment)} */\n{chr(10).join(head)}\n{{\n{lines}\n}}\n"
+
+
+def argument_names(signature: str) -> list[str]:
+    """Of a C function's parameters, in order."""
+    return re.findall(r"(\w+)(?:,|$)", signature)
+
+
+def plain_words(text: str) -> str:
+    """For a comment: whatever could end it or start a line is replaced."""
+    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^-]", "?", text).replace("* /", "")

@@ -1,0 +1,115 @@
+"""How a scene's equations are divided into functions: what each computes, and into which array.
+
+Written out: configuration() gives constraints and mass matrix, motion() forcing.  Of a tree the
+same names are functions of the runtime, and the scene gives what they walk over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from itertools import accumulate
+
+from mechc_codegen.derive.equations import Equations, Tree
+from mechc_codegen.emit.elimination_order import RowPlan, plan_rows
+
+INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
+# Jacobian -> what it is solved from: of the motion, of the user's own outputs, of q'.
+JACOBIANS = {
+    "state_jacobian": ("residual_by_state", "own_by_state", "rate_by_state"),
+    "parameter_jacobian": ("residual_by_parameters", "own_by_parameters", "rate_by_parameters"),
+    "input_jacobian": ("residual_by_inputs", "own_by_inputs", "rate_by_inputs"),
+}
+RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
+UNLISTED = (*RESIDUALS, *OWN, *_RATES)  # parts of others
+TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
+TREE_MOTION = ("tree_bias", "tree_wrench")
+ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Of each of the two functions the outputs, with the argument that each is written to.
+
+    ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
+    outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
+    configuration hands on beside the program's own values; ``storage`` of the functions.
+    """
+
+    prefix: str
+    configuration: Mapping[str, str]
+    motion: Mapping[str, str]
+    tables: str
+    sizes: Mapping[str, int]
+    solved: tuple[tuple[str, int], ...]
+    kept: int
+    storage: str
+
+
+def layout(equations: Equations, present: Collection[str]) -> Layout:
+    """The division for equations of which these outputs are present."""
+    if equations.tree is None:
+        return _written_out(present)
+    return _walked(equations, equations.tree)
+
+
+def _written_out(present: Collection[str]) -> Layout:
+    def solved_with(name: str) -> str:
+        augmented = f"augmented_{name}"
+        return augmented if augmented in present else name
+
+    return Layout(
+        "",
+        {**ROWS, solved_with("mass_matrix"): "mass"},
+        {solved_with("forcing"): "forcing", "gamma": "gamma"},
+        "",
+        {"links": 0, "planar": 0, "carried": 0, "factors": 0},
+        (),
+        0,
+        "MECHC_INLINE",
+    )
+
+
+def _walked(equations: Equations, tree: Tree) -> Layout:
+    columns = [speed for own in tree.columns for speed in own]
+    first = [0, *accumulate(len(own) for own in tree.columns)]
+    size, rows = len(columns), len(tree.cuts)
+    kept = [name for name in TREE if name in equations.outputs]
+    plan = plan_rows(tree)
+    solved = [("mass_matrix", size**2), ("forcing", size)]
+    if rows:
+        solved.append(("constraint_jacobian", rows * size))
+    return Layout(
+        "tree_",
+        {"constraints": "gap", **{name: name.removeprefix("tree_") for name in kept}},
+        {"tree_bias": "bias", "tree_wrench": "wrench", "gamma": "gamma"},
+        _table("mechc_parent", tree.parents)
+        + _table("mechc_first_column", first)
+        + _table("mechc_column_speed", columns)
+        + (_table("mechc_cut", [link for cut in tree.cuts for link in cut]) if rows else "")
+        + (_row_tables(plan) if plan else ""),
+        {
+            "links": len(tree.parents),
+            "planar": int(tree.planar),
+            "carried": plan.first[-1] if plan else 0,
+            "factors": plan.first_factor[-1] if plan else 0,
+        },
+        tuple(solved),
+        sum(len(equations.outputs[name].elements) for name in kept),
+        "MECHC_ONCE",
+    )
+
+
+def _row_tables(plan: RowPlan) -> str:
+    return (
+        _table("mechc_first_row", plan.first)
+        + _table("mechc_cut_place", plan.cut_place)
+        + _table("mechc_handed_to", plan.passed_to)
+        + _table("mechc_row_taken", plan.pivot)
+        + _table("mechc_first_factor", plan.first_factor)
+    )
+
+
+def _table(name: str, values: Collection[int]) -> str:
+    numbers = ", ".join(map(str, values))
+    return f"static const short {name}[] __attribute__((unused)) = {{{numbers}}};\n"

@@ -1,0 +1,266 @@
+"""The metadata of a scene: names, units, descriptions, drawing, operation counts.
+
+Input: the mechanism and the program before and after optimisation.  Output: plain data for JSON.
+Invariant: no SymPy object is left in it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from sympy import Abs, Expr, MatrixBase, S, Symbol
+from sympy.physics.vector import Vector
+
+from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
+from mechc_codegen.description.piecewise import Step
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.emit.layout import layout
+from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
+
+
+def scene_metadata(
+    mechanism: Mechanism,
+    parameters: Sequence[Parameter],
+    programs: tuple[Program, Program],
+    equations: Equations,
+    request: OutputRequest = DEFAULT_REQUEST,
+) -> dict[str, Any]:
+    """The metadata, as data for JSON.
+
+    ``programs``: before and after optimisation; ``parameters``: those not fixed.
+    """
+    lowered, program = programs
+    return {
+        "name": mechanism.name,
+        "title": mechanism.title,
+        "coordinates": [
+            *(_described(printed_name(c.symbol), c.quantity) for c in mechanism.coordinates),
+            *(_described(printed_name(s.symbol), s.quantity) for s in mechanism.states),
+        ],
+        "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
+        "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
+        "points": [p.name for p in mechanism.points] if request.includes("points") else [],
+        "bodies": list(distinct(b.name for b in mechanism.bodies)),
+        "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
+        "constraints": [
+            {"name": name, "unit": unit}
+            for name, unit in (
+                *mechanism.holonomic,
+                *((c.name, c.unit) for c in mechanism.motion_constraints),
+            )
+        ],
+        "links": [[label, list(points)] for label, points in mechanism.drawing.links],
+        "ground": list(mechanism.drawing.ground),
+        "traced": list(mechanism.drawing.traced),
+        **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
+        "start": dict(mechanism.start),
+        "shapes": {request.name_of(o.name): list(o.shape) for o in program.outputs}
+        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), request)
+        | {request.name_of(label): [] for label in request.expressions},
+        "own": [request.name_of(label) for label in request.expressions],
+        "skipped": [*mechanism.skipped, *_unwanted(request)],
+        "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
+        "unavailable": _unavailable(mechanism, request),
+        **_inputs(mechanism, program),
+        **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
+        "smooth": _smooth(program, request),
+        "operations": operation_counts((lowered, program), equations, request),
+        "loads": _loads(mechanism, request),
+        "walked": len(equations.tree.parents) if equations.tree else 0,
+        "planar": equations.tree.planar if equations.tree else None,
+    }
+
+
+TIME_ALONE = (  # computed without the speeds, or at other speeds than the state's
+    *("constraints", "constraint_jacobian", "constraint_gradient", "velocity_bias"),
+    *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference"),
+    *("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut"),
+)
+
+
+def _smooth(program: Program, request: OutputRequest) -> bool:
+    """Whether no equation has a corner or a jump; user-defined outputs may."""
+    elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
+    needed = symbols_of(elements)
+    values = [s.value for s in slice_statements(program.body, needed)]
+    return not any(value.has(Abs, Step) for value in (*values, *elements))
+
+
+def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
+    """Inputs given at run time: the values needed of each, and the outputs without inputs.
+
+    ``orders``: the derivatives, each a place in the array of values.
+    """
+    values = program.input_values()
+    if not values:
+        return {}
+    of_time = _used(program, TIME_ALONE)
+    described = [
+        {
+            "name": printed_name(mechanism.open_inputs[number]),
+            "orders": [value.order for value in values if value.input == number],
+            "of_time": any(v.symbol in of_time for v in values if v.input == number),
+        }
+        for number in sorted({value.input for value in values})
+    ]
+    symbols = {value.symbol for value in values}
+    free = [o.name for o in program.outputs if symbols.isdisjoint(_used(program, (o.name,)))]
+    return {"inputs": described, "free_of_inputs": free}
+
+
+def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
+    """Every symbol that the outputs depend on."""
+    elements = [e for o in program.outputs if o.name in names for e in o.elements]
+    needed = symbols_of(elements)
+    return needed | symbols_of(s.value for s in slice_statements(program.body, needed))
+
+
+def _solved_shapes(
+    mechanism: Mechanism, others: tuple[int, int], request: OutputRequest
+) -> dict[str, list[int]]:
+    """Shapes of outputs that the runtime computes; ``others``: numbers of parameters and inputs."""
+    size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
+    states = len(mechanism.coordinates) + len(mechanism.states) + size
+    shapes = {"mass_matrix": [size, size], "forcing": [size]}
+    own = len(request.expressions)
+    for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):
+        shapes[f"{by}_jacobian"] = [states, columns]
+        shapes[f"own_{by}_jacobian"] = [own, columns]
+    return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
+
+
+OUTPUTS = {
+    "energy": ("kinetic_energy", "potential_energy"),
+    "momenta": ("linear_momenta", "angular_momenta"),
+    "points": ("points", "point_velocities"),
+    "multipliers": ("multipliers",),
+    "accelerations": ("point_accelerations",),
+    "reactions": ("reaction_forces", "reaction_torques"),
+    "state_jacobian": (
+        *("state_jacobian", "own_state_jacobian", "velocity_gradient"),
+        *("input_jacobian", "own_input_jacobian"),
+    ),
+    "parameter_jacobian": ("parameter_jacobian", "own_parameter_jacobian"),
+}
+
+
+def _unwanted(request: OutputRequest) -> list[str]:
+    return [name for name in OUTPUTS if not request.includes(name)]
+
+
+def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
+    """Output -> why it is not there."""
+    reasons = {
+        output: f"it was not requested; compile with outputs=(..., {name!r})"
+        for name in _unwanted(request)
+        for output in OUTPUTS[name]
+    }
+    if request.includes("energy") and mechanism.unknown_potentials:
+        reasons["potential_energy"] = (
+            f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
+            "from the load; give the bodies a potential_energy that holds that of all loads. The "
+            "balance of power holds in any case"
+        )
+    if request.includes("points") and not mechanism.points:
+        why = "no position of a body from a point at rest in the inertial frame is known"
+        reasons |= dict.fromkeys(OUTPUTS["points"], why)
+    return reasons
+
+
+def distinct(names: Iterable[str]) -> Iterator[str]:
+    """The names, a repeated one with a number behind it."""
+    seen: dict[str, int] = {}
+    taken = list(names)
+    for name in taken:
+        seen[name] = seen.get(name, 0) + 1
+        different = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        while seen[name] > 1 and different in taken:
+            different += "'"
+        yield different
+
+
+def _described(name: str, quantity: Quantity) -> dict[str, Any]:
+    return {
+        "name": name,
+        "unit": quantity.unit,
+        "kind": quantity.kind,
+        "description": quantity.description,
+        "lower": _finite(quantity.lower),
+        "upper": _finite(quantity.upper),
+        "closed": quantity.closed,
+    }
+
+
+def _finite(bound: float) -> float | None:
+    return bound if math.isfinite(bound) else None
+
+
+def operation_counts(
+    programs: tuple[Program, Program], equations: Equations, request: OutputRequest
+) -> dict[str, Any]:
+    """Operations (functions included), before and after optimisation.
+
+    ``outputs``: of each by itself.  ``stages``: of the two functions that a right-hand side is
+    computed with.  ``zeros``: how many of an output's elements vanish for any state, and of how
+    many.  ``once_per_run``: of parameters alone, kept in so many ``constants``.
+    """
+    lowered, program = programs
+    outputs = {
+        request.name_of(output.name): [
+            _cost(lowered, [output]),
+            _cost(program, [program.output(output.name)]),
+        ]
+        for output in lowered.outputs
+    }
+    return {
+        "before": sum(before for before, _ in outputs.values()),  # nothing is shared there yet
+        "after": _cost(program, program.outputs),
+        "once_per_run": operations(program.hoisted),
+        "constants": len(_constants(program)),
+        "outputs": outputs,
+        "stages": _stages(program, equations),
+        "zeros": {
+            request.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
+            for o in program.outputs
+        },
+    }
+
+
+def _constants(program: Program) -> set[Symbol]:
+    """Values of parameters alone that are used at every call."""
+    used = symbols_of(s.value for s in program.body)
+    used |= symbols_of(e for o in program.outputs for e in o.elements)
+    return used.intersection(targets_of(program.hoisted))
+
+
+def _stages(program: Program, equations: Equations) -> dict[str, int]:
+    """Operations on the configuration, and of what the speeds add."""
+    present = {o.name: o for o in program.outputs}
+    divided = layout(equations, present)
+    first = [present[name] for name in divided.configuration if name in present]
+    both = [*first, *(present[name] for name in divided.motion if name in present)]
+    configuration = _cost(program, first)
+    return {"configuration": configuration, "motion": _cost(program, both) - configuration}
+
+
+def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
+    """How many loads there are (uniform gravity is one), and how many vanish."""
+    vectors = [load for _, load in mechanism.loads]
+    vectors += [] if mechanism.gravity is None else [mechanism.gravity]
+    fixed = dict(request.fixed)
+    zero = [all(e.xreplace(fixed) == 0 for e in _entries(v)) for v in vectors]
+    return {"given": len(vectors), "zero": sum(zero)}
+
+
+def _entries(vector: Vector) -> Iterator[Expr]:
+    """SymPy makes a number of a matrix that nan or infinity multiplies."""
+    for matrix, _ in vector.args:
+        yield from matrix if isinstance(matrix, MatrixBase) else [matrix]
+
+
+def _cost(program: Program, outputs: Iterable[Output]) -> int:
+    elements = [element for output in outputs for element in output.elements]
+    return operations(slice_statements(program.body, symbols_of(elements)), elements)

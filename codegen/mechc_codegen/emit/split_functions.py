@@ -1,0 +1,88 @@
+"""Lines -> pieces of bounded length.
+
+The time of a compiler grows faster than the length of a function.  Long functions are cut into
+pieces, which pass values on through an array; a place in it is used again after the last use of its
+value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from sympy import Symbol
+
+PIECE = 200  # lines
+
+
+@dataclass(frozen=True)
+class Line:
+    """A statement as text, with the symbols that it defines and uses."""
+
+    text: tuple[str, ...]
+    defines: tuple[Symbol, ...] = ()
+    uses: Collection[Symbol] = ()
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Lines, and the places in the shared array of what they receive and hand on."""
+
+    lines: Sequence[Line]
+    received: Mapping[Symbol, int]
+    handed_on: Mapping[Symbol, int]
+
+
+def cut(lines: Sequence[Line]) -> tuple[list[Piece], int]:
+    """The pieces, and the size of the array that they share."""
+    parts = list(_parts(_as_soon_as_possible(lines)))
+    places, size = _places(parts)
+    return [_piece(part, places) for part in parts], size
+
+
+def _piece(lines: Sequence[Line], places: Mapping[Symbol, int]) -> Piece:
+    used = {symbol for line in lines for symbol in line.uses}
+    defined = {symbol for line in lines for symbol in line.defines}
+    received = {s: i for s, i in places.items() if s in used and s not in defined}
+    return Piece(lines, received, {s: i for s, i in places.items() if s in defined})
+
+
+def _places(parts: Sequence[Sequence[Line]]) -> tuple[dict[Symbol, int], int]:
+    """Places for the values that one part hands to later ones, and how many there are."""
+    last = {s: n for n, part in enumerate(parts) for line in part for s in line.uses}
+    places, size = dict[Symbol, int](), 0
+    free, ends = list[int](), dict[int, list[int]]()
+    for number, part in enumerate(parts):
+        for symbol in (s for line in part for s in line.defines if last.get(s, -1) > number):
+            if not free:
+                free, size = [size], size + 1
+            places[symbol] = free.pop()
+            ends.setdefault(last[symbol], []).append(places[symbol])
+        free += ends.pop(number, [])
+    return places, size
+
+
+def _as_soon_as_possible(lines: Sequence[Line]) -> Iterator[Line]:
+    """Lines that define nothing come right after the last value they use."""
+    order = {s: n for n, line in enumerate(lines) for s in line.defines}
+    after: dict[int, list[Line]] = {}
+    for line in lines:
+        if not line.defines:
+            last = max((order[s] for s in line.uses if s in order), default=-1)
+            after.setdefault(last, []).append(line)
+    yield from after.get(-1, ())
+    for number, line in enumerate(lines):
+        if line.defines:
+            yield line
+            yield from after.get(number, ())
+
+
+def _parts(lines: Iterable[Line]) -> Iterator[list[Line]]:
+    part: list[Line] = []
+    for line in lines:
+        part.append(line)
+        if len(part) == PIECE:
+            yield part
+            part = []
+    if part:
+        yield part

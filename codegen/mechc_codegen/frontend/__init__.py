@@ -1,0 +1,1 @@
+"""From objects of ``sympy.physics.mechanics`` and what a user requests to descriptions."""

@@ -1,0 +1,54 @@
+"""Objects of ``sympy.physics.mechanics`` -> Source: which reader reads which."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
+
+from mechc_codegen.description.source import Source
+
+KINDS = (KanesMethod, LagrangesMethod, System)
+
+
+def readable(thing: object) -> bool:
+    """Whether it can be read."""
+    return isinstance(_unwrapped(thing), KINDS)
+
+
+def read(thing: Any) -> Source:
+    """Read a mechanics object; only its reader is imported.
+
+    Raises
+    ------
+    MechanismError
+        If its equations are not formed; the message says what to call.
+    """
+    inner = _unwrapped(thing)
+    if isinstance(inner, KanesMethod):
+        from mechc_codegen.frontend.kane import read_kane
+
+        return _with_joints(thing, read_kane(inner))
+    if isinstance(inner, LagrangesMethod):
+        from mechc_codegen.frontend.lagrange import read_lagrange
+
+        return read_lagrange(inner)
+    from mechc_codegen.frontend.system import read_system
+
+    return read_system(inner)
+
+
+def _with_joints(thing: Any, source: Source) -> Source:
+    """A JointsMethod keeps its joints beside the real object."""
+    joints = getattr(thing, "_joints", ())
+    if not joints:
+        return source
+    from mechc_codegen.description.joints import joint_of
+
+    return replace(source, joints=tuple(joint_of(joint) for joint in joints))
+
+
+def _unwrapped(thing: Any) -> Any:
+    """A JointsMethod, deprecated, keeps the real object inside."""
+    return thing.method if type(thing).__name__ == "JointsMethod" else thing

@@ -1,0 +1,139 @@
+"""The user's options -> OutputRequest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from sympy import Derivative, Expr, Integer, S, Symbol
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import dynamicsymbols
+
+from mechc_codegen.convert.convert import find_symbol, number, reachable
+from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
+from mechc_codegen.description.source import Key
+from mechc_codegen.description.terms import Multiplier, as_expression
+from mechc_codegen.errors import MechanismError
+
+RESERVED = frozenset(
+    (
+        *(*OPTIONAL, "rates", "mass_matrix", "forcing", "constraints", "velocity_constraints"),
+        *("constraint_jacobian", "kinetic_energy", "potential_energy", "linear_momenta"),
+        *("angular_momenta", "point_velocities", "point_accelerations", "own_state_jacobian"),
+        *("own_parameter_jacobian", "velocity_gradient", "preference", "coordinate_rates"),
+        *("kinematic_matrix", "input_jacobian", "own_input_jacobian", "reaction_forces"),
+        "reaction_torques",
+    )
+)
+
+
+def read_request(
+    mechanism: Mechanism,
+    fix: Mapping[Key, Any],
+    outputs: tuple[Any, ...] | None,
+    *,
+    of_object: bool,
+) -> OutputRequest:
+    """The request for a mechanism, each name checked against it.
+
+    Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
+    object of SymPy's.
+
+    Raises
+    ------
+    MechanismError
+        For parameters and outputs that do not exist, and for positions that are not known.
+    """
+    symbols = [p.symbol for p in mechanism.parameters]
+    fixed: dict[Symbol, Expr] = {}
+    for key, value in fix.items():
+        symbol = find_symbol(key, symbols, "fix", "parameter")
+        exact = number(value)
+        if exact is None or not exact.is_number:
+            raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
+        fixed[symbol] = exact
+    if outputs is None:
+        chosen = ("energy",) if of_object else USUAL
+        return OutputRequest(frozenset(chosen), fixed)
+    names, own = _outputs(outputs)
+    if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
+        _refuse_unplaced(mechanism)
+    if "reactions" in names:
+        refuse_unknown_reactions(mechanism)
+    for name, expression in own.items():
+        _refuse_unknown(name, expression, mechanism)
+    labels = {f"own_{k}": name for k, name in enumerate(own)}
+    expressions = {label: own[name] for label, name in labels.items()}
+    return OutputRequest(frozenset(names), fixed, expressions, labels)
+
+
+def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
+    """Refuse symbols in a user-defined output that the mechanism does not have."""
+    time = dynamicsymbols._t
+    known = {time, *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs}
+    known |= {p.symbol for p in mechanism.parameters}
+    accelerations = {u.diff(time) for u in mechanism.u}
+    plain = expression.xreplace(mechanism.second_rates).xreplace(mechanism.rates)
+    _refuse_rows(name, plain, mechanism)
+    plain = plain.xreplace(dict.fromkeys(plain.atoms(Multiplier), S.Zero))
+    held = (
+        plain.atoms(Derivative) - accelerations
+        or (plain.free_symbols | plain.atoms(AppliedUndef)) - known
+    )
+    if held:
+        raise MechanismError(
+            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates "
+            "and speeds, their rates, mechc.multiplier(row), inputs and parameters of the "
+            "mechanism"
+        )
+
+
+def _refuse_rows(name: str, expression: Expr, mechanism: Mechanism) -> None:
+    known = {*map(Integer, range(len(mechanism.rows))), *map(Symbol, mechanism.rows)}
+    unknown = {m.args[0] for m in expression.atoms(Multiplier)} - known
+    if unknown:
+        raise MechanismError(
+            f"outputs: {name!r} holds the multiplier of {str(min(unknown, key=str))!r}; the rows "
+            f"are {', '.join(f'{k} ({n})' for k, n in enumerate(mechanism.rows)) or 'none'}"
+        )
+
+
+def _refuse_unplaced(mechanism: Mechanism) -> None:
+    linked = {id(point) for point in reachable([mechanism.origin])}
+    for body in mechanism.bodies:
+        if id(body.masscenter) not in linked:
+            raise MechanismError(
+                f"outputs: points and momenta need positions, and that of {body.name} from a "
+                "point at rest in the inertial frame is not known; say where its mass centre is "
+                "with set_pos or locatenew, from a point with set_vel(frame, 0)"
+            )
+    if not mechanism.bodies:
+        raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
+
+
+def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
+    names: list[str] = []
+    expressions: dict[str, Expr] = {}
+    for item in requested:
+        if isinstance(item, Mapping):
+            for name, value in item.items():
+                _refuse_name(name, expressions)
+                expressions[name] = as_expression(value, f"outputs: {name!r}")
+        elif item in OPTIONAL:
+            names.append(item)
+        else:
+            raise MechanismError(
+                f"outputs: {item!r} is not one of {', '.join(OPTIONAL)}; an expression of your "
+                "own is requested as {name: expression}"
+            )
+    return names, expressions
+
+
+def _refuse_name(name: Any, taken: Iterable[str]) -> None:
+    """Any text can be the name of an output that no other output has."""
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise MechanismError(f"outputs: {name!r} is no name: a text is, without null characters")
+    if name in RESERVED or name in taken:
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")

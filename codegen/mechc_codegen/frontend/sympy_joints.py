@@ -1,0 +1,297 @@
+"""Joints of ``sympy.physics.mechanics``, and cuts -> Mechanism.
+
+Bodies, coordinates, speeds, kinematics, points and the picture all follow from the joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from sympy import Derivative, Expr, Symbol, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.convert.convert import find_symbol, number
+from mechc_codegen.convert.fingerprint import Fingerprint
+from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.description.joints import Body, Joint, joint_of, joint_tree, refuse_unreached
+from mechc_codegen.description.mechanism import (
+    Coordinate,
+    Drawing,
+    Mechanism,
+    Parameter,
+    Quantity,
+    Speed,
+    is_rigid,
+)
+from mechc_codegen.description.source import Key
+from mechc_codegen.description.terms import Load
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.lagrange import speed_of
+from mechc_codegen.frontend.loads import plain_loads
+
+_NOTHING = Quantity("", "")
+
+
+def from_joints(
+    name: str,
+    joints: Iterable[Any],
+    *,
+    ground: RigidBody | None = None,
+    loads: Iterable[Any] = (),
+    gravity: Vector | None = None,
+    parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
+    units: Mapping[Key, str] | None = None,
+    **more: Any,
+) -> Mechanism:
+    """A mechanism from joints, which define its bodies, coordinates, speeds and points.
+
+    Parameters
+    ----------
+    joints
+        Joints of ``sympy.physics.mechanics`` as they are, and a :class:`mechc.Cut` for every
+        joint that closes a loop.  Coordinates and speeds come in their order.
+    ground
+        The body at rest, in whose frame and from whose mass centre everything is measured; the
+        one that is no child by default.
+    loads
+        Forces, torques, ``(Point or frame, vector)`` pairs and actuators.
+    gravity
+        A uniform gravitational acceleration (m/s^2) that acts on every body.
+    parameters
+        Symbol or its printed name -> default value (SI units), or :class:`mechc.Parameter`
+        objects.  Symbols that are not named have no default and need a value at every use.
+    units
+        Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+    more
+        Further fields of :class:`mechc.Mechanism`: ``title``, ``configuration_constraints``,
+        ``motion_constraints``, ``inputs``, ``points``, ``drawing``, ``start``, ...
+
+    Raises
+    ------
+    MechanismError
+        If the joints do not form a tree, with cuts, on the ground; the message names the joint
+        or body.
+    """
+    given = [(joint, joint_of(joint)) for joint in joints]
+    ground = ground or _ground(name, [joint for _, joint in given])
+    every = [_on_ground(joint, ground) for _, joint in given]
+    bodies = _bodies(every)
+    tree = joint_tree(every, bodies)
+    refuse_unreached(name, tree)
+    states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
+    loads = plain_loads(loads)
+    found = _symbols(ground, bodies, loads, gravity, more)
+    named = _Names(states, units or {}, _parameters(parameters, found))
+    places = _Places(every, bodies)
+    return Mechanism(
+        name=name,
+        frame=ground.frame,
+        origin=ground.masscenter,
+        coordinates=tuple(Coordinate(q, named.quantity(q)) for q in states.q),
+        speeds=tuple(Speed(u, named.quantity(u)) for u in states.u),
+        kinematics=states.kinematics,
+        parameters=named.parameters,
+        bodies=tuple(bodies),
+        loads=loads,
+        gravity=gravity,
+        joints=tuple(every),
+        **{"title": name, "points": places.points, "drawing": places.drawing(), **more},
+    )
+
+
+# -- bodies ---------------------------------------------------------------------------------------
+
+
+def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
+    children = {joint.child for joint in joints}
+    parents: dict[Any, None] = dict.fromkeys(joint.parent for joint in joints)
+    candidates = [body for body in parents if body is not None and body not in children]
+    if len(candidates) == 1 and is_rigid(candidates[0]):
+        return candidates[0]
+    names = ", ".join(body.name for body in candidates) or "none"
+    raise MechanismError(
+        f"{name}: the ground is the one rigid body that is no child of a joint, and here those are "
+        f"{names}; say ground=..."
+    )
+
+
+def _on_ground(joint: Joint, ground: RigidBody) -> Joint:
+    parent = None if joint.parent is ground else joint.parent
+    return replace(joint, parent=parent, child=None if joint.child is ground else joint.child)
+
+
+def _bodies(joints: Iterable[Joint]) -> list[Body]:
+    sides = (body for joint in joints for body in (joint.parent, joint.child))
+    return list(dict.fromkeys(body for body in sides if body is not None))
+
+
+# -- coordinates, speeds, kinematics --------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _States:
+    """Coordinates, speeds, the coordinates' rates, and the joint of each."""
+
+    q: tuple[AppliedUndef, ...]
+    u: tuple[AppliedUndef, ...]
+    kinematics: tuple[Expr, ...]
+    turning: frozenset[Expr]
+    of_joint: Mapping[Expr, str]
+
+
+def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
+    time = dynamicsymbols._t
+    q, u, equations = list[Any](), list[Any](), list[Expr]()
+    of_joint: dict[Expr, str] = {}
+    turning: set[Expr] = set()
+    for given, joint in joints:
+        speeds = [speed_of(s.expr) if isinstance(s, Derivative) else s for s in joint.speeds]
+        if hasattr(given, "kdes") and speeds == list(joint.speeds):
+            equations += list(given.kdes)
+        else:
+            rates = [x.diff(time) for x in joint.coordinates]
+            equations += [a - b for a, b in zip(rates, speeds, strict=True)]
+        q += joint.coordinates
+        u += speeds
+        of_joint |= dict.fromkeys((*joint.coordinates, *speeds), joint.name)
+        turning |= _turning(joint)
+    kinematics = coordinate_rates(equations, q)
+    return _States(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint)
+
+
+def _turning(joint: Joint) -> set[Expr]:
+    """Coordinates that turn the child relative to the parent."""
+    if joint.parent_interframe is None or joint.child_interframe is None:
+        return set()
+    turn = joint.parent_interframe.dcm(joint.child_interframe)
+    return {q for q in joint.coordinates if turn.has(q)}
+
+
+# -- names, units, parameters ---------------------------------------------------------------------
+
+
+class _Names:
+    """Quantities of coordinates and speeds, and parameters with their units."""
+
+    def __init__(
+        self, states: _States, units: Mapping[Key, str], parameters: Sequence[Parameter]
+    ) -> None:
+        known = [*states.q, *states.u, *(p.symbol for p in parameters)]
+        self.states = states
+        self.given = {find_symbol(key, known, "units", "symbol"): u for key, u in units.items()}
+        self.parameters = tuple(
+            replace(p, quantity=p.quantity.with_unit(self.given[p.symbol]))
+            if p.symbol in self.given
+            else p
+            for p in parameters
+        )
+        self._rate_of = {
+            rate: q for q, rate in zip(states.q, states.kinematics, strict=True) if rate in states.u
+        }
+
+    def quantity(self, symbol: Expr) -> Quantity:
+        return Quantity(self._unit(symbol), f"of the joint {self.states.of_joint[symbol]}")
+
+    def _unit(self, symbol: Expr) -> str:
+        if symbol in self.given:
+            return str(self.given[symbol])
+        if symbol in self.states.q:
+            return "rad" if symbol in self.states.turning else "m"
+        return f"{self._unit(self._rate_of[symbol])}/s" if symbol in self._rate_of else ""
+
+
+def _symbols(
+    ground: RigidBody,
+    bodies: Iterable[Body],
+    loads: Iterable[Load],
+    gravity: Vector | None,
+    more: Mapping[str, Any],
+) -> list[Symbol]:
+    """Every constant that the description holds."""
+    text = Fingerprint(ground.frame)
+    text.point(ground.masscenter)
+    for body in bodies:
+        text.point(body.masscenter)
+        text.expression(sympify(body.mass))
+        if is_rigid(body):
+            text.dyadic(body.central_inertia)
+    for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
+        text.vector(vector)
+    for kind in ("configuration_constraints", "motion_constraints"):
+        for constraint in more.get(kind, ()):
+            text.expression(constraint.expression)
+    for value in dict(more.get("inputs", {})).values():
+        text.expression(sympify(0 if value is None else value))
+    found = {x for x in text.leaves if isinstance(x, Symbol)} - {dynamicsymbols._t}
+    return sorted(found, key=lambda s: (s.name, str(s.assumptions0)))
+
+
+def _parameters(
+    given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
+) -> list[Parameter]:
+    """Those given, in their order, then the others found."""
+    if isinstance(given, Mapping):
+        unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
+        known = [*found, *unknown]
+        listed = [
+            Parameter(find_symbol(key, known, "parameters", "parameter"), number(value), _NOTHING)
+            for key, value in given.items()
+        ]
+    else:
+        listed = list(given)
+    declared = {p.symbol for p in listed}
+    return [*listed, *(Parameter(s, None, _NOTHING) for s in found if s not in declared)]
+
+
+# -- points and the picture -----------------------------------------------------------------------
+
+
+class _Places:
+    """Joint points and mass centres, each place once, the first of each name."""
+
+    def __init__(self, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
+        self.joints, self.bodies = joints, bodies
+        sides = [point for j in joints for point in (j.parent_point, j.child_point)]
+        every = [self.place(point) for point in (*sides, *(body.masscenter for body in bodies))]
+        named: dict[str, Point] = {}
+        for point in every:
+            named.setdefault(point.name, point)
+        self.points = tuple(named.values())
+
+    def place(self, point: Point) -> Point:
+        """The first of the points that coincide in every configuration."""
+        for other, way in point._pos_dict.items():
+            for joint in self.joints:
+                if (other, point) == (joint.parent_point, joint.child_point) and way == 0:
+                    return other
+        return point
+
+    def drawing(self) -> Drawing:
+        links = ((body.name, self._line(body)) for body in self.bodies)
+        ground = dict.fromkeys(p.name for p in self._on(None))
+        return Drawing(
+            links=tuple((name, line) for name, line in links if len(line) > 1),
+            ground=tuple(ground),
+        )
+
+    def _line(self, body: Body) -> tuple[str, ...]:
+        """Through its joints; to the mass centre where there is only one."""
+        names = dict.fromkeys(p.name for p in self._on(body))
+        if len(names) < 2:
+            names[self._listed(body.masscenter).name] = None
+        return tuple(names)
+
+    def _on(self, body: Body | None) -> Iterable[Point]:
+        for joint in self.joints:
+            if joint.parent is body:
+                yield self._listed(joint.parent_point)
+            if joint.child is body:
+                yield self._listed(joint.child_point)
+
+    def _listed(self, point: Point) -> Point:
+        place = self.place(point)
+        return next((p for p in self.points if p.name == place.name), place)

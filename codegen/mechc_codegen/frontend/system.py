@@ -1,0 +1,86 @@
+"""System -> Source, formed or not.
+
+A System keeps holonomic and nonholonomic constraints apart and allows redundant ones until its
+equations are formed by Kane's method, so it is read itself rather than the method behind it;
+only the choice between Kane and Lagrange, which decides whether potential energies act, is the
+method's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from sympy import Derivative
+from sympy.physics.mechanics import LagrangesMethod, System, dynamicsymbols
+
+from mechc_codegen.description.joints import joint_of
+from mechc_codegen.description.source import Source
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.lagrange import read_lagrange, speed_of
+from mechc_codegen.frontend.loads import plain_loads
+
+
+def read_system(system: System) -> Source:
+    """Read a System.
+
+    Raises
+    ------
+    MechanismError
+        If it is not formed and a body has a potential energy: by Kane's method that is a note,
+        by Lagrange's a force.
+    """
+    if isinstance(system.eom_method, LagrangesMethod):
+        source = read_lagrange(system.eom_method)
+        return replace(source, kind="System", origin=system.fixed_point)
+    if system.eom_method is None:
+        _refuse_potentials(system)
+    overridden = system._vel_constrs is not None
+    given = system.velocity_constraints if overridden else system.nonholonomic_constraints
+    return _with_speeds(
+        Source(
+            kind="System",
+            frame=system.frame,
+            q=tuple(system.q),
+            u=tuple(system.u),
+            kinematics=tuple(system.kdes),
+            bodies=tuple(system.bodies),
+            loads=plain_loads((*system.loads, *system.actuators)),
+            configuration=tuple(system.holonomic_constraints),
+            motion=tuple(given),
+            mixed=overridden,
+            auxiliary=tuple(system.u_aux),
+            origin=system.fixed_point,
+            joints=tuple(joint_of(joint) for joint in system.joints),
+        )
+    )
+
+
+def _refuse_potentials(system: System) -> None:
+    for body in system.bodies:
+        if body.potential_energy != 0:
+            raise MechanismError(
+                f"the body {body.name} has a potential energy, which acts by Lagrange's method "
+                "and does not by Kane's: call form_eoms() or form_eoms(LagrangesMethod) first, "
+                "so that it is known which is meant"
+            )
+
+
+def _with_speeds(source: Source) -> Source:
+    """Speeds that are the coordinates' derivatives themselves get symbols of their own."""
+    time = dynamicsymbols._t
+    if not any(isinstance(u, Derivative) for u in source.u) and source.u:
+        return source
+    named = tuple(speed_of(q) for q in source.q)
+    rates = tuple(q.diff(time) for q in source.q)
+    if source.u and source.u != rates:
+        raise MechanismError(
+            "the speeds of this System are in part derivatives of coordinates: give symbols for "
+            "all of them, with kinematic differential equations"
+        )
+    kinematics = tuple(rate - u for rate, u in zip(rates, named, strict=True))
+    symbol = dict(zip(rates, named, strict=True))
+    joints = tuple(
+        replace(joint, speeds=tuple(symbol.get(u, u) for u in joint.speeds))
+        for joint in source.joints
+    )
+    return replace(source, u=named, kinematics=kinematics, joints=joints)

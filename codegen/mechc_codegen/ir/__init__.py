@@ -1,0 +1,1 @@
+"""The intermediate form: a straight-line program, and the passes over it."""

@@ -1,0 +1,67 @@
+"""Hoist: what depends on parameters alone is computed once a run, into ``k0, k1, ...``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from sympy import Add, Expr, Mul, S, Symbol
+
+from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.ir.passes.rewrite import rewrite_program
+from mechc_codegen.ir.program import Assign, Program
+
+
+def hoist(program: Program) -> Program:
+    """Move parameter-only subexpressions into the hoisted part."""
+    constants = _Constants(set(program.symbols.parameters))
+    done: dict[Expr, Expr] = {}
+    rewritten = rewrite_program(program, lambda e: bottom_up(e, constants.rewrite, done))
+    finished = rewrite_program(rewritten, constants.whole)
+    return replace(finished, hoisted=(*program.hoisted, *constants.statements()))
+
+
+class _Constants:
+    """The constants found so far, by value."""
+
+    def __init__(self, parameters: set[Symbol]) -> None:
+        self.parameters = parameters
+        self.known: dict[Expr, Symbol] = {}
+
+    def statements(self) -> list[Assign]:
+        return [Assign(symbol, value) for value, symbol in self.known.items()]
+
+    def constant(self, value: Expr) -> Expr:
+        """A symbol for a parameter-only value; parameters and numbers stand for themselves."""
+        if not value.args or not value.free_symbols:
+            return value
+        if -value in self.known:
+            return -self.known[-value]
+        return self.known.setdefault(value, Symbol(f"k{len(self.known)}", real=True))
+
+    def fixed(self, expression: Expr) -> bool:
+        return not expression.free_symbols - self.parameters
+
+    def rewrite(self, expression: Expr) -> Expr:
+        if self.fixed(expression) or not isinstance(expression, (Add, Mul)):
+            return self._arguments(expression)
+        fixed = [a for a in expression.args if self.fixed(a)]
+        state = [a for a in expression.args if not self.fixed(a)]
+        if isinstance(expression, Add):
+            return Add(self.constant(Add(*fixed)), *state)
+        sign, magnitude = _signed(Mul(*fixed))
+        return sign * self.constant(magnitude) * Mul(*state)
+
+    def _arguments(self, expression: Expr) -> Expr:
+        """Constants inside powers and functions of the state."""
+        if self.fixed(expression) or not expression.args:
+            return expression
+        return expression.func(*(self.whole(a) for a in expression.args))
+
+    def whole(self, expression: Expr) -> Expr:
+        """An expression that is parameter-only as a whole becomes one constant."""
+        known = self.fixed(expression) and expression.free_symbols
+        return self.constant(expression) if known else expression
+
+
+def _signed(value: Expr) -> tuple[Expr, Expr]:
+    return (S.NegativeOne, -value) if value.could_extract_minus_sign() else (S.One, value)

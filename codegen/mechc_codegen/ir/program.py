@@ -1,0 +1,160 @@
+"""The intermediate form: a straight-line program over arrays.
+
+A program computes named outputs from time, coordinates, speeds and parameters.  Statements hold
+SymPy expressions.  Statements that depend on parameters alone stand in ``hoisted`` and run once
+a run; the rest stand in ``body``.  Invariant (:meth:`Program.verify`): every symbol is assigned
+once, before it is used, and hoisted statements use parameters only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+
+from sympy import Expr, Pow, Symbol
+from sympy import count_ops as tree_operations
+
+from mechc_codegen.derive.equations import Output, Symbols
+from mechc_codegen.errors import InternalError
+
+
+@dataclass(frozen=True)
+class Assign:
+    """``target = value``."""
+
+    target: Symbol
+    value: Expr
+
+    @property
+    def targets(self) -> tuple[Symbol, ...]:
+        return (self.target,)
+
+    def __str__(self) -> str:
+        return f"{self.target} = {self.value}"
+
+
+@dataclass(frozen=True)
+class SineCosine:
+    """``sine, cosine = sin(value), cos(value)`` with one range reduction."""
+
+    sine: Symbol
+    cosine: Symbol
+    value: Expr
+
+    @property
+    def targets(self) -> tuple[Symbol, ...]:
+        return (self.sine, self.cosine)
+
+    def __str__(self) -> str:
+        return f"{self.sine}, {self.cosine} = sincos({self.value})"
+
+
+Statement = Assign | SineCosine
+
+
+@dataclass(frozen=True)
+class InputValue:
+    """Value (order 0) or derivative of one input that is given at run time."""
+
+    symbol: Symbol
+    input: int
+    order: int
+
+
+@dataclass(frozen=True)
+class Program:
+    """See the module's description."""
+
+    symbols: Symbols
+    outputs: tuple[Output, ...]
+    hoisted: tuple[Statement, ...] = ()
+    body: tuple[Statement, ...] = ()
+
+    def __str__(self) -> str:
+        lines = [f"hoisted {s}" for s in self.hoisted] + [str(s) for s in self.body]
+        for output in self.outputs:
+            pairs = zip(output.labels, output.elements, strict=True)
+            lines += [f"{output.name}: {label} = {value}" for label, value in pairs]
+        return "\n".join(lines)
+
+    def output(self, name: str) -> Output:
+        return next(o for o in self.outputs if o.name == name)
+
+    def input_values(self) -> list[InputValue]:
+        """The values of inputs that a run must be given, in the order of arrays."""
+        if not self.symbols.inputs:
+            return []
+        used = symbols_of(s.value for s in self.body)
+        used |= symbols_of(e for o in self.outputs for e in o.elements)
+        return [
+            InputValue(symbol, number, order)
+            for number, chain in enumerate(self.symbols.inputs)
+            for order, symbol in enumerate(chain)
+            if symbol in used
+        ]
+
+    def verify(self) -> Program:
+        """Raise :class:`InternalError` if the invariant does not hold; return the program."""
+        known = set(self.symbols.parameters)
+        for statement in self.hoisted:
+            _check_statement(statement, known)
+        known |= {self.symbols.time, *self.symbols.q, *self.symbols.u, *self.symbols.motion}
+        known |= {value for chain in self.symbols.inputs for value in chain}
+        for statement in self.body:
+            _check_statement(statement, known)
+        for output in self.outputs:
+            for element in output.elements:
+                _check_known(output.name, element, known)
+        return self
+
+
+def operations(statements: Iterable[Statement], elements: Iterable[Expr] = ()) -> int:
+    """Arithmetic operations and function calls of statements and output expressions."""
+    values = [s.value for s in statements] + list(elements)
+    pairs = sum(isinstance(s, SineCosine) for s in statements)
+    return sum(count_operations(v) for v in values) + 2 * pairs
+
+
+@lru_cache(maxsize=100_000)  # statements that several outputs need are counted for each
+def count_operations(expression: Expr) -> int:
+    """Operations of one expression, an integer power counted as the products it is printed as."""
+    count = int(tree_operations(expression))
+    for power in expression.atoms(Pow):
+        if power.exp.is_Integer and abs(power.exp) <= 4:
+            count += abs(int(power.exp)) - 2 if power.exp > 0 else abs(int(power.exp)) - 1
+    return count
+
+
+def slice_statements(statements: Iterable[Statement], needed: set[Symbol]) -> list[Statement]:
+    """The statements that the needed symbols depend on, in order."""
+    kept, wanted = [], set(needed)
+    for statement in reversed(list(statements)):
+        if wanted.intersection(statement.targets):
+            kept.append(statement)
+            wanted |= statement.value.free_symbols
+    return kept[::-1]
+
+
+def symbols_of(elements: Iterable[Expr]) -> set[Symbol]:
+    """Every symbol in the expressions."""
+    return {symbol for element in elements for symbol in element.free_symbols}
+
+
+def targets_of(statements: Iterable[Statement]) -> Iterator[Symbol]:
+    """Every symbol that the statements assign, in order."""
+    for statement in statements:
+        yield from statement.targets
+
+
+def _check_statement(statement: Statement, known: set[Symbol]) -> None:
+    _check_known(str(statement.targets[0]), statement.value, known)
+    if known.intersection(statement.targets):
+        raise InternalError(f"{statement.targets} is assigned twice")
+    known.update(statement.targets)
+
+
+def _check_known(place: str, value: Expr, known: set[Symbol]) -> None:
+    unknown = value.free_symbols - known
+    if unknown:
+        raise InternalError(f"{place} uses {sorted(map(str, unknown))} before assignment")

@@ -1,0 +1,253 @@
+"""Stage 4b: Program -> Program that holds derivatives of the motion by the state or parameters.
+
+Input: an optimised program.  Output: the same with the derivatives of what the motion is solved
+from, R = M u' + J^T lambda - F and S = J u' - gamma, at the accelerations and multipliers of the
+motion; the runtime solves M du' + J^T dlambda = -dR, J du' = -dS for the motion's own.  Invariant:
+forward differentiation from statement to statement, each in the derivatives of those before it, so
+that nothing is expanded; the statements that were there stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from sympy import Expr, S, Symbol, cse, diff
+
+from mechc_codegen.derive.equations import Output
+from mechc_codegen.description.piecewise import without_corners
+from mechc_codegen.description.request import OutputRequest
+from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.ir.program import (
+    Assign,
+    Program,
+    SineCosine,
+    Statement,
+    slice_statements,
+    symbols_of,
+)
+
+Gradient = Mapping[int, Expr]
+
+
+def add_sensitivities(program: Program, request: OutputRequest) -> Program:
+    """Add the derivatives that the requested Jacobians are solved from."""
+    own = tuple(request.expressions)
+    if not request.includes_jacobian:
+        return program
+    if request.includes("state_jacobian"):
+        program = _by_state(program, own)
+    if request.includes("parameter_jacobian") and program.symbols.parameters:
+        program = _by_parameters(program, own)
+    if request.includes("state_jacobian") and program.input_values():
+        program = _by_inputs(program, own)
+    return program.verify()
+
+
+def _by_state(program: Program, own: Sequence[str]) -> Program:
+    symbols = program.symbols
+    forward = _Forward(program, (*symbols.q, *symbols.u), "d")
+    added = [forward.output("residual_by_state", "dR and dS by q and u", _residual(program))]
+    added += forward.of("rate_by_state", "derivative of q' by q and u", "coordinate_rates")
+    gradient = forward.of("velocity_gradient", "derivative of J u + b by q", "velocity_constraints")
+    size = len(symbols.q)
+    added += [_first_columns(output, size) for output in gradient]
+    return forward.finished([*added, *_of_own("own_by_state", program, forward, own)])
+
+
+def _by_parameters(program: Program, own: Sequence[str]) -> Program:
+    return _by_others(program, own, "parameters", program.symbols.parameters, "e")
+
+
+def _by_inputs(program: Program, own: Sequence[str]) -> Program:
+    """By every value of inputs that a run is given, including their rates."""
+    values = [value.symbol for value in program.input_values()]
+    return _by_others(program, own, "inputs", values, "f")
+
+
+def _by_others(
+    program: Program, own: Sequence[str], by: str, others: Sequence[Symbol], prefix: str
+) -> Program:
+    forward = _Forward(program, others, prefix)
+    added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", _residual(program))]
+    added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
+    return forward.finished([*added, *_of_own(f"own_by_{by}", program, forward, own)])
+
+
+def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:
+    """User-defined outputs: derivatives at a given motion, then by u' and lambda."""
+    if not own:
+        return []
+    elements = [e for each in own for e in program.output(each).elements]
+    explicit = forward.output(name, "derivatives at a given u' and lambda", elements)
+    motion, width = program.symbols.motion, len(forward.inputs)
+    entries, labels = list[Expr](), list[str]()
+    for i, element in enumerate(elements):
+        entries += explicit.elements[i * width : (i + 1) * width]
+        entries += [_slope(element, x) for x in motion]
+        labels += [f"{name}[{i}, {k}]" for k in range(width + len(motion))]
+    shape = (len(elements), width + len(motion))
+    return [Output(name, explicit.equation, tuple(entries), shape, tuple(labels))]
+
+
+def _residual(program: Program) -> list[Expr]:
+    """R and S, which vanish at the motion's accelerations and multipliers.
+
+    A tree has them among its outputs; elsewhere they are formed from M, F, J and gamma.
+    """
+    names = {o.name for o in program.outputs}
+    if "residual" in names:
+        return list(program.output("residual").elements)
+
+    def elements(name: str) -> tuple[Expr, ...]:
+        used = f"augmented_{name}" if f"augmented_{name}" in names else name
+        return program.output(used).elements if used in names else ()
+
+    a, multipliers = program.symbols.accelerations, program.symbols.multipliers
+    size, mass, rows = len(a), elements("mass_matrix"), elements("constraint_jacobian")
+    balance = [
+        sum((mass[i * size + j] * a[j] for j in range(size)), -force)
+        + sum((rows[k * size + i] * x for k, x in enumerate(multipliers)), S.Zero)
+        for i, force in enumerate(elements("forcing"))
+    ]
+    gamma = elements("gamma")
+    kept = [
+        sum((rows[k * size + j] * a[j] for j in range(size)), -gamma[k])
+        for k in range(len(multipliers))
+    ]
+    return [*balance, *kept]
+
+
+class _Forward:
+    """Gradients of a program's statements by some of its inputs, as statements of their own."""
+
+    def __init__(self, program: Program, inputs: Sequence[Symbol], prefix: str) -> None:
+        self.program, self.inputs, self.prefix = program, inputs, prefix
+        self.gradients: dict[Symbol, Gradient] = {x: {k: S.One} for k, x in enumerate(inputs)}
+        self.statements: list[Assign] = []
+        self._named: dict[Expr, Symbol] = {}
+        self._done: set[Symbol] = set()
+
+    def output(self, name: str, equation: str, elements: Iterable[Expr]) -> Output:
+        """The derivatives of the elements, row by row."""
+        values = list(elements)
+        self._reach(values)
+        rows = [self._gradient(value) for value in values]
+        width = len(self.inputs)
+        entries = tuple(row.get(k, S.Zero) for row in rows for k in range(width))
+        labels = tuple(f"{name}[{i}, {k}]" for i in range(len(rows)) for k in range(width))
+        return Output(name, equation, entries, (len(rows), width), labels)
+
+    def of(self, name: str, equation: str, differentiated: str) -> list[Output]:
+        """The derivatives of an output, where the program has it; not of q' = u."""
+        found = [o for o in self.program.outputs if o.name == differentiated]
+        listed = [o for o in found if o.elements and o.elements != self.program.symbols.u]
+        return [self.output(name, equation, o.elements) for o in listed]
+
+    def finished(self, outputs: Sequence[Output]) -> Program:
+        """The program with the derivatives, what they have in common computed once."""
+        values = [s.value for s in self.statements] + [e for o in outputs for e in o.elements]
+        names = (Symbol(f"{self.prefix}{k}x", real=True) for k in range(10**9))
+        common, reduced = cse(values, symbols=names, list=False, order="none")
+        rewritten = iter(reduced)
+        kept = [replace(s, value=next(rewritten)) for s in self.statements]
+        added = [replace(o, elements=tuple(next(rewritten) for _ in o.elements)) for o in outputs]
+        whole = replace(self.program, outputs=(*self.program.outputs, *added))
+        return _merged(whole, [*(Assign(symbol, value) for symbol, value in common), *kept])
+
+    def _reach(self, values: Iterable[Expr]) -> None:
+        """Gradients of every statement that the values depend on."""
+        needed = symbols_of(values)
+        body = slice_statements(self.program.body, needed)
+        hoisted = slice_statements(self.program.hoisted, needed | symbols_of(s.value for s in body))
+        for statement in (*hoisted, *body):
+            if statement.targets[0] not in self._done:
+                self._done.update(statement.targets)
+                self._differentiate(statement)
+
+    def _differentiate(self, statement: Statement) -> None:
+        gradient = self._gradient(statement.value)
+        if isinstance(statement, Assign):
+            self._keep(statement.target, gradient)
+            return
+        assert isinstance(statement, SineCosine)
+        self._keep(statement.sine, {k: statement.cosine * d for k, d in gradient.items()})
+        self._keep(statement.cosine, {k: -statement.sine * d for k, d in gradient.items()})
+
+    def _keep(self, symbol: Symbol, gradient: Gradient) -> None:
+        named = {k: self._name(value) for k, value in gradient.items()}
+        if named:
+            self.gradients[symbol] = named
+
+    def _name(self, value: Expr) -> Expr:
+        """A symbol for the value, or the value itself where that is as short."""
+        if value.is_Atom or (-value).is_Atom:
+            return value
+        if value not in self._named:
+            self._named[value] = Symbol(f"{self.prefix}{len(self.statements)}", real=True)
+            self.statements.append(Assign(self._named[value], value))
+        return self._named[value]
+
+    def _gradient(self, value: Expr) -> dict[int, Expr]:
+        """By the chain rule over the symbols in the value."""
+        found: dict[int, list[Expr]] = {}
+        for symbol in _in_order(value.free_symbols & self.gradients.keys()):
+            partial = _slope(value, symbol)
+            for k, along in self.gradients[symbol].items():
+                found.setdefault(k, []).append(partial * along)
+        sums = {k: sum(terms, S.Zero) for k, terms in found.items()}
+        return {k: total for k, total in sums.items() if total != 0}
+
+
+def _slope(value: Expr, symbol: Symbol) -> Expr:
+    """The derivative, written without Piecewise and the like."""
+    return bottom_up(diff(value, symbol), without_corners, {})
+
+
+def _in_order(symbols: Collection[Symbol]) -> list[Symbol]:
+    return sorted(symbols, key=str)
+
+
+def _first_columns(output: Output, count: int) -> Output:
+    rows, width = output.shape
+    places = [i * width + k for i in range(rows) for k in range(count)]
+    return replace(
+        output,
+        elements=tuple(output.elements[i] for i in places),
+        shape=(rows, count),
+        labels=tuple(output.labels[i] for i in places),
+    )
+
+
+def _merged(program: Program, added: Sequence[Assign]) -> Program:
+    """The program with added statements in order, hoisted where they depend on parameters alone."""
+    parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
+    fixed, running = list[Statement](program.hoisted), list[Statement](program.body)
+    for statement in _sorted(added):
+        if statement.value.free_symbols <= parameters:
+            fixed.append(statement)
+            parameters.update(statement.targets)
+        else:
+            running.append(statement)
+    return replace(program, hoisted=tuple(fixed), body=tuple(running))
+
+
+def _sorted(statements: Sequence[Assign]) -> Iterator[Assign]:
+    """Each after those of them that it uses."""
+    by_target = {s.target: s for s in statements}
+    placed: set[Symbol] = set()
+    for first in statements:
+        stack = [first]
+        while stack:
+            missing = [
+                by_target[x]
+                for x in _in_order(stack[-1].value.free_symbols & by_target.keys())
+                if x not in placed
+            ]
+            if missing:
+                stack.append(missing[0])
+                continue
+            ready = stack.pop()
+            if ready.target not in placed:
+                placed.add(ready.target)
+                yield ready

@@ -1,0 +1,1 @@
+"""The mechanisms that mechc knows by name."""

@@ -1,0 +1,61 @@
+"""A chain of point masses on massless links that swings in a plane: one link is problem A01."""
+
+from __future__ import annotations
+
+from math import pi
+
+from sympy import Symbol, symbols
+from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
+
+from mechc_codegen.description.mechanism import Drawing, Mechanism
+from mechc_codegen.library.parts import (
+    coordinates,
+    fixed_point,
+    located,
+    parameter,
+    speeds,
+    weight,
+)
+
+TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
+
+
+def pendulum(links: int = 1) -> Mechanism:
+    """Every angle is the link's own from the downward vertical; it starts level, at rest."""
+    theta, omega = dynamicsymbols(f"theta_0:{links}"), dynamicsymbols(f"omega_0:{links}")
+    m, l, g = symbols(f"m_0:{links}"), symbols(f"l_0:{links}"), Symbol("g")
+    r = ReferenceFrame("r")
+    origin = fixed_point("O", r)
+
+    # Link k hangs from the end of link k-1; its mass is at its own end.
+    joints, bobs, loads = [origin], [], []
+    for k in range(links):
+        link = r.orientnew(f"link_{k}", "Axis", (theta[k], r.z))
+        link.set_ang_vel(r, omega[k] * r.z)
+        joints.append(located(f"p_{k + 1}", joints[k], -l[k] * link.y, link, r))
+        bobs.append(Particle(f"bob_{k}", joints[k + 1], m[k]))
+        loads.append(weight(bobs[k], origin, g, r.y))
+
+    return Mechanism(
+        name="pendulum",
+        title=TITLES.get(links, f"Pendulum of {links} links"),
+        frame=r,
+        origin=origin,
+        coordinates=coordinates(theta, "rad", *[f"angle of link {k}" for k in range(links)]),
+        speeds=speeds(omega, "rad/s", *[f"angular velocity of link {k}" for k in range(links)]),
+        kinematics=tuple(omega),
+        parameters=(
+            *[parameter(m[k], 1.0, "kg", f"mass {k}", positive=True) for k in range(links)],
+            *[parameter(l[k], 1.0, "m", f"length {k}", positive=True) for k in range(links)],
+            parameter(g, 9.81, "m/s^2", "acceleration of free fall, along -y"),
+        ),
+        bodies=tuple(bobs),
+        loads=tuple(loads),
+        points=tuple(joints),
+        drawing=Drawing(
+            links=(("links", tuple(p.name for p in joints)),),
+            ground=("O",),
+            traced=(joints[-1].name,),
+        ),
+        start={f"theta_{k}": pi / 2 for k in range(links)},
+    )

@@ -1,0 +1,89 @@
+"""Open chains of N links on a fixed pivot: in a plane, and with axes that alternate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from sympy import Symbol
+from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
+
+from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
+from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds
+
+l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
+
+
+BENT = 0.5  # rad, out of the plane in which gravity and the first hinge would keep the bars
+
+
+def planar_chain(links: int = 3) -> Mechanism:
+    """Uniform rods, one hinged to the end of the other, all in one plane; they start level."""
+    return _chain(links, spatial=False)
+
+
+def spatial_chain(links: int = 3) -> Mechanism:
+    """Uniform bars of square section; hinge axes across and along in turn.
+
+    They start level, the second bar bent sideways.
+    """
+    return _chain(links, spatial=True)
+
+
+def _chain(count: int, *, spatial: bool) -> Mechanism:
+    q, u = dynamicsymbols(f"q_0:{count}"), dynamicsymbols(f"u_0:{count}")
+    r = ReferenceFrame("r")
+    origin = end = fixed_point("O", r)
+    on, bodies, ends = r, list[RigidBody](), list[Point]()
+    for k in range(count):
+        axis = on.y if spatial and k % 2 else on.z
+        frame = on.orientnew(f"link_{k}", "Axis", (q[k], axis))
+        frame.set_ang_vel(on, u[k] * axis)
+        centre = end.locatenew(f"centre_{k}", l / 2 * frame.x)
+        across = m * l**2 / 12
+        along = m * l**2 / 600 if spatial else 0
+        about = inertia(frame, along, across if spatial else 0, across)
+        bodies.append(RigidBody(f"link_{k}", centre, frame, m, (about, centre)))
+        end = end.locatenew(f"E_{k}", l * frame.x)
+        ends.append(end)
+        on = frame
+    return Mechanism(
+        name="spatial_chain" if spatial else "planar_chain",
+        title=f"Chain of {count} {'bar' if spatial else 'rod'}{'s' if count > 1 else ''}",
+        frame=r,
+        origin=origin,
+        coordinates=coordinates(q, "rad", *[f"angle at hinge {k}" for k in range(count)]),
+        speeds=speeds(u, "rad/s", *[f"rate at hinge {k}" for k in range(count)]),
+        kinematics=tuple(u),
+        parameters=(
+            parameter(l, 1.0, "m", "length of every link", positive=True),
+            parameter(m, 1.0, "kg", "mass of every link", positive=True),
+            parameter(g, 9.81, "m/s^2", "acceleration of free fall, along -y"),
+        ),
+        bodies=tuple(bodies),
+        gravity=-g * r.y,
+        points=(origin, *ends),
+        drawing=Drawing(
+            links=(("links", (origin.name, *(end.name for end in ends))),),
+            ground=(origin.name,),
+            traced=(ends[-1].name,),
+        ),
+        start={f"q_{k}": BENT if spatial and k == 1 else 0.0 for k in range(count)},
+    )
+
+
+def closed_chain(count: int, *, spatial: bool) -> Mechanism:
+    """The same with its end held on the ground, three links' lengths from the pivot.
+
+    In space the end is held in all three directions and may turn.
+    """
+    chain = _chain(count, spatial=spatial)
+    end, r = chain.points[-1], chain.frame
+    held = chain.origin.locatenew("held", 3 * l * r.x)
+    axes = (r.x, r.y, r.z) if spatial else (r.x, r.y)
+    return replace(
+        chain,
+        name=f"closed_{chain.name}",
+        title=f"Ring of {count} links",
+        start={},
+        closures=(Closure("end", end, held, axes),),
+    )

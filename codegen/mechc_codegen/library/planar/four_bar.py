@@ -1,0 +1,251 @@
+"""The planar four-bar linkage: three moving links on two ground pivots, one closed loop.
+
+The crank turns about O, the rocker about the ground pivot R, the coupler joins them.  Every
+link has a frame of its own, turned about z from the inertial frame by the link's angle, so the
+three angles are absolute.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+from sympy import Expr, Symbol, symbols
+from sympy.physics.mechanics import (
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    dot,
+    dynamicsymbols,
+    inertia,
+)
+
+from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.mechanism import (
+    Constraint,
+    Coordinate,
+    Drawing,
+    Load,
+    Mechanism,
+    Parameter,
+    Quantity,
+    Speed,
+)
+from mechc_codegen.library.planar.four_bar_geometry import geometry_notes
+
+LINKS = ("crank", "coupler", "rocker")
+JOINTS = ("O", "p_1", "p_2", "p_3")
+t = dynamicsymbols._t
+
+
+def four_bar(
+    *,
+    crank_torque: bool | Expr = False,
+    crank_speed: bool | Expr = False,
+    friction: bool = False,
+    coupler_point: bool = False,
+) -> Mechanism:
+    """The four-bar linkage, with what the scene asks for beyond weight.
+
+    Parameters
+    ----------
+    crank_torque
+        A torque about z on the crank: ``True`` for a constant parameter ``T_0`` (N m), or an
+        expression of time.
+    crank_speed
+        The crank's angular speed is prescribed: ``True`` for a constant parameter ``Omega_0``
+        (rad/s), or an expression of time.
+    friction
+        Viscous friction in the four joints, with coefficients ``c_0`` ... ``c_3`` (N m s).
+    coupler_point
+        A point C fixed to the coupler at ``x_C`` along and ``y_C`` across it from p_1 (m);
+        its path is traced.
+    """
+    theta, omega = dynamicsymbols("theta_0:3"), dynamicsymbols("omega_0:3")
+    l, m, I, g = symbols("l_0:4"), symbols("m_0:3"), symbols("I_0:3"), Symbol("g")
+    parameters = _parameters(l, m, I, g)
+
+    r, e = _frames(theta, omega)
+    p, centres = _points(l, r, e)
+    bodies = _bodies(p[0], centres, m, I, g, r, e)
+    loads: list[Load] = [(centres[k], -m[k] * g * r.y) for k in range(3)]
+    points, traced, motion = [*p, *centres], ["p_1", "p_2"], []
+
+    # Beside the weight, only the loads that options add.
+    if crank_torque is not False:
+        torque = _constant_or_given(crank_torque, "T_0", "N m", "torque on the crank", parameters)
+        loads.append((e[0], torque * r.z))
+    if crank_speed is not False:
+        speed = _constant_or_given(
+            crank_speed, "Omega_0", "rad/s", "prescribed crank speed", parameters
+        )
+        motion.append(Constraint("prescribed crank speed", omega[0] - speed, "rad/s"))
+    if friction:
+        loads += _joint_friction(r, e, omega, parameters)
+    if coupler_point:
+        points.append(_coupler_point(p[1], r, e[1], parameters))
+        traced = ["C"]
+
+    return Mechanism(
+        name="four_bar",
+        title="Planar four-bar linkage",
+        frame=r,
+        origin=p[0],
+        coordinates=tuple(
+            Coordinate(theta[k], Quantity("rad", f"angle of the {LINKS[k]} from the ground line"))
+            for k in range(3)
+        ),
+        speeds=tuple(
+            Speed(omega[k], Quantity("rad/s", f"angular velocity of the {LINKS[k]}"))
+            for k in range(3)
+        ),
+        kinematics=tuple(omega),
+        parameters=tuple(parameters),
+        bodies=bodies,
+        loads=tuple(loads),
+        joints=_joints(p, p[0].locatenew("R", l[3] * r.x), bodies, (r, *e), (theta, omega)),
+        motion_constraints=tuple(motion),
+        points=tuple(points),
+        frames=tuple(e),
+        drawing=_drawing(traced, coupler_point),
+        start={"theta_0": 85 * pi / 180} | ({} if motion else {"omega_0": 0.0}),
+        preference=dot(e[2].x ^ e[1].x, r.z),  # elbow up: sin(theta_1 - theta_2) > 0
+        notes=geometry_notes,
+        skipped=_skipped(crank_torque, crank_speed, friction, coupler_point),
+    )
+
+
+def _frames(theta: list[Expr], omega: list[Expr]) -> tuple[ReferenceFrame, list[ReferenceFrame]]:
+    """The inertial frame, and one frame a link turned about z."""
+    r = ReferenceFrame("r")
+    e = [r.orientnew(f"e_{k}", "Axis", (theta[k], r.z)) for k in range(3)]
+    for k in range(3):
+        e[k].set_ang_vel(r, omega[k] * r.z)
+    return r, e
+
+
+def _points(
+    l: tuple[Symbol, ...], r: ReferenceFrame, e: list[ReferenceFrame]
+) -> tuple[list[Point], list[Point]]:
+    """Joints p_k+1 = p_k + l_k e_k.x from the origin on; mass centres in the links' middles."""
+    origin = Point("O")
+    origin.set_vel(r, 0)
+    p, centres = [origin], []
+    for k in range(3):
+        p.append(p[k].locatenew(f"p_{k + 1}", l[k] * e[k].x))
+        p[k + 1].v2pt_theory(p[k], r, e[k])
+        centres.append(p[k].locatenew(f"g_{k}", l[k] / 2 * e[k].x))
+        centres[k].v2pt_theory(p[k], r, e[k])
+    return p, centres
+
+
+def _joints(
+    p: list[Point], pivot: Point, bodies: tuple[RigidBody, ...],
+    frames: tuple[ReferenceFrame, ...], states: tuple[list[Expr], list[Expr]],
+) -> tuple[Joint, ...]:  # fmt: skip
+    """Pins from link to link; the last one closes the loop: p_3 is the ground pivot R."""
+    r, links, (theta, omega) = frames[0], (None, *bodies), states
+    pins = [
+        Joint(
+            JOINTS[k], links[k], links[k + 1], p[k], p[k], frames[k], frames[k + 1],
+            tuple(theta[max(k - 1, 0) : k + 1]), tuple(omega[max(k - 1, 0) : k + 1]),
+        )
+        for k in range(3)
+    ]  # fmt: skip
+    last = Cut(
+        JOINTS[3], None, bodies[2], pivot, p[3], r, frames[3], (theta[2],), (omega[2],),
+        axes=(r.x, r.y), labels=("closure along x", "closure along y"),
+    )  # fmt: skip
+    return (*pins, last)
+
+
+def _bodies(
+    origin: Point, centres: list[Point], m: tuple[Symbol, ...], I: tuple[Symbol, ...], g: Symbol,
+    r: ReferenceFrame, e: list[ReferenceFrame],
+) -> tuple[RigidBody, ...]:  # fmt: skip
+    """Inertia at the mass centre, the potential of weight along -r.y."""
+    bodies = []
+    for k in range(3):
+        about_centre = (inertia(e[k], 0, 0, I[k]), centres[k])
+        body = RigidBody(LINKS[k], centres[k], e[k], m[k], about_centre)
+        body.potential_energy = m[k] * g * dot(centres[k].pos_from(origin), r.y)
+        bodies.append(body)
+    return tuple(bodies)
+
+
+def _drawing(traced: list[str], coupler_point: bool) -> Drawing:
+    links = [(LINKS[k], (JOINTS[k], JOINTS[k + 1])) for k in range(3)]
+    triangle = [("coupler point", ("p_1", "C", "p_2"))] if coupler_point else []
+    return Drawing(links=(*links, *triangle), ground=("O", "p_3"), traced=tuple(traced))
+
+
+def _parameters(
+    l: tuple[Symbol, ...], m: tuple[Symbol, ...], I: tuple[Symbol, ...], g: Symbol
+) -> list[Parameter]:
+    """Defaults of the reference scene: 1, 2, 3, 4 m; 1, 2, 3 kg; thin uniform rods."""
+    links = [*LINKS, "ground"]
+    lengths = [
+        Parameter(l[k], k + 1.0, Quantity("m", f"length of the {links[k]}", lower=0))
+        for k in range(4)
+    ]
+    masses = [
+        Parameter(m[k], k + 1.0, Quantity("kg", f"mass of the {LINKS[k]}", lower=0))
+        for k in range(3)
+    ]
+    about = "moment of inertia of the {} about its mass centre (follows m l^2/12 unless set)"
+    inertias = [
+        Parameter(I[k], m[k] * l[k] ** 2 / 12, Quantity("kg m^2", about.format(LINKS[k]), lower=0))
+        for k in range(3)
+    ]
+    weight = Parameter(g, 9.81, Quantity("m/s^2", "acceleration of free fall, along -y"))
+    return [*lengths, *masses, *inertias, weight]
+
+
+def _constant_or_given(
+    given: bool | Expr, name: str, unit: str, description: str, parameters: list[Parameter]
+) -> Expr:
+    if given is not True:
+        return given
+    parameters.append(Parameter(Symbol(name), 0.0, Quantity(unit, description)))
+    return parameters[-1].symbol
+
+
+def _joint_friction(
+    r: ReferenceFrame, e: list[ReferenceFrame], omega: list[Expr], parameters: list[Parameter]
+) -> list[Load]:
+    """Torque -c_k times the relative speed in joint k, and its reaction on the link before."""
+    c = symbols("c_0:4")
+    parameters += [
+        Parameter(c[k], 0.0, Quantity("N m s", f"viscous friction at {JOINTS[k]}", 0, closed=True))
+        for k in range(4)
+    ]
+    relative = [omega[0], omega[1] - omega[0], omega[2] - omega[1], -omega[2]]
+    loads = [(e[k], -c[k] * relative[k] * r.z) for k in range(3)]
+    reactions = [(e[k - 1], c[k] * relative[k] * r.z) for k in range(1, 4)]
+    return loads + reactions
+
+
+def _coupler_point(
+    joint: Point, r: ReferenceFrame, coupler: ReferenceFrame, parameters: list[Parameter]
+) -> Point:
+    x, y = symbols("x_C y_C")
+    parameters += [
+        Parameter(x, 1.0, Quantity("m", "coupler point, along the coupler from p_1")),
+        Parameter(y, 0.5, Quantity("m", "coupler point, across the coupler from p_1")),
+    ]
+    point = joint.locatenew("C", x * coupler.x + y * coupler.y)
+    point.v2pt_theory(joint, r, coupler)
+    return point
+
+
+def _skipped(
+    crank_torque: bool | Expr, crank_speed: bool | Expr, friction: bool, coupler_point: bool
+) -> tuple[str, ...]:
+    """What this scene could have and does not use."""
+    options = {
+        "crank_torque": crank_torque is not False,
+        "crank_speed": crank_speed is not False,
+        "friction": friction,
+        "coupler_point": coupler_point,
+    }
+    return tuple(name for name, used in options.items() if not used)

@@ -1,0 +1,64 @@
+/* The binary interface between a compiled scene and whoever drives it. */
+#ifndef MECHC_MODEL_H
+#define MECHC_MODEL_H
+
+#include <stddef.h>
+#include "run.h"
+
+#define MECHC_ABI 4
+#define MECHC_CAPSULE "mechc.model.4"
+
+/* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
+typedef struct {
+    const double *data;
+    ptrdiff_t stride;
+} mechc_rows;
+
+/* out[k*width ...] = output at (t[k], y[k], p[k]), k < count; out is contiguous. */
+typedef void mechc_evaluate(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out);
+
+typedef struct {
+    const char *name;
+    int width;
+    mechc_evaluate *evaluate;
+} mechc_output;
+
+/* One compilation of a scene for one instruction set. */
+typedef struct {
+    const char *instruction_set;
+    int lanes;
+    int output_count;
+    const mechc_output *outputs;
+    /* Unprojected state rates of one state, with constants from prepare(). */
+    void (*rates)(double t, const double *y, const double *p, const double *constants, double *out);
+    void (*prepare)(const double *p, double *constants);
+    /* Nearest state on the constraints; moved[0], moved[1]: largest closure gap and largest
+       velocity residual found before. */
+    int (*project)(double t, double *y, const double *p, double *moved);
+    size_t run_size;
+    void (*start)(mechc_run *run, const mechc_options *options);
+    /* At most `steps` attempted steps; returns run->status. */
+    int (*advance)(mechc_run *run, long steps);
+    /* The same for up to `lanes` runs side by side, where the method and the scene allow it: each
+       is the run that it is by itself.  Returns early where one of them ends. */
+    void (*advance_lockstep)(mechc_run **runs, int count, long steps);
+    void (*release)(mechc_run *run);
+    /* Dense output, projected onto the constraints. */
+    void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
+                        ptrdiff_t count, const double *t, double *out);
+    /* Go on to t1, beyond the end of the run or before it, with other inputs (see inputs.h); NULL
+     * where the scene has none. */
+    void (*extend)(mechc_run *run, double t1, double inputs);
+} mechc_unit;
+
+typedef struct {
+    int abi;
+    const char *metadata; /* JSON */
+    int coordinates, speeds, holonomic, rows, parameters, constants;
+    /* Parameters not given take their defaults, which may follow those given. */
+    void (*complete)(const unsigned char *given, double *p);
+    const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
+    int inputs; /* values of inputs; where there are any, p has one number more: see inputs.h */
+} mechc_model;
+
+#endif

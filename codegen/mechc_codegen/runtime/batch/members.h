@@ -1,0 +1,320 @@
+/* Many runs of one compiled scene, each exactly the run that one trajectory makes.
+ *
+ * Threads take members from a common counter, as many at a time as run in lockstep; one
+ * that ends makes room for the next.  A member's trajectory is drained every few steps into what
+ * was asked for (reductions, states at given times), so that memory does not grow with its length.
+ */
+#ifndef MECHC_MEMBERS_H
+#define MECHC_MEMBERS_H
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "abi/model.h"
+#include "batch/reductions.h"
+
+#define MECHC_BATCH_PIECE 48 /* steps between drains */
+#define MECHC_BATCH_LOOK 256 /* components of states stepped on between looks at the stop flag */
+#define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
+#define MECHC_BATCH_COUNTS 5
+
+typedef struct {
+    const mechc_unit *unit;
+    mechc_options options; /* t0, t1, tolerances and policy; y0, p, scale are set per member */
+    int coordinates, width, parameters;
+    double open_at_most; /* closure gap of a start that is rounding, of the model's length */
+    ptrdiff_t count;
+    int lockstep; /* whether members run side by side, rather than one by one */
+    const double *y0, *p, *length;
+    const unsigned char *pure, *assembled;
+    ptrdiff_t times;
+    const double *t_eval;
+    int quantities, stopping; /* whether one of them is terminal */
+    const mechc_quantity *quantity;
+    /* Out, a row a member. */
+    double *y, *t, *at_times, *reduced, *least;
+    int *status;
+    long *counts; /* steps, rejected, rhs evaluations, closure iterations, change points */
+    ptrdiff_t next, done;
+    int stop;
+} mechc_batch;
+
+/* A member under way. */
+typedef struct {
+    mechc_run *run;
+    double *state, *scale;
+    mechc_reducer reducer;
+    ptrdiff_t member;  /* -1: none */
+    ptrdiff_t reached; /* times of t_eval that are behind it */
+    long taken;        /* attempted steps whose results are taken in */
+} mechc_batch_slot;
+
+/* What one thread works with. */
+typedef struct {
+    int width;
+    mechc_batch_slot *slot;
+    mechc_run **busy;
+} mechc_batch_worker;
+
+static int mechc_batch_slot_make(const mechc_batch *batch, mechc_batch_slot *slot)
+{
+    slot->member = -1;
+    slot->run = malloc(batch->unit->run_size);
+    slot->state = malloc((size_t)batch->width * sizeof(double));
+    slot->scale = malloc((size_t)batch->width * sizeof(double));
+    const int made = mechc_reducer_make(&slot->reducer, batch->unit, batch->width,
+                                        batch->quantities, batch->quantity);
+    return slot->run && slot->state && slot->scale && made;
+}
+
+static int mechc_batch_worker_make(const mechc_batch *batch, mechc_batch_worker *worker)
+{
+    const int width = batch->lockstep ? batch->unit->lanes : 1;
+    worker->slot = calloc((size_t)width, sizeof *worker->slot);
+    worker->busy = calloc((size_t)width, sizeof *worker->busy);
+    if (!worker->slot || !worker->busy) return 0;
+    worker->width = width;
+    for (int i = 0; i < width; i++)
+        if (!mechc_batch_slot_make(batch, worker->slot + i)) return 0;
+    return 1;
+}
+
+static void mechc_batch_worker_free(mechc_batch_worker *worker)
+{
+    for (int i = 0; i < worker->width; i++) {
+        free(worker->slot[i].run);
+        free(worker->slot[i].state);
+        free(worker->slot[i].scale);
+        mechc_reducer_free(&worker->slot[i].reducer);
+    }
+    free(worker->slot);
+    free(worker->busy);
+}
+
+/* Whether the start is on the constraints but for rounding; it is moved onto them. */
+static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, double *state)
+{
+    const double *y0 = batch->y0 + member * batch->width;
+    const double *p = batch->p + member * batch->parameters;
+    const double allowed = batch->open_at_most * batch->length[member];
+    double moved[2], fastest = 1.0;
+    memcpy(state, y0, (size_t)batch->width * sizeof(double));
+    for (int i = 0; i < batch->width; i++) {
+        if (!(fabs(y0[i]) < HUGE_VAL)) return 0;
+        if (i >= batch->coordinates) fastest = fmax(fastest, fabs(y0[i]));
+    }
+    batch->unit->project(batch->options.t0, state, p, moved);
+    return moved[0] <= allowed && moved[1] <= allowed * fastest;
+}
+
+/* States at the asked times that lie in the steps at hand, up to `end`; a time just there counts
+ * where nothing follows. */
+static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
+                                 const mechc_trajectory *steps, double end, int last,
+                                 ptrdiff_t *reached)
+{
+    const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
+    const ptrdiff_t first = *reached;
+    while (*reached < batch->times) {
+        const double ahead = direction * (batch->t_eval[*reached] - end);
+        if (ahead > 0.0 || (ahead == 0.0 && !last)) break;
+        ++*reached;
+    }
+    if (*reached > first)
+        batch->unit->interpolate(batch->options.method, steps,
+                                 batch->p + member * batch->parameters, *reached - first,
+                                 batch->t_eval + first,
+                                 batch->at_times + (member * batch->times + first) * batch->width);
+}
+
+/* Forget all accepted states but the last. */
+static void mechc_batch_drain(mechc_trajectory *steps, int width)
+{
+    const ptrdiff_t last = steps->count - 1;
+    if (last < 1) return;
+    steps->t[0] = steps->t[last];
+    memmove(steps->y, steps->y + last * width, (size_t)width * sizeof(double));
+    steps->count = 1;
+}
+
+/* Change points passed up to the time t. */
+static long mechc_batch_crossings(const mechc_batch *batch, const mechc_trajectory *steps, double t)
+{
+    const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
+    long passed = 0;
+    for (ptrdiff_t i = 0; i < steps->crossing_count; i++)
+        passed += direction * (steps->crossings[i * (batch->coordinates + 2)] - t) <= 0.0;
+    return passed;
+}
+
+/* The results of a run that came to its end, or to a terminal crossing. */
+static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
+{
+    const ptrdiff_t member = slot->member;
+    const mechc_run *run = slot->run;
+    const mechc_trajectory *steps = &run->trajectory;
+    const mechc_stats *stats = &run->stats;
+    const int stopped = !isnan(slot->reducer.stop);
+    const double t = stopped ? slot->reducer.stop : run->t;
+    double *y = batch->y + member * batch->width;
+    long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
+    if (stopped)
+        batch->unit->interpolate(batch->options.method, steps,
+                                 batch->p + member * batch->parameters, 1, &t, y);
+    else
+        memcpy(y, steps->y + (steps->count - 1) * batch->width,
+               (size_t)batch->width * sizeof(double));
+    mechc_reducer_end(&slot->reducer, t, y, batch->reduced + member * batch->quantities);
+    batch->t[member] = t;
+    batch->least[2 * member] = stats->least_singular;
+    batch->least[2 * member + 1] = stats->critical_gap;
+    counts[0] = stats->steps;
+    counts[1] = stats->rejected;
+    counts[2] = stats->rhs_evaluations;
+    counts[3] = stats->closure_iterations;
+    counts[4] = stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
+}
+
+static long mechc_batch_attempts(const mechc_run *run)
+{
+    return run->stats.steps + run->stats.rejected;
+}
+
+/* Take in the steps at hand; the status after them. */
+static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
+{
+    mechc_trajectory *steps = &slot->run->trajectory;
+    double end = steps->t[steps->count - 1];
+    int status = slot->run->status;
+    slot->taken = mechc_batch_attempts(slot->run);
+    mechc_reducer_take(&slot->reducer, steps);
+    if (!isnan(slot->reducer.stop)) {
+        end = slot->reducer.stop;
+        status = MECHC_STOPPED_BY_EVENT;
+    }
+    mechc_batch_at_times(batch, slot->member, steps, end, status != MECHC_RUNNING, &slot->reached);
+    if (status == MECHC_RUNNING) mechc_batch_drain(steps, batch->width);
+    return status;
+}
+
+static void mechc_batch_end(mechc_batch *batch, ptrdiff_t member, int status)
+{
+    batch->status[member] = status;
+    if (status != MECHC_NOT_RUN) __atomic_fetch_add(&batch->done, 1, __ATOMIC_RELAXED);
+}
+
+/* The member's run is over, or given up where the stop flag came first. */
+static void mechc_batch_release(mechc_batch *batch, mechc_batch_slot *slot, int status)
+{
+    batch->unit->release(slot->run);
+    mechc_batch_end(batch, slot->member, status);
+    slot->member = -1;
+}
+
+/* Begin a member's run; it is not under way where it ended at once. */
+static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_slot *slot)
+{
+    mechc_options options = batch->options;
+    if (batch->assembled && !batch->assembled[member]) {
+        mechc_batch_end(batch, member, MECHC_NOT_ASSEMBLED);
+        return;
+    }
+    if (!mechc_batch_start_state(batch, member, slot->state)) {
+        mechc_batch_end(batch, member, MECHC_OPEN_AT_START);
+        return;
+    }
+    for (int i = 0; i < batch->width; i++)
+        slot->scale[i] = batch->pure[i] ? 1.0 : batch->length[member];
+    options.y0 = slot->state;
+    options.p = batch->p + member * batch->parameters;
+    options.scale = slot->scale;
+    memset(slot->run, 0, batch->unit->run_size);
+    batch->unit->start(slot->run, &options);
+    mechc_reducer_begin(&slot->reducer, options.t0, options.p);
+    slot->member = member;
+    slot->reached = 0;
+    slot->taken = 0;
+    if (slot->run->trajectory.count < 1) /* not even the start could be kept */
+        mechc_batch_release(batch, slot, MECHC_NO_MEMORY);
+}
+
+/* Put members into the slots that are free, while there are some; how many are under way. */
+static int mechc_batch_fill(mechc_batch *batch, mechc_batch_worker *worker)
+{
+    int busy = 0;
+    for (int i = 0; i < worker->width; i++) {
+        mechc_batch_slot *slot = worker->slot + i;
+        while (slot->member < 0 && !__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) {
+            const ptrdiff_t next = __atomic_fetch_add(&batch->next, 1, __ATOMIC_RELAXED);
+            if (next >= batch->count) break;
+            mechc_batch_begin(batch, next, slot);
+        }
+        if (slot->member >= 0) worker->busy[busy++] = slot->run;
+    }
+    return busy;
+}
+
+/* Attempted steps until the results of some run are to be taken in. */
+static long mechc_batch_ahead(const mechc_batch_worker *worker, long piece)
+{
+    long ahead = piece;
+    for (int i = 0; i < worker->width; i++) {
+        const mechc_batch_slot *slot = worker->slot + i;
+        if (slot->member < 0) continue;
+        const long left = piece - (mechc_batch_attempts(slot->run) - slot->taken);
+        if (left < ahead) ahead = left;
+    }
+    return ahead > 0 ? ahead : 1;
+}
+
+/* Take in what has come so far of runs that ended or went a piece of the way.  Which steps are
+ * taken in together must not depend on other members where a crossing among them ends the run. */
+static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, long piece)
+{
+    for (int i = 0; i < worker->width; i++) {
+        mechc_batch_slot *slot = worker->slot + i;
+        if (slot->member < 0) continue;
+        const int whole = mechc_batch_attempts(slot->run) - slot->taken >= piece;
+        if (batch->stopping && !whole && slot->run->status == MECHC_RUNNING) continue;
+        const int status = mechc_batch_take(batch, slot);
+        if (status == MECHC_RUNNING) continue;
+        mechc_batch_report(batch, slot);
+        mechc_batch_release(batch, slot, status);
+    }
+}
+
+/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system, whose cost
+ * grows up to the cube of its width, takes as long as very many of a narrow one. */
+static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy, long ahead)
+{
+    const long look = 1 + MECHC_BATCH_LOOK / batch->width;
+    for (long left = ahead; left > 0; left -= look) {
+        const long some = left < look ? left : look;
+        if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) return;
+        if (batch->lockstep) batch->unit->advance_lockstep(worker->busy, busy, some);
+        else batch->unit->advance(worker->busy[0], some);
+        for (int i = 0; i < busy; i++)
+            if (worker->busy[i]->status != MECHC_RUNNING) return;
+    }
+}
+
+/* One thread's share of the batch; 0 without memory.  Any number may work at once. */
+static int mechc_batch_work(mechc_batch *batch)
+{
+    mechc_batch_worker worker = {0};
+    const long piece = batch->stopping ? MECHC_BATCH_STOPPING : MECHC_BATCH_PIECE;
+    const int made = mechc_batch_worker_make(batch, &worker);
+    for (int busy; made && (busy = mechc_batch_fill(batch, &worker)) > 0;) {
+        if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
+        mechc_batch_advance(batch, &worker, busy, mechc_batch_ahead(&worker, piece));
+        mechc_batch_collect(batch, &worker, piece);
+    }
+    for (int i = 0; i < worker.width; i++)
+        if (worker.slot[i].member >= 0)
+            mechc_batch_release(batch, worker.slot + i, MECHC_NOT_RUN);
+    mechc_batch_worker_free(&worker);
+    return made;
+}
+
+#endif

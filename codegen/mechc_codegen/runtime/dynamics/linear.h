@@ -1,0 +1,275 @@
+/* Small dense linear algebra of the constraint rows and of the mass matrix; generic over `real`.
+ *
+ * The rows of the constraint Jacobian are orthogonalised in a diagonal metric, sum_k w_k a_k b_k
+ * with w_k near 1 / M_kk, so that speeds of different units may be added and no factor of M is
+ * needed to stay on the constraints.  Gram-Schmidt with the largest remaining row first; a row
+ * that lost more than nine tenths of its length is swept again (Giraud et al. 2005: twice is
+ * enough).  No normal equations are formed, so singular values are not squared.  Of the rows so
+ * many count as are independent at generic configurations: beyond these, what is left of a row is
+ * the closure error, and it is left out.  So is a row that vanishes against the largest.
+ */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LINEAR_VECTOR : !defined MECHC_LINEAR_SCALAR
+#if R_VECTOR
+#define MECHC_LINEAR_VECTOR
+#else
+#define MECHC_LINEAR_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+#include "simd/rough.h"
+
+/* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
+#define MECHC_REDUNDANT 1.3e-29
+/* Squared loss of length at which a row is swept again. */
+#define MECHC_LOSS 1e-2
+
+typedef struct {
+    real lower[MECHC_NU * MECHC_NU]; /* strictly lower part of L, row by row */
+    real inverse[MECHC_NU];          /* 1 / D */
+} FN(mass_factors);
+
+/* M = L D L^T, n by n; returns the first row whose pivot is not positive, or -1. */
+MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
+{
+    real scaled[MECHC_NU];
+    int bad = -1;
+    for (int j = 0; j < n; j++) {
+        real pivot = mass[j * n + j];
+        for (int k = 0; k < j; k++) {
+            scaled[k] = f->lower[j * n + k];
+            f->lower[j * n + k] *= f->inverse[k];
+            pivot -= scaled[k] * f->lower[j * n + k];
+        }
+        if (bad < 0 && R_ANY(~R_MASK(pivot > 4e-16 * mass[j * n + j]))) bad = j;
+        f->inverse[j] = 1.0 / pivot;
+        for (int i = j + 1; i < n; i++) {
+            real entry = mass[i * n + j];
+            for (int k = 0; k < j; k++)
+                entry -= f->lower[i * n + k] * f->lower[j * n + k];
+            f->lower[i * n + j] = entry;
+        }
+    }
+    return bad;
+}
+
+/* x <- L^-1 x */
+MECHC_INLINE void FN(forward)(const FN(mass_factors) *f, int n, real *x)
+{
+    for (int i = 1; i < n; i++)
+        for (int k = 0; k < i; k++) x[i] -= f->lower[i * n + k] * x[k];
+}
+
+/* x <- L^-T D^-1 x */
+MECHC_INLINE void FN(backward)(const FN(mass_factors) *f, int n, real *x)
+{
+    for (int i = n - 1; i >= 0; i--) {
+        x[i] *= f->inverse[i];
+        for (int k = i + 1; k < n; k++) x[i] -= f->lower[k * n + i] * x[k];
+    }
+}
+
+#if MECHC_NC > 0
+/* Row i of those given became  scale[0] ... scale[i-1] row - sum_k mix[i][k] scale[k+1] ...
+ * scale[i-1] rows[k]: scaling by near-one numbers instead of dividing by a norm keeps the
+ * divisions out of the chain of dependent operations. */
+typedef struct {
+#if MECHC_LINKS > 0
+    FN(mass_factors) metric;
+#endif
+    real weight[MECHC_NU];
+    real rows[MECHC_NC * MECHC_NU]; /* orthogonal */
+    real mix[MECHC_NC * MECHC_NC];
+    real scale[MECHC_NC];
+    real norm[MECHC_NC];         /* squared */
+    real inverse_norm[MECHC_NC]; /* 0 where redundant */
+    rmask swapped[MECHC_NC * MECHC_NC];
+    real rank; /* rows that count */
+} FN(factors);
+
+MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
+{
+    real sum = a[0] * (b[0] * f->weight[0]);
+    for (int k = 1; k < MECHC_NU; k++) sum += a[k] * (b[k] * f->weight[k]);
+    return sum;
+}
+
+MECHC_INLINE void FN(swap)(rmask mask, real *a, real *b)
+{
+    const real kept = *a;
+    *a = R_SELECT(mask, *b, kept);
+    *b = R_SELECT(mask, kept, *b);
+}
+
+/* Bring the largest remaining row to place i. */
+MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
+{
+    for (int j = i + 1; j < rows; j++) {
+        const rmask larger = R_MASK(f->norm[j] > f->norm[i]);
+        f->swapped[i * MECHC_NC + j] = larger;
+        FN(swap)(larger, &f->norm[i], &f->norm[j]);
+        FN(swap)(larger, &start[i], &start[j]);
+        for (int k = 0; k < MECHC_NU; k++)
+            FN(swap)(larger, &f->rows[i * MECHC_NU + k], &f->rows[j * MECHC_NU + k]);
+        for (int k = 0; k < i; k++)
+            FN(swap)(larger, &f->mix[i * MECHC_NC + k], &f->mix[j * MECHC_NC + k]);
+    }
+}
+
+/* Take what rounding left of the rows before it out of row i. */
+MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
+{
+    real *row = f->rows + i * MECHC_NU, follow = R(1.0);
+    for (int k = i - 1; k >= 0; k--) {
+        const real *before = f->rows + k * MECHC_NU;
+        const real part =
+            R_SELECT(lost, FN(inner)(f, row, before) * f->inverse_norm[k], R(0.0));
+        for (int n = 0; n < MECHC_NU; n++) row[n] -= part * before[n];
+        f->mix[i * MECHC_NC + k] += part / follow;
+        follow *= f->scale[k];
+    }
+    f->norm[i] = R_SELECT(lost, FN(inner)(f, row, row), f->norm[i]);
+}
+
+/* Take row i out of row j. */
+MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
+{
+    const real *row = f->rows + i * MECHC_NU;
+    real *other = f->rows + j * MECHC_NU;
+    const real part = FN(inner)(f, row, other) * inverse;
+    for (int k = 0; k < MECHC_NU; k++) other[k] = f->scale[i] * other[k] - part * row[k];
+    f->mix[j * MECHC_NC + i] = part;
+    f->norm[j] = FN(inner)(f, other, other);
+}
+
+/* Orthogonalise the first `rows` of f->rows in the metric of f->weight; `rank` of them count. */
+MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
+{
+    real start[MECHC_NC];
+    f->rank = rank;
+    for (int i = 0; i < rows; i++)
+        start[i] = f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
+    for (int i = 0; i < rows; i++) {
+        FN(pivot)(f, i, rows, start);
+        const rmask lost = R_MASK(f->norm[i] < MECHC_LOSS * start[i]);
+        if (i && __builtin_expect(R_ANY(lost), 0)) FN(sweep_again)(f, i, lost);
+        const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0])
+                         & R_MASK(rank > (double)i);
+        f->inverse_norm[i] = R_SELECT(kept, 1.0 / f->norm[i], R(0.0));
+        /* near-one numbers must not pile up over many rows */
+        const real inverse = MECHC_NC > 8 ? f->inverse_norm[i] : FN(rough_inverse)(f->norm[i]);
+        f->scale[i] = MECHC_NC > 8 ? R(1.0) : f->norm[i] * inverse;
+        for (int j = i + 1; j < rows; j++) {
+            FN(sweep)(f, i, j, inverse);
+            start[j] *= f->scale[i] * f->scale[i];
+        }
+    }
+}
+
+#if MECHC_LINKS > 0
+/* Rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for weights: along
+ * a chain its diagonal says little of how the speeds act together. */
+MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
+                                FN(factors) *f)
+{
+    FN(factor_mass)(mass, MECHC_NU, &f->metric);
+    for (int i = 0; i < MECHC_NU; i++) f->weight[i] = f->metric.inverse[i];
+    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
+    for (int i = 0; i < rows; i++) FN(forward)(&f->metric, MECHC_NU, f->rows + i * MECHC_NU);
+    FN(orthogonalise)(f, rows, rank);
+}
+
+/* From there to speeds. */
+MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
+{
+    FN(backward)(&f->metric, MECHC_NU, x);
+}
+#else
+/* The first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
+MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
+                                  FN(factors) *f)
+{
+    for (int i = 0; i < MECHC_NU; i++)
+        f->weight[i] = FN(rough_inverse)(mass[i * MECHC_NU + i]);
+    for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
+    FN(orthogonalise)(f, rows, rank);
+}
+
+/* From there to speeds. */
+MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
+{
+    for (int k = 0; k < MECHC_NU; k++) x[k] *= f->weight[k];
+}
+#endif
+
+/* Values wanted of the rows as given -> of the orthogonal rows. */
+MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real *values,
+                                     real *wanted)
+{
+    for (int i = 0; i < rows; i++) wanted[i] = values[i];
+    for (int i = 0; i < rows; i++) {
+        for (int j = i + 1; j < rows; j++)
+            FN(swap)(f->swapped[i * MECHC_NC + j], &wanted[i], &wanted[j]);
+        for (int k = 0; k < i; k++)
+            wanted[i] = f->scale[k] * wanted[i] - f->mix[i * MECHC_NC + k] * wanted[k];
+    }
+}
+
+/* The least x, in the metric of the weights, on which the rows take the values given. */
+MECHC_INLINE void FN(least_change)(const FN(factors) *f, int rows, const real *values, real *x)
+{
+    real wanted[MECHC_NC];
+    FN(values_of_rows)(f, rows, values, wanted);
+    for (int k = 0; k < MECHC_NU; k++) x[k] = R(0.0);
+    for (int i = 0; i < rows; i++) {
+        const real part = wanted[i] * f->inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * f->rows[i * MECHC_NU + k];
+    }
+    FN(to_speeds)(f, x);
+}
+
+/* Multipliers of the rows as given, from the multiples of the orthogonal rows. */
+MECHC_INLINE void FN(multipliers)(const FN(factors) *f, const real *multiples, real *lambda)
+{
+    for (int i = 0; i < MECHC_NC; i++)
+        lambda[i] = R_SELECT(R_MASK(f->inverse_norm[i] > 0.0), multiples[i], R(0.0));
+    for (int i = MECHC_NC - 1; i >= 0; i--)
+        for (int k = i - 1; k >= 0; k--) {
+            lambda[k] -= f->mix[i * MECHC_NC + k] * lambda[i];
+            lambda[i] *= f->scale[k];
+        }
+    for (int i = MECHC_NC - 1; i >= 0; i--)
+        for (int j = MECHC_NC - 1; j > i; j--)
+            FN(swap)(f->swapped[i * MECHC_NC + j], &lambda[i], &lambda[j]);
+}
+
+/* The lanes in which some row is redundant. */
+MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
+{
+    rmask redundant = R_MASK(f->inverse_norm[0] == 0.0);
+    for (int i = 1; i < MECHC_NC; i++) redundant |= R_MASK(f->inverse_norm[i] == 0.0);
+    return redundant;
+}
+
+/* The lanes in which rows that count elsewhere are redundant. */
+MECHC_INLINE rmask FN(lost_rank)(const FN(factors) *f)
+{
+    rmask lost = R_MASK(f->inverse_norm[0] == 0.0);
+    for (int i = 1; i < MECHC_NC; i++)
+        lost |= R_MASK(f->inverse_norm[i] == 0.0) & R_MASK(f->rank > (double)i);
+    return lost;
+}
+
+/* Squared length of the shortest orthogonal row that counts over that of the longest. */
+MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
+{
+    real scale = R(1.0), least = f->norm[0];
+    for (int i = 0; i < MECHC_NC - 1; i++) {
+        const rmask counts = R_MASK(f->rank > (double)(i + 1));
+        scale = R_SELECT(counts, scale * f->scale[i], scale);
+        least = R_SELECT(counts, f->norm[i + 1], least);
+    }
+    return least / (f->norm[0] * (scale * scale));
+}
+#endif
+#endif

@@ -1,0 +1,133 @@
+/* Motion of trees with cuts: M u' + J^T lambda = F and J u' = gamma; generic over `real`.
+ *
+ * Rows that are far from dependent are eliminated link by link (loop_rows.h).  Elsewhere, and where
+ * a cut joins two links that both move, they are solved together: with M = L D L^T a row a of J
+ * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared.
+ */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LOOP_MOTION_VECTOR : !defined MECHC_LOOP_MOTION_SCALAR
+#if R_VECTOR
+#define MECHC_LOOP_MOTION_VECTOR
+#else
+#define MECHC_LOOP_MOTION_SCALAR
+#endif
+#include "dynamics/least_multipliers.h"
+#include "dynamics/linear.h"
+#include "dynamics/loop_rows.h"
+#include "dynamics/sizes.h"
+#include "dynamics/tree.h"
+#include "simd/lanes.h"
+
+#if MECHC_LINKS > 0 && MECHC_NC > 0
+
+typedef struct {
+#if MECHC_CARRIED > 0
+    FN(eliminated) links;
+#endif
+    rmask apart;         /* the lanes in which rows are eliminated link by link */
+    int together;        /* whether any others need the factors */
+    FN(factors) factors;
+} FN(solver);
+
+MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass, real rank,
+                                    FN(factors) *f)
+{
+    FN(cut_rows)(tree, jacobian);
+    FN(composite_mass)(tree, mass);
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+}
+
+/* jacobian and mass are filled where some lane needs them; `rank` rows count. */
+MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, real rank,
+                                   FN(solver) *f)
+{
+#if MECHC_CARRIED > 0
+    FN(eliminate)(tree, &f->links);
+    f->apart = R_MASK(f->links.conditioning > MECHC_SAFE) & R_MASK(rank >= (double)MECHC_NC);
+#else
+    f->apart = R_MASK(R(0.0) > R(0.0));
+#endif
+    f->together = R_ANY(~f->apart);
+    if (f->together) FN(factor_together)(tree, jacobian, mass, rank, &f->factors);
+}
+
+/* Of the shortest row to that of the longest, squared, each less what the others do. */
+MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
+{
+    const real together = f->together ? FN(least_singular_squared)(&f->factors) : R(1.0);
+#if MECHC_CARRIED > 0
+    return R_SELECT(f->apart, f->links.conditioning, together);
+#else
+    return together;
+#endif
+}
+
+/* The x nearest to M^-1 forcing, in the metric of M, on which the rows take the values given; the
+ * multipliers where lambda is not NULL. */
+MECHC_ONCE void FN(solve_together)(const FN(factors) *f, const real *jacobian, const real *forcing,
+                                   const real *values, real *x, real *lambda)
+{
+    real wanted[MECHC_NC], multiples[MECHC_NC];
+    for (int k = 0; k < MECHC_NU; k++) x[k] = forcing[k];
+    FN(forward)(&f->metric, MECHC_NU, x);
+    FN(values_of_rows)(f, MECHC_NC, values, wanted);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *row = f->rows + i * MECHC_NU;
+        const real part = (wanted[i] - FN(inner)(f, row, x)) * f->inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
+        multiples[i] = -part;
+    }
+    FN(backward)(&f->metric, MECHC_NU, x);
+    if (!lambda) return;
+    FN(multipliers)(f, multiples, lambda);
+    if (R_ANY(FN(redundant)(f))) FN(least_multipliers)(jacobian, f, lambda);
+}
+
+/* Accelerations by the wrenches on the links, which are overwritten; lambda may be NULL. */
+MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wrench,
+                                 const real *gamma, real *x, real *lambda)
+{
+    real copy[MECHC_LINKS * MECHC_DIM], forcing[MECHC_NU], other[MECHC_NU];
+    const int together = f->together || lambda;
+    if (together) {
+        for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) copy[i] = wrench[i];
+        FN(along_speeds)(tree, copy, forcing);
+    }
+#if MECHC_CARRIED > 0
+    if (R_ANY(f->apart)) FN(follow_rows)(tree, &f->links, wrench, gamma, x);
+#endif
+    if (!together) return;
+    real jacobian[MECHC_NC * MECHC_NU];
+    if (lambda) FN(cut_rows)(tree, jacobian);
+    if (f->together) {
+        FN(solve_together)(&f->factors, jacobian, forcing, gamma, other, lambda);
+    } else {
+        FN(factors) factors;
+        real mass[MECHC_NU * MECHC_NU];
+        FN(factor_together)(tree, jacobian, mass, R((double)MECHC_NC), &factors);
+        FN(solve_together)(&factors, jacobian, forcing, gamma, other, lambda);
+    }
+    for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(f->apart, x[i], other[i]);
+}
+
+/* The least change, in the metric of M, that gives every row the value wanted. */
+MECHC_ONCE void FN(least_step)(const real *tree, const FN(solver) *f, const real *values,
+                               real *step)
+{
+    real other[MECHC_NU];
+#if MECHC_CARRIED > 0
+    if (R_ANY(f->apart)) {
+        real none[MECHC_LINKS * MECHC_DIM];
+        for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) none[i] = R(0.0);
+        FN(follow_rows)(tree, &f->links, none, values, step);
+    }
+#else
+    (void)tree;
+    for (int i = 0; i < MECHC_NU; i++) step[i] = R(0.0);
+#endif
+    if (!f->together) return;
+    FN(least_change)(&f->factors, MECHC_NC, values, other);
+    for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->apart, step[i], other[i]);
+}
+#endif
+#endif

@@ -1,0 +1,348 @@
+/* Accelerations from M u' + J^T lambda = F and J u' = gamma; generic over `real`.
+ *
+ * Where few directions are free and no row is redundant, the motion is solved in them alone: the
+ * rows leave NU - NC directions v, and v^T M v z = v^T (F - M a) with a any accelerations that
+ * satisfy the rows.  M is not factored, and with one degree of freedom there is one division.
+ * Elsewhere Gauss's principle: the accelerations nearest to the free ones in the metric M.  With
+ * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
+ */
+#include <string.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_MOTION_VECTOR : !defined MECHC_MOTION_SCALAR
+#if R_VECTOR
+#define MECHC_MOTION_VECTOR
+#else
+#define MECHC_MOTION_SCALAR
+#endif
+#include "dynamics/least_multipliers.h"
+#include "dynamics/linear.h"
+#include "dynamics/one_freedom.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+
+#if MECHC_LINKS == 0
+/* Beyond so many free directions it is cheaper to factor M. */
+#define MECHC_MOST_FREE 3
+#define MECHC_FREE (MECHC_NU - MECHC_NC)
+#define MECHC_REDUCED (MECHC_NC > 0 && MECHC_FREE >= 0 && MECHC_FREE <= MECHC_MOST_FREE)
+
+typedef struct {
+    const real *mass, *jacobian, *forcing, *gamma;
+    real rank; /* rows that count */
+} FN(motion_terms);
+
+/* y <- y - M x */
+MECHC_INLINE void FN(take_inertia)(const real *mass, const real *x, real *y)
+{
+    for (int i = 0; i < MECHC_NU; i++)
+        for (int j = 0; j < MECHC_NU; j++) y[i] -= mass[i * MECHC_NU + j] * x[j];
+}
+
+#if MECHC_NC > 0
+/* lambda may be NULL. */
+MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *x, real *lambda)
+{
+    FN(mass_factors) mass;
+    FN(factors) rows;
+    real wanted[MECHC_NC], multiples[MECHC_NC];
+    FN(factor_mass)(terms->mass, MECHC_NU, &mass);
+    for (int i = 0; i < MECHC_NU; i++) {
+        x[i] = terms->forcing[i];
+        rows.weight[i] = mass.inverse[i];
+    }
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) rows.rows[i] = terms->jacobian[i];
+    for (int i = 0; i < MECHC_NC; i++) FN(forward)(&mass, MECHC_NU, rows.rows + i * MECHC_NU);
+    FN(orthogonalise)(&rows, MECHC_NC, terms->rank);
+    FN(forward)(&mass, MECHC_NU, x);
+    FN(values_of_rows)(&rows, MECHC_NC, terms->gamma, wanted);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *row = rows.rows + i * MECHC_NU;
+        const real part = (wanted[i] - FN(inner)(&rows, row, x)) * rows.inverse_norm[i];
+        for (int k = 0; k < MECHC_NU; k++) x[k] += part * row[k];
+        multiples[i] = -part;
+    }
+    if (lambda) {
+        FN(multipliers)(&rows, multiples, lambda);
+        if (R_ANY(FN(redundant)(&rows))) FN(least_multipliers)(terms->jacobian, &rows, lambda);
+    }
+    FN(backward)(&mass, MECHC_NU, x);
+}
+
+#if !MECHC_ONE_FREEDOM
+/* Beside a crossing, states and errors are projected in the metric of the mass matrix: there the
+ * closure's rounding is magnified into reactions M^-1 J^T, and only this metric takes all of them
+ * away again; any other turns a part of them into motion and energy. */
+#define MECHC_BESIDE_CROSSING 0.2
+
+MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const real *jacobian,
+                                                     real rank, const real *values, real *step)
+{
+    real none[MECHC_NU];
+    for (int i = 0; i < MECHC_NU; i++) none[i] = R(0.0);
+    const FN(motion_terms) terms = {mass, jacobian, none, values, rank};
+    FN(solve_in_mass_metric)(&terms, step, 0);
+}
+#endif
+
+#if MECHC_REDUCED
+MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, real *solution)
+{
+    const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
+    const real *gamma = forcing + MECHC_NU;
+    const FN(motion_terms) split = {terms, jacobian, forcing, gamma, gamma[MECHC_NC]};
+    FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
+}
+
+/* The lanes that need it anew.  Works on copies: an array whose address leaves the usual path is
+ * kept in memory there. */
+MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
+                                       real *lambda)
+{
+    real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC + 1], *to = copy;
+    real solution[MECHC_NU + MECHC_NC];
+    for (int i = 0; i < MECHC_NU * MECHC_NU; i++) *to++ = terms->mass[i];
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) *to++ = terms->jacobian[i];
+    for (int i = 0; i < MECHC_NU; i++) *to++ = terms->forcing[i];
+    for (int i = 0; i < MECHC_NC; i++) *to++ = terms->gamma[i];
+    *to = terms->rank;
+    FN(solve_redundant)(copy, solution);
+    for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(lanes, solution[i], x[i]);
+    for (int i = 0; MECHC_MULTIPLIERS && lambda && i < MECHC_NC; i++)
+        lambda[i] = R_SELECT(lanes, solution[MECHC_NU + i], lambda[i]);
+}
+#endif
+#endif
+
+#if MECHC_REDUCED
+/* A basis of all speeds' duals: the orthogonal rows, then unit vectors less their part in what
+ * comes before them. */
+typedef struct {
+    real vectors[MECHC_NU * MECHC_NU], inverse_norm[MECHC_NU];
+    real left[MECHC_NU]; /* squared share of each unit vector that is in none of them yet */
+} FN(basis);
+
+/* The unit vector of which most is left goes to place i; part[j] is its part in vector j < i. */
+MECHC_INLINE void FN(pick)(const FN(factors) *f, FN(basis) *basis, int i, real *part)
+{
+    real *unit = basis->vectors + i * MECHC_NU, most = basis->left[0];
+    for (int j = 0; j < i; j++) part[j] = basis->vectors[j * MECHC_NU] * f->weight[0];
+    for (int k = 0; k < MECHC_NU; k++) unit[k] = R(k == 0);
+    for (int k = 1; k < MECHC_NU; k++) {
+        const rmask more = R_MASK(basis->left[k] > most);
+        most = R_SELECT(more, basis->left[k], most);
+        for (int j = 0; j < i; j++)
+            part[j] = R_SELECT(more, basis->vectors[j * MECHC_NU + k] * f->weight[k], part[j]);
+        for (int m = 0; m < k; m++) unit[m] = R_SELECT(more, R(0.0), unit[m]);
+        unit[k] = R_SELECT(more, R(1.0), unit[k]);
+    }
+    for (int j = 0; j < i; j++) part[j] *= basis->inverse_norm[j];
+}
+
+MECHC_INLINE void FN(take_share)(const FN(factors) *f, FN(basis) *basis, int i)
+{
+    const real *vector = basis->vectors + i * MECHC_NU;
+    for (int k = 0; k < MECHC_NU; k++)
+        basis->left[k] -= vector[k] * vector[k] * (f->weight[k] * basis->inverse_norm[i]);
+}
+
+/* Directions in which no row changes. */
+MECHC_INLINE void FN(free_directions)(const FN(factors) *f, real *directions)
+{
+    FN(basis) basis;
+    real part[MECHC_NU];
+    for (int k = 0; k < MECHC_NU; k++) basis.left[k] = R(1.0);
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) basis.vectors[i] = f->rows[i];
+    for (int i = 0; i < MECHC_NC; i++) {
+        basis.inverse_norm[i] = f->inverse_norm[i];
+        FN(take_share)(f, &basis, i);
+    }
+    for (int i = MECHC_NC; i < MECHC_NU; i++) {
+        real *vector = basis.vectors + i * MECHC_NU;
+        FN(pick)(f, &basis, i, part);
+        for (int j = 0; j < i; j++)
+            for (int k = 0; k < MECHC_NU; k++)
+                vector[k] -= part[j] * basis.vectors[j * MECHC_NU + k];
+        for (int k = 0; k < MECHC_NU; k++)
+            directions[(i - MECHC_NC) * MECHC_NU + k] = vector[k] * f->weight[k];
+        if (i + 1 == MECHC_NU) break;
+        basis.inverse_norm[i] = 1.0 / FN(inner)(f, vector, vector);
+        FN(take_share)(f, &basis, i);
+    }
+}
+
+/* values[i] = v_i . x */
+MECHC_INLINE void FN(along)(const real *directions, const real *x, real *values)
+{
+    for (int i = 0; i < MECHC_FREE; i++) {
+        values[i] = directions[i * MECHC_NU] * x[0];
+        for (int k = 1; k < MECHC_NU; k++) values[i] += directions[i * MECHC_NU + k] * x[k];
+    }
+}
+
+/* v^T M v */
+MECHC_INLINE void FN(reduced_mass)(const real *mass, const real *directions, real *reduced)
+{
+    for (int i = 0; i < MECHC_FREE; i++) {
+        real momentum[MECHC_NU];
+        for (int k = 0; k < MECHC_NU; k++) {
+            momentum[k] = mass[k * MECHC_NU] * directions[i * MECHC_NU];
+            for (int m = 1; m < MECHC_NU; m++)
+                momentum[k] += mass[k * MECHC_NU + m] * directions[i * MECHC_NU + m];
+        }
+        FN(along)(directions, momentum, reduced + i * MECHC_FREE);
+    }
+}
+
+/* The multiples of the orthogonal rows that make up the reaction F - M u'. */
+MECHC_INLINE void FN(reactions)(const FN(motion_terms) *terms, const FN(factors) *f, const real *x,
+                                real *lambda)
+{
+    real reaction[MECHC_NU], multiples[MECHC_NC];
+    for (int k = 0; k < MECHC_NU; k++) reaction[k] = terms->forcing[k];
+    FN(take_inertia)(terms->mass, x, reaction);
+    for (int i = 0; i < MECHC_NC; i++)
+        multiples[i] = FN(inner)(f, f->rows + i * MECHC_NU, reaction) * f->inverse_norm[i];
+    FN(multipliers)(f, multiples, lambda);
+}
+
+#if !MECHC_ONE_FREEDOM
+MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+                                    real *lambda)
+{
+    real directions[MECHC_AT_LEAST_ONE(MECHC_FREE) * MECHC_NU];
+    real reduced[MECHC_AT_LEAST_ONE(MECHC_FREE * MECHC_FREE)], free_part[MECHC_NU];
+    real forces[MECHC_NU];
+    FN(mass_factors) mass;
+    FN(free_directions)(f, directions);
+    FN(reduced_mass)(terms->mass, directions, reduced);
+    FN(factor_mass)(reduced, MECHC_FREE, &mass);
+    FN(least_change)(f, MECHC_NC, terms->gamma, x);
+    for (int k = 0; k < MECHC_NU; k++) forces[k] = terms->forcing[k];
+    FN(take_inertia)(terms->mass, x, forces);
+    FN(along)(directions, forces, free_part);
+    FN(forward)(&mass, MECHC_FREE, free_part);
+    FN(backward)(&mass, MECHC_FREE, free_part);
+    for (int i = 0; i < MECHC_FREE; i++)
+        for (int k = 0; k < MECHC_NU; k++) x[k] += free_part[i] * directions[i * MECHC_NU + k];
+    if (lambda) FN(reactions)(terms, f, x, lambda);
+}
+#endif
+#endif
+
+#if MECHC_NC > 0
+#if MECHC_ONE_FREEDOM
+typedef FN(freedom) FN(solver);
+
+MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                    real *lambda)
+{
+    FN(along_freedom)(f, terms->gamma, FN(dot)(f->direction, terms->forcing), x);
+    if (lambda) {
+        FN(factors) rows;
+        FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, terms->rank, &rows);
+        FN(reactions)(terms, &rows, x, lambda);
+    }
+}
+#elif MECHC_REDUCED
+typedef FN(factors) FN(solver);
+
+MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                    real *lambda)
+{
+    FN(solve_reduced)(terms, f, x, lambda);
+}
+#else
+typedef FN(factors) FN(solver);
+#endif
+
+/* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
+ * to be far from dependent. */
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
+                                   FN(solver) *f)
+{
+#if MECHC_ONE_FREEDOM
+    FN(find_freedom)(jacobian, mass, rank, regular, f);
+#else
+    (void)regular;
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+#endif
+}
+
+/* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
+ * dependent. */
+MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f, const real *mass)
+{
+#if MECHC_ONE_FREEDOM
+    return FN(freedom_conditioning_squared)(f, mass);
+#else
+    (void)mass;
+    return FN(least_singular_squared)(f);
+#endif
+}
+
+MECHC_INLINE rmask FN(redundant_rows)(const FN(solver) *f)
+{
+#if MECHC_ONE_FREEDOM
+    return f->redundant;
+#else
+    return FN(redundant)(f);
+#endif
+}
+
+MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                   real *lambda)
+{
+#if MECHC_REDUCED
+    const rmask redundant = FN(redundant_rows)(f);
+    FN(solve_regular)(terms, f, x, lambda);
+    if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
+#else
+    (void)f;
+    FN(solve_in_mass_metric)(terms, x, lambda);
+#endif
+}
+
+#if MECHC_ONE_FREEDOM
+MECHC_ONCE __attribute__((cold)) void FN(least_redundant_step)(const real *jacobian,
+                                                               const real *mass, real rank,
+                                                               const real *values, real *step)
+{
+    FN(factors) rows;
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, &rows);
+    FN(least_change)(&rows, MECHC_NC, values, step);
+}
+
+/* The least change, in the metric of the mass matrix, that gives every row the value wanted. */
+MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
+                                 const real *values, real *step)
+{
+    FN(along_freedom)(f, values, R(0.0), step);
+    if (__builtin_expect(R_ANY(f->redundant), 0)) {
+        real copy[MECHC_NC * MECHC_NU + MECHC_NU * MECHC_NU + MECHC_NC], other[MECHC_NU];
+        memcpy(copy, jacobian, MECHC_NC * MECHC_NU * sizeof *copy);
+        memcpy(copy + MECHC_NC * MECHC_NU, mass, MECHC_NU * MECHC_NU * sizeof *copy);
+        memcpy(copy + (MECHC_NC + MECHC_NU) * MECHC_NU, values, MECHC_NC * sizeof *copy);
+        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU, f->rank,
+                                 copy + (MECHC_NC + MECHC_NU) * MECHC_NU, other);
+        for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
+    }
+}
+#else
+/* The least change that gives every row the value wanted. */
+MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
+                                 const real *values, real *step)
+{
+    const rmask beside =
+        R_MASK(FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
+        & ~FN(lost_rank)(f);
+    FN(least_change)(f, MECHC_NC, values, step);
+    if (__builtin_expect(R_ANY(beside), 0)) {
+        real other[MECHC_NU];
+        FN(least_work)(mass, jacobian, f->rank, values, other);
+        for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
+    }
+}
+#endif
+#endif
+#endif
+#endif

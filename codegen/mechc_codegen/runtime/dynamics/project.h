@@ -1,0 +1,176 @@
+/* One state, moved to the nearest one on the constraints. */
+#ifndef MECHC_PROJECT_H
+#define MECHC_PROJECT_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+
+/* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
+MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const double *k,
+                                   double *moved)
+{
+    mechc_scalar_place place;
+    long iterations = 0;
+    moved[0] = moved[1] = 0.0;
+#if MECHC_NH > 0
+    double rounding;
+    mechc_scalar_locate(t, y, p, k, &place);
+    moved[0] = mechc_scalar_gap(&place, y, &rounding);
+#endif
+    const int status = mechc_scalar_close_loops(t, y, p, k, &place, &iterations);
+#if MECHC_NC > 0
+    double residual[MECHC_NC];
+    if (status == MECHC_RUNNING) {
+        mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
+        for (int i = 0; i < MECHC_NC; i++) moved[1] = mechc_max(moved[1], fabs(residual[i]));
+        mechc_scalar_steady(&place, y + MECHC_NQ);
+    }
+#endif
+    return status;
+}
+
+#if MECHC_NC > 0
+/* Conditioning, squared, below which the weakest row cannot close a loop any more, and below which
+ * it is asked with care what speeds it allows. */
+#define MECHC_WEAK 1e-14
+#define MECHC_DELICATE 1e-3
+/* Below this a row is a redundant one, whose rounding says nothing about a crossing. */
+#define MECHC_SURELY 1e-28
+
+/* The rows at q without those that are that weak; returns how many these are. */
+MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,
+                                 mechc_scalar_place *place, mechc_scalar_factors *rows)
+{
+    int weak = 0;
+    const int rank = (int)k[MECHC_NK];
+    mechc_scalar_locate_all(t, q, p, k, place);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, k[MECHC_NK], rows);
+    for (int i = 1; i < rank; i++)
+        if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
+    return weak;
+}
+
+/* The least change of the speeds that every row but those left out asks for. */
+MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
+                                    const mechc_scalar_factors *rows, double *u)
+{
+    double values[MECHC_NC], step[MECHC_NU];
+    mechc_scalar_velocity_residual(place, u, values);
+    for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
+    mechc_scalar_least_change(rows, MECHC_NC, values, step);
+    for (int i = 0; i < MECHC_NU; i++) u[i] += step[i];
+}
+#endif
+
+#if MECHC_NH > 0
+/* Close the loops; left: the gap, in units of rounding. */
+MECHC_STATIC int mechc_close_between(double t, double *q, const double *p, const double *k,
+                                     mechc_scalar_place *place, mechc_scalar_factors *rows)
+{
+    double before = HUGE_VAL, rounding, gap, values[MECHC_NC], step[MECHC_NU];
+    for (int iteration = 0;; iteration++) {
+        const int weak = mechc_strong_rows(t, q, p, k, place, rows);
+        gap = mechc_scalar_gap(place, q, &rounding);
+        if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
+        const int settled = (weak || gap <= 16.0 * rounding) && gap >= 0.25 * before;
+        if (gap <= rounding || settled || iteration == 20)
+            return gap <= 16.0 * rounding || weak ? MECHC_RUNNING : MECHC_NOT_CLOSED;
+        before = gap;
+        mechc_scalar_gap_values(place, values);
+        mechc_scalar_least_change(rows, MECHC_NC, values, step);
+        mechc_scalar_displace(t, q, p, k, step);
+    }
+}
+
+/* What the speeds do to the weakest row, and the direction in which q changes it most. */
+MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
+                                       const mechc_scalar_factors *rows, const double *u,
+                                       double *direction)
+{
+    const int last = (int)rows->rank - 1;
+    double values[MECHC_NC], each[MECHC_NC];
+    mechc_scalar_velocity_residual(place, u, values);
+    mechc_scalar_values_of_rows(rows, MECHC_NC, values, each);
+    for (int j = 0; j < MECHC_NU; j++)
+        direction[j] = rows->rows[last * MECHC_NU + j] / sqrt(rows->norm[last]);
+    mechc_scalar_to_speeds(rows, direction);
+    return each[last];
+}
+
+/* Beside a crossing the closure's rounding leaves q undecided along the weakest row, and that row
+ * turns with it: move q there, by no more than closes as well, so that the speeds fit. */
+MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, const double *k,
+                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
+{
+    const int last = (int)rows->rank - 1;
+    double direction[MECHC_NU], turned[MECHC_NU], by[MECHC_NU], moved[MECHC_NQ], rounding;
+    mechc_scalar_place near;
+    mechc_scalar_factors there;
+    rows->inverse_norm[last] = 0.0;
+    mechc_steady_rows(place, rows, y + MECHC_NQ);
+    const double rate = mechc_weakest_rate(place, rows, y + MECHC_NQ, direction);
+    double fastest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) fastest = mechc_max(fastest, fabs(direction[j]));
+    const double small = 1e-7 / fastest;
+    for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
+    memcpy(moved, y, sizeof moved);
+    mechc_scalar_displace(t, moved, p, k, by);
+    mechc_strong_rows(t, moved, p, k, &near, &there);
+    const double slope = (mechc_weakest_rate(&near, &there, y + MECHC_NQ, turned) - rate) / small;
+    mechc_scalar_gap(place, y, &rounding);
+    const double most = rounding / sqrt(rows->norm[last]);
+    double step = slope != 0.0 ? -rate / slope : 0.0;
+    step = mechc_max(-most, mechc_min(most, step));
+    if (!(fabs(step) * fastest < 1e-3)) return;
+    for (int j = 0; j < MECHC_NU; j++) by[j] = step * direction[j];
+    mechc_scalar_displace(t, y, p, k, by);
+    mechc_strong_rows(t, y, p, k, place, rows);
+}
+#endif
+
+/* A state between accepted ones. */
+MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const double *k)
+{
+#if MECHC_NC > 0
+    mechc_scalar_place place;
+    mechc_scalar_factors rows;
+#if MECHC_NH > 0
+    const int last = (int)k[MECHC_NK] - 1;
+    const int status = mechc_close_between(t, y, p, k, &place, &rows);
+    if (status != MECHC_RUNNING) return status;
+    if (last > 0 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
+        && rows.norm[last] > MECHC_SURELY * rows.norm[0])
+        mechc_fit_to_speeds(t, y, p, k, &place, &rows);
+#else
+    mechc_strong_rows(t, y, p, k, &place, &rows);
+#endif
+    mechc_steady_rows(&place, &rows, y + MECHC_NQ);
+#else
+    (void)t, (void)y, (void)p, (void)k;
+#endif
+    return MECHC_RUNNING;
+}
+
+/* Take from an error what the projection of the end will take from it. */
+MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *error)
+{
+#if MECHC_NH > 0
+    for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
+        double values[MECHC_NC], step[MECHC_NU];
+        mechc_scalar_rates_of_rows(place, error + part, values);
+        for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
+        mechc_scalar_least_step_at(place, values, step);
+        for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
+    }
+#else
+    (void)place, (void)error;
+#endif
+}
+
+#endif

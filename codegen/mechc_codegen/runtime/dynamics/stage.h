@@ -1,0 +1,343 @@
+/* One stage of an integrator on the constraint manifold; generic over `real`.
+ *
+ * locate: configuration terms and rows at q.   close_loops: nearest q that closes the loops.
+ * steady: nearest speeds that keep them closed.   accelerate: u' from M u' + J^T lambda = F and
+ * J u' = gamma.
+ */
+#include <math.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_STAGE_VECTOR : !defined MECHC_STAGE_SCALAR
+#if R_VECTOR
+#define MECHC_STAGE_VECTOR
+#else
+#define MECHC_STAGE_SCALAR
+#endif
+#include "abi/codes.h"
+#include "dynamics/linear.h"
+#include "dynamics/loop_motion.h"
+#include "dynamics/motion.h"
+#include "dynamics/sizes.h"
+#include "dynamics/tree.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
+
+/* What a run keeps beside its parameters. */
+MECHC_INLINE void FN(constants)(const real *p, real *k)
+{
+    FN(hoist)(p, k);
+    k[MECHC_NK] = R((double)MECHC_NC);
+}
+
+typedef struct {
+#if MECHC_NC > 0
+    real rank;       /* rows that count */
+    FN(solver) rows; /* every one of them: speeds and accelerations */
+#elif MECHC_LINKS > 0
+    FN(articulated) factored;
+#else
+    FN(mass_factors) factored;
+#endif
+    real gap[MECHC_AT_LEAST_ONE(MECHC_NH)];
+    real jacobian[MECHC_AT_LEAST_ONE(MECHC_NC * MECHC_NU)];
+    real bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
+#if !MECHC_ARTICULATED
+    real mass[MECHC_NU * MECHC_NU];
+#endif
+    real saved[MECHC_AT_LEAST_ONE(MECHC_SAVED)];
+    int bad; /* speed with a vanishing mass pivot, or -1 */
+} FN(place);
+
+/* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
+ * from a configuration near this one; regular: the rows are known to be far from dependent. */
+MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const real *k,
+                                  FN(place) *place, real *turns, int near, int regular)
+{
+#if MECHC_LINKS > 0
+    real *const jacobian = 0, *const mass = 0;
+#else
+    real *const jacobian = place->jacobian, *const mass = place->mass;
+#endif
+    FN(configuration)(t, q, p, k, place->gap, jacobian, place->bias, mass, place->saved, turns,
+                      near);
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    (void)regular;
+    place->bad = -1;
+    place->rank = k[MECHC_NK];
+    FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
+#elif MECHC_NC > 0
+    place->bad = -1;
+    place->rank = k[MECHC_NK];
+    FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
+#elif MECHC_ARTICULATED
+    (void)regular;
+    place->bad = FN(articulate)(place->saved, &place->factored);
+#else
+    (void)regular;
+    place->bad = FN(factor_mass)(place->mass, MECHC_NU, &place->factored);
+#endif
+}
+
+MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k, FN(place) *place)
+{
+    FN(locate_near)(t, q, p, k, place, 0, 0, 0);
+}
+
+#if MECHC_NC > 0
+/* Gap, rows and mass matrix, whatever they are solved with. */
+MECHC_ONCE void FN(locate_all)(real t, const real *q, const real *p, const real *k,
+                               FN(place) *place)
+{
+    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
+                      place->saved, 0, 0);
+}
+#endif
+
+/* The first speed that moves no mass by itself, or -1; the metric of the rows needs its mass. */
+MECHC_INLINE int FN(find_massless)(FN(place) *place)
+{
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    if (!place->rows.together) return place->bad;
+#endif
+#if !MECHC_ARTICULATED
+    for (int i = 0; place->bad < 0 && i < MECHC_NU; i++)
+        if (R_ANY(~R_MASK(place->mass[i * MECHC_NU + i] > 0.0))) place->bad = i;
+#endif
+    return place->bad;
+}
+
+MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, const real *p,
+                                          const real *k, real *rates)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    (void)t, (void)q, (void)p, (void)k;
+    for (int i = 0; i < MECHC_NQ; i++) rates[i] = u[i];
+#else
+    FN(output_coordinate_rates)(t, q, u, p, k, rates);
+#endif
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, real *step)
+{
+#if MECHC_LINKS > 0
+    FN(least_step)(place->saved, &place->rows, values, step);
+#else
+    FN(least_step)(place->jacobian, place->mass, &place->rows, values, step);
+#endif
+}
+
+/* Where several loops fall into line at once the rounding of all of them adds up: for what is done
+ * beside crossings, rows of many loops count as weaker than the weakest of them is.  Tried on rows
+ * of 5 to 40 windows at tolerances from 1e-6 to 1e-12. */
+#define MECHC_TOGETHER 0.05
+
+/* Squared. */
+MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
+{
+#if MECHC_LINKS > 0
+    return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
+#else
+    return FN(conditioning_squared)(&place->rows, place->mass);
+#endif
+}
+
+MECHC_INLINE real FN(conditioning)(const FN(place) *place)
+{
+    return R_SQRT(FN(conditioning_at)(place));
+}
+
+/* J x */
+MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real *rates)
+{
+#if MECHC_LINKS > 0
+    FN(cut_rates)(place->saved, x, rates);
+#else
+    for (int i = 0; i < MECHC_NC; i++) {
+        rates[i] = R(0.0);
+        for (int j = 0; j < MECHC_NU; j++) rates[i] += place->jacobian[i * MECHC_NU + j] * x[j];
+    }
+#endif
+}
+#endif
+
+#if MECHC_NH > 0
+MECHC_INLINE real FN(size)(real x) { return R_SELECT(R_MASK(x < 0.0), -x, x); }
+
+/* The largest sum of a row's entries. */
+MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
+{
+#if MECHC_LINKS > 0
+    return FN(most_partials)(place->saved);
+#else
+    real terms = R(0.0);
+    for (int i = 0; i < MECHC_NH; i++) {
+        real sum = R(0.0);
+        for (int j = 0; j < MECHC_NU; j++) sum += FN(size)(place->jacobian[i * MECHC_NU + j]);
+        terms = R_SELECT(R_MASK(sum > terms), sum, terms);
+    }
+    return terms;
+#endif
+}
+
+/* Largest gap of the configuration constraints, and the rounding that it is measured against. */
+MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
+{
+    real gap = R(0.0), turn = R(1.0);
+    const real terms = FN(sum_of_partials)(place);
+    for (int i = 0; i < MECHC_NH; i++) {
+        const real size = FN(size)(place->gap[i]);
+        gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);
+    }
+    for (int j = 0; j < MECHC_NQ - MECHC_STATES; j++) {
+        const real size = FN(size)(q[j]);
+        turn = R_SELECT(R_MASK(size > turn), size, turn);
+    }
+    *rounding = terms * turn * (2.0 * 2.220446049250313e-16);
+    return gap;
+}
+
+MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *rounding)
+{
+    real each;
+    const real gap = FN(gap_and_rounding)(place, q, &each);
+    *rounding = R_GREATEST(each);
+    return R_GREATEST(gap);
+}
+
+/* What the rows are to change by: what constraints on the motion prescribe is not for the closure
+ * to change. */
+MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
+{
+    for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
+    for (int i = 0; i < MECHC_NH; i++) values[i] = -place->gap[i];
+}
+
+/* q moved by a step of the speeds. */
+MECHC_INLINE void FN(displace)(real t, real *q, const real *p, const real *k, const real *step)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    (void)t, (void)p, (void)k;
+    for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
+#else
+    real map[MECHC_NQ * MECHC_NU], still[MECHC_NU];
+    for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
+    FN(output_kinematic_matrix)(t, q, still, p, k, map);
+    for (int i = 0; i < MECHC_NQ; i++)
+        for (int j = 0; j < MECHC_NU; j++) q[i] += map[i * MECHC_NU + j] * step[j];
+#endif
+}
+
+/* One Gauss-Newton correction of q, the least in the metric of the rows. */
+MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
+                              const FN(place) *place)
+{
+    real values[MECHC_NC], step[MECHC_NU];
+    FN(gap_values)(place, values);
+    FN(least_step_at)(place, values, step);
+    FN(displace)(t, q, p, k, step);
+}
+#endif
+
+#if MECHC_NH > 0
+/* The same, but a gap within so many units of rounding is left: its last digit, chased from one
+ * iteration to the next, would be magnified into noise. */
+MECHC_INLINE void FN(correct_beyond)(real t, real *q, const real *p, const real *k,
+                                     const FN(place) *place, double units)
+{
+    real values[MECHC_NC], step[MECHC_NU], rounding;
+    const real gap = FN(gap_and_rounding)(place, q, &rounding);
+    const rmask shows = ~R_MASK(gap <= units * rounding);
+    FN(gap_values)(place, values);
+    for (int i = 0; i < MECHC_NH; i++) values[i] = R_SELECT(shows, values[i], R(0.0));
+    FN(least_step_at)(place, values, step);
+    FN(displace)(t, q, p, k, step);
+}
+#endif
+
+/* Close the loops by moving q; place is left at the final q.  Returns MECHC_RUNNING or a failure;
+ * *iterations counts configurations computed. */
+MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, FN(place) *place,
+                                 long *iterations)
+{
+#if MECHC_NH > 0
+    double before = HUGE_VAL, rounding;
+    real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)];
+    for (int iteration = 0; iteration < 20; iteration++) {
+        FN(locate_near)(t, q, p, k, place, turns, iteration > 0, 0);
+        ++*iterations;
+        if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
+        const double gap = FN(gap)(place, q, &rounding);
+        if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
+        if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
+            return MECHC_RUNNING;
+        before = gap;
+        FN(correct)(t, q, p, k, place);
+    }
+    return MECHC_NOT_CLOSED;
+#else
+    FN(locate)(t, q, p, k, place);
+    ++*iterations;
+    return FN(find_massless)(place) >= 0 ? MECHC_SINGULAR_MASS : MECHC_RUNNING;
+#endif
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(velocity_residual)(const FN(place) *place, const real *u, real *residual)
+{
+    FN(rates_of_rows)(place, u, residual);
+    for (int i = 0; i < MECHC_NC; i++) residual[i] += place->bias[i];
+}
+#endif
+
+/* The speeds nearest to u, in the metric of the rows, that satisfy the constraints. */
+MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
+{
+#if MECHC_NC > 0
+    real values[MECHC_NC], step[MECHC_NU];
+    FN(velocity_residual)(place, u, values);
+    for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
+    FN(least_step_at)(place, values, step);
+    for (int i = 0; i < MECHC_NU; i++) u[i] += step[i];
+#else
+    (void)place, (void)u;
+#endif
+}
+
+/* Accelerations, and the multipliers when asked for. */
+MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const real *p, const real *k,
+                                 const FN(place) *place, real *accelerations, real *lambda)
+{
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+    real gamma[MECHC_NC], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
+    FN(take_bias)(place->saved, bias, wrench);
+    FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
+#elif MECHC_NC > 0
+    real forcing[MECHC_NU], gamma[MECHC_NC];
+    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank};
+    FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
+    FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
+#elif MECHC_ARTICULATED
+    real none[1], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    (void)lambda;
+    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, none);
+    FN(let_go)(place->saved, &place->factored, bias, wrench, accelerations);
+#else
+    real none[1];
+    (void)lambda;
+    FN(motion)(t, q, u, p, k, place->saved, accelerations, none);
+    FN(forward)(&place->factored, MECHC_NU, accelerations);
+    FN(backward)(&place->factored, MECHC_NU, accelerations);
+#endif
+}
+
+/* State rates at a state taken as it is. */
+MECHC_INLINE void FN(rates)(real t, const real *y, const real *p, const real *k, real *out)
+{
+    FN(place) place;
+    FN(locate)(t, y, p, k, &place);
+    FN(coordinate_rates_of)(t, y, y + MECHC_NQ, p, k, out);
+    FN(accelerate)(t, y, y + MECHC_NQ, p, k, &place, out + MECHC_NQ, 0);
+}
+
+#endif

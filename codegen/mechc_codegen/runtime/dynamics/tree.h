@@ -1,0 +1,457 @@
+/* Trees of links: mass matrix, forcing and accelerations by recursion; generic over `real`.
+ *
+ * Vectors of motion are (omega; v) of a link's reference point, wrenches (moment; force) there, all
+ * along the inertial axes, so that from link to link they are shifted and not turned.  In a plane
+ * they are (omega_z; v_x, v_y).  Composite rigid bodies, recursive Newton-Euler and articulated
+ * bodies: Featherstone 2008, chapters 5 to 7; accelerations are those of points, not spatial ones.
+ * Columns are the speeds in the order of the links that they move.
+ */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_TREE_VECTOR : !defined MECHC_TREE_SCALAR
+#if R_VECTOR
+#define MECHC_TREE_VECTOR
+#else
+#define MECHC_TREE_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
+
+#if MECHC_LINKS > 0
+#if MECHC_PLANAR
+#define MECHC_DIM 3
+#define MECHC_ARM 2
+#define MECHC_MASSES 4
+#else
+#define MECHC_DIM 6
+#define MECHC_ARM 3
+#define MECHC_MASSES 10
+#endif
+#define MECHC_SQUARE (MECHC_DIM * MECHC_DIM)
+
+/* Where a link's data lie among what the configuration saves. */
+#define MECHC_AT_SUBSPACE (MECHC_LINKS * MECHC_ARM)
+#define MECHC_AT_INERTIA (MECHC_AT_SUBSPACE + MECHC_NU * MECHC_DIM)
+#define MECHC_AT_REFERENCE (MECHC_AT_INERTIA + MECHC_LINKS * MECHC_MASSES)
+#if MECHC_NC > 0
+#define MECHC_AT_CUT (MECHC_AT_REFERENCE + MECHC_LINKS * MECHC_ARM)
+#define MECHC_AT_SAVED (MECHC_AT_CUT + MECHC_NC * 3 * MECHC_ARM)
+#else
+#define MECHC_AT_SAVED MECHC_AT_REFERENCE
+#endif
+
+MECHC_INLINE real FN(along_motion)(const real *a, const real *b)
+{
+    real sum = a[0] * b[0];
+    for (int i = 1; i < MECHC_DIM; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+MECHC_INLINE void FN(times_inertia)(const real *inertia, const real *motion, real *out)
+{
+    for (int i = 0; i < MECHC_DIM; i++)
+        out[i] = FN(along_motion)(inertia + i * MECHC_DIM, motion);
+}
+
+#if MECHC_PLANAR
+/* The motion of a point at the end of an arm. */
+MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
+{
+    out[0] = motion[0];
+    out[1] = motion[1] - motion[0] * arm[1];
+    out[2] = motion[2] + motion[0] * arm[0];
+}
+
+/* A wrench at the end of an arm, added to one at its beginning. */
+MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
+{
+    out[0] += wrench[0] + arm[0] * wrench[2] - arm[1] * wrench[1];
+    out[1] += wrench[1];
+    out[2] += wrench[2];
+}
+
+/* An inertia about the end of an arm, added to one about its beginning. */
+MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
+{
+    const real x = arm[0] * inertia[5] - arm[1] * inertia[4]; /* arm x the lines of the forces */
+    const real y = arm[0] * inertia[8] - arm[1] * inertia[7];
+    const real coupling[2] = {inertia[1] + x, inertia[2] + y};
+    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1]) - arm[1] * (inertia[1] + coupling[0]);
+    for (int j = 0; j < 2; j++) {
+        out[1 + j] += coupling[j];
+        out[3 * (1 + j)] += coupling[j];
+        for (int i = 0; i < 2; i++) out[3 * (1 + j) + 1 + i] += inertia[3 * (1 + j) + 1 + i];
+    }
+}
+
+MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
+{
+    const real rows[MECHC_SQUARE] = {masses[3],  -masses[2], masses[1], -masses[2], masses[0],
+                                     R(0.0),     masses[1],  R(0.0),    masses[0]};
+    for (int i = 0; i < MECHC_SQUARE; i++) out[i] = rows[i];
+}
+#else
+MECHC_INLINE void FN(add_cross)(const real *a, const real *b, real *out)
+{
+    out[0] += a[1] * b[2] - a[2] * b[1];
+    out[1] += a[2] * b[0] - a[0] * b[2];
+    out[2] += a[0] * b[1] - a[1] * b[0];
+}
+
+MECHC_INLINE void FN(shift_motion)(const real *arm, const real *motion, real *out)
+{
+    for (int i = 0; i < 6; i++) out[i] = motion[i];
+    FN(add_cross)(motion, arm, out + 3);
+}
+
+MECHC_INLINE void FN(add_wrench)(const real *arm, const real *wrench, real *out)
+{
+    for (int i = 0; i < 6; i++) out[i] += wrench[i];
+    FN(add_cross)(arm, wrench + 3, out);
+}
+
+/* With I = [A B; B^T C] and x K = x cross arm: B' = B + K^T C, A' = A + B K + (B' K)^T. */
+MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *out)
+{
+    real coupling[9], moved[9];
+    for (int j = 0; j < 3; j++) { /* column j of K^T C, C being symmetric */
+        real column[3] = {inertia[3 + j], inertia[9 + j], inertia[15 + j]};
+        FN(add_cross)(arm, inertia + 6 * (3 + j) + 3, column);
+        for (int i = 0; i < 3; i++) coupling[3 * i + j] = column[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j < 3; j++) moved[3 * i + j] = inertia[6 * i + j];
+        FN(add_cross)(arm, inertia + 6 * i + 3, moved + 3 * i);
+    }
+    for (int j = 0; j < 3; j++) {
+        real column[3] = {moved[j], moved[3 + j], moved[6 + j]};
+        FN(add_cross)(arm, coupling + 3 * j, column);
+        for (int i = 0; i < 3; i++) {
+            out[6 * i + j] += column[i];
+            out[6 * i + 3 + j] += coupling[3 * i + j];
+            out[6 * (3 + j) + i] += coupling[3 * i + j];
+            out[6 * (3 + i) + 3 + j] += inertia[6 * (3 + i) + 3 + j];
+        }
+    }
+}
+
+/* masses: m, m c, and the lower half of the inertia about the reference point */
+MECHC_INLINE void FN(rigid_inertia)(const real *masses, real *out)
+{
+    const real *c = masses + 1, *about = masses + 4;
+    const real skew[9] = {R(0.0), -c[2], c[1], c[2], R(0.0), -c[0], -c[1], c[0], R(0.0)};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const int row = i > j ? i : j, column = i > j ? j : i;
+            out[6 * i + j] = about[row * (row + 1) / 2 + column];
+            out[6 * i + 3 + j] = skew[3 * i + j];
+            out[6 * (3 + j) + i] = skew[3 * i + j];
+            out[6 * (3 + i) + 3 + j] = i == j ? masses[0] : R(0.0);
+        }
+}
+#endif
+
+MECHC_INLINE void FN(rigid_inertias)(const real *tree, real *out)
+{
+    for (int link = 0; link < MECHC_LINKS; link++)
+        FN(rigid_inertia)(tree + MECHC_AT_INERTIA + link * MECHC_MASSES,
+                          out + link * MECHC_SQUARE);
+}
+
+/* The mass matrix, from the inertia of all that hangs on each link. */
+MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
+{
+    real composite[MECHC_LINKS * MECHC_SQUARE];
+    for (int i = 0; i < MECHC_NU * MECHC_NU; i++) mass[i] = R(0.0);
+    FN(rigid_inertias)(tree, composite);
+    for (int link = MECHC_LINKS - 1; link >= 0; link--) {
+        const real *inertia = composite + link * MECHC_SQUARE;
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            real wrench[MECHC_DIM], next[MECHC_DIM];
+            const int speed = mechc_column_speed[c];
+            FN(times_inertia)(inertia, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, wrench);
+            for (int at = link; at >= 0; at = mechc_parent[at]) {
+                for (int d = mechc_first_column[at]; d < mechc_first_column[at + 1]; d++) {
+                    const int other = mechc_column_speed[d];
+                    const real *axis = tree + MECHC_AT_SUBSPACE + d * MECHC_DIM;
+                    mass[speed * MECHC_NU + other] = FN(along_motion)(axis, wrench);
+                    mass[other * MECHC_NU + speed] = mass[speed * MECHC_NU + other];
+                }
+                for (int i = 0; i < MECHC_DIM; i++) next[i] = R(0.0);
+                FN(add_wrench)(tree + at * MECHC_ARM, wrench, next);
+                for (int i = 0; i < MECHC_DIM; i++) wrench[i] = next[i];
+            }
+        }
+        if (mechc_parent[link] >= 0)
+            FN(add_inertia)(tree + link * MECHC_ARM, inertia,
+                            composite + mechc_parent[link] * MECHC_SQUARE);
+    }
+}
+
+/* Takes from each wrench what the motion that u' = 0 leaves needs. */
+MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
+{
+    real motion[MECHC_LINKS * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        real *own = motion + link * MECHC_DIM;
+        const int parent = mechc_parent[link];
+        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
+        if (parent >= 0)
+            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
+        FN(rigid_inertia)(tree + MECHC_AT_INERTIA + link * MECHC_MASSES, rigid);
+        FN(times_inertia)(rigid, own, needed);
+        for (int i = 0; i < MECHC_DIM; i++) wrench[link * MECHC_DIM + i] -= needed[i];
+    }
+}
+
+/* What the wrenches do along each speed; they are overwritten. */
+MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
+{
+    for (int link = MECHC_LINKS - 1; link >= 0; link--) {
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
+            forcing[mechc_column_speed[c]] = FN(along_motion)(
+                tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, wrench + link * MECHC_DIM);
+        if (mechc_parent[link] >= 0)
+            FN(add_wrench)(tree + link * MECHC_ARM, wrench + link * MECHC_DIM,
+                           wrench + mechc_parent[link] * MECHC_DIM);
+    }
+}
+
+/* Links with all that hangs on them free to give way. */
+typedef struct {
+    real inertia[MECHC_LINKS * MECHC_SQUARE];
+    real momentum[MECHC_NU * MECHC_DIM]; /* of each column's motion */
+    real inverse[MECHC_NU];              /* of each column's inertia along itself */
+} FN(articulated);
+
+/* Returns the first speed found whose motion has no inertia, or -1. */
+MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
+{
+    int bad = -1;
+    FN(rigid_inertias)(tree, f->inertia);
+    for (int link = MECHC_LINKS - 1; link >= 0; link--) {
+        real *inertia = f->inertia + link * MECHC_SQUARE;
+        for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
+            const real *axis = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
+            real *momentum = f->momentum + c * MECHC_DIM;
+            FN(times_inertia)(inertia, axis, momentum);
+            const real along = FN(along_motion)(axis, momentum);
+            if (R_ANY(~R_MASK(along > 0.0))) bad = mechc_column_speed[c];
+            f->inverse[c] = 1.0 / along;
+            for (int i = 0; i < MECHC_DIM; i++) {
+                const real part = momentum[i] * f->inverse[c];
+                for (int j = 0; j < MECHC_DIM; j++)
+                    inertia[i * MECHC_DIM + j] -= part * momentum[j];
+            }
+        }
+        if (mechc_parent[link] >= 0)
+            FN(add_inertia)(tree + link * MECHC_ARM, inertia,
+                            f->inertia + mechc_parent[link] * MECHC_SQUARE);
+    }
+    return bad;
+}
+
+/* u' of the tree when nothing is cut; wrench is overwritten. */
+MECHC_ONCE void FN(let_go)(const real *tree, const FN(articulated) *f, const real *bias,
+                           real *wrench, real *accelerations)
+{
+    real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM], taken[MECHC_DIM];
+    for (int link = MECHC_LINKS - 1; link >= 0; link--) {
+        real *own = wrench + link * MECHC_DIM;
+        for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
+            left[c] = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, own);
+            const real part = left[c] * f->inverse[c];
+            for (int i = 0; i < MECHC_DIM; i++) own[i] -= part * f->momentum[c * MECHC_DIM + i];
+        }
+        FN(times_inertia)(f->inertia + link * MECHC_SQUARE, bias + link * MECHC_DIM, taken);
+        for (int i = 0; i < MECHC_DIM; i++) own[i] -= taken[i];
+        if (mechc_parent[link] >= 0)
+            FN(add_wrench)(tree + link * MECHC_ARM, own, wrench + mechc_parent[link] * MECHC_DIM);
+    }
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        real *own = motion + link * MECHC_DIM;
+        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
+        if (mechc_parent[link] >= 0)
+            FN(shift_motion)(tree + link * MECHC_ARM, motion + mechc_parent[link] * MECHC_DIM, own);
+        for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            const real *momentum = f->momentum + c * MECHC_DIM;
+            const real part = (left[c] - FN(along_motion)(momentum, own)) * f->inverse[c];
+            for (int i = 0; i < MECHC_DIM; i++)
+                own[i] += part * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
+            accelerations[mechc_column_speed[c]] = part;
+        }
+    }
+}
+
+#if MECHC_NC > 0
+/* What each speed of the links on the way to the ground does to a point, along an axis. */
+MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point, const real *axis,
+                                   double sign, real *row)
+{
+    for (; link >= 0; link = mechc_parent[link]) {
+        real arm[MECHC_ARM], moved[MECHC_DIM];
+        for (int i = 0; i < MECHC_ARM; i++)
+            arm[i] = point[i] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + i];
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            real part = R(0.0);
+            FN(shift_motion)(arm, tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, moved);
+            for (int i = 0; i < MECHC_ARM; i++)
+                part += axis[i] * moved[MECHC_DIM - MECHC_ARM + i];
+            row[mechc_column_speed[c]] += sign * part;
+        }
+    }
+}
+
+/* The rows of J: partial velocities of each cut's gap. */
+MECHC_ONCE void FN(cut_rows)(const real *tree, real *jacobian)
+{
+    for (int i = 0; i < MECHC_NC * MECHC_NU; i++) jacobian[i] = R(0.0);
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *target = point + MECHC_ARM, *axis = target + MECHC_ARM;
+        real *row = jacobian + i * MECHC_NU;
+        FN(add_partials)(tree, mechc_cut[2 * i], point, axis, 1.0, row);
+        FN(add_partials)(tree, mechc_cut[2 * i + 1], target, axis, -1.0, row);
+    }
+}
+#endif
+
+#if MECHC_NC > 0
+/* J x: how fast the cuts open, from link to link. */
+MECHC_ONCE void FN(cut_rates)(const real *tree, const real *x, real *rates)
+{
+    real motion[MECHC_LINKS * MECHC_DIM], arm[MECHC_ARM], moved[MECHC_DIM];
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        real *own = motion + link * MECHC_DIM;
+        const int parent = mechc_parent[link];
+        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
+        if (parent >= 0)
+            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++)
+            for (int i = 0; i < MECHC_DIM; i++)
+                own[i] += x[mechc_column_speed[c]] * tree[MECHC_AT_SUBSPACE + c * MECHC_DIM + i];
+    }
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        const real *axis = point + 2 * MECHC_ARM;
+        rates[i] = R(0.0);
+        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+            const int link = mechc_cut[2 * i + end];
+            if (link < 0) continue;
+            for (int j = 0; j < MECHC_ARM; j++)
+                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            FN(shift_motion)(arm, motion + link * MECHC_DIM, moved);
+            for (int j = 0; j < MECHC_ARM; j++) {
+                const real part = axis[j] * moved[MECHC_DIM - MECHC_ARM + j];
+                rates[i] += end ? -part : part;
+            }
+        }
+    }
+}
+
+MECHC_INLINE real FN(sum_of_sizes)(const real *x, int count)
+{
+    real sum = R(0.0);
+    for (int i = 0; i < count; i++) sum += R_SELECT(R_MASK(x[i] < 0.0), -x[i], x[i]);
+    return sum;
+}
+
+/* A bound on the sum of a cut's partial velocities, without walking its path: a column's arm is no
+ * longer than what lies between on the way. */
+MECHC_ONCE real FN(most_partials)(const real *tree)
+{
+    real length[MECHC_LINKS], turning[MECHC_LINKS], sliding[MECHC_LINKS], most = R(0.0);
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        const int parent = mechc_parent[link];
+        length[link] = FN(sum_of_sizes)(tree + link * MECHC_ARM, MECHC_ARM);
+        if (parent >= 0) length[link] += length[parent];
+        turning[link] = parent >= 0 ? turning[parent] : R(0.0);
+        sliding[link] = parent >= 0 ? sliding[parent] : R(0.0);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            const real *column = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
+            const real turn = FN(sum_of_sizes)(column, MECHC_DIM - MECHC_ARM);
+            turning[link] += turn;
+            sliding[link] += FN(sum_of_sizes)(column + MECHC_DIM - MECHC_ARM, MECHC_ARM)
+                           - turn * length[link];
+        }
+    }
+    for (int i = 0; i < MECHC_NC; i++) {
+        const real *point = tree + MECHC_AT_CUT + i * 3 * MECHC_ARM;
+        real sum = R(0.0);
+        for (int end = 0; end < 2; end++, point += MECHC_ARM) {
+            const int link = mechc_cut[2 * i + end];
+            real arm[MECHC_ARM];
+            if (link < 0) continue;
+            for (int j = 0; j < MECHC_ARM; j++)
+                arm[j] = point[j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            sum += sliding[link]
+                 + turning[link] * (length[link] + FN(sum_of_sizes)(arm, MECHC_ARM));
+        }
+        most = R_SELECT(R_MASK(sum > most), sum, most);
+    }
+    return most;
+}
+#endif
+
+/* The same functions that the equations of other scenes are written out as; jacobian and mass may
+ * be NULL. */
+MECHC_INLINE void FN(configuration)(real t, const real *q, const real *p, const real *k, real *gap,
+                                    real *jacobian, real *bias, real *mass, real *saved,
+                                    real *turns, int near)
+{
+#if MECHC_NC > 0
+    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
+                           saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
+                           saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
+    if (jacobian) FN(cut_rows)(saved, jacobian);
+    for (int i = 0; i < MECHC_NC; i++) bias[i] = R(0.0);
+#else
+    (void)jacobian, (void)bias;
+    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
+                           saved + MECHC_AT_INERTIA, saved + MECHC_AT_SAVED, turns, near);
+#endif
+    if (mass) FN(composite_mass)(saved, mass);
+}
+
+MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const real *p, const real *k,
+                             const real *saved, real *forcing, real *gamma)
+{
+    real bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
+    FN(tree_motion)(t, q, u, p, k, saved + MECHC_AT_SAVED, bias, wrench, gamma);
+    FN(take_bias)(saved, bias, wrench);
+    FN(along_speeds)(saved, wrench, forcing);
+}
+
+/* Any of the three may be NULL. */
+MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const real *p, const real *k,
+                               real *rows, real *mass, real *forcing)
+{
+    real saved[MECHC_SAVED], gap[MECHC_AT_LEAST_ONE(MECHC_NH)], bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    FN(configuration)(t, q, p, k, gap, rows, bias, mass, saved, 0, 0);
+    if (forcing) FN(motion)(t, q, u, p, k, saved, forcing, gamma);
+}
+
+MECHC_INLINE void FN(output_mass_matrix)(real t, const real *q, const real *u, const real *p,
+                                         const real *k, real *out)
+{
+    FN(tree_terms)(t, q, u, p, k, 0, out, 0);
+}
+
+MECHC_INLINE void FN(output_forcing)(real t, const real *q, const real *u, const real *p,
+                                     const real *k, real *out)
+{
+    FN(tree_terms)(t, q, u, p, k, 0, 0, out);
+}
+
+#if MECHC_NC > 0
+MECHC_INLINE void FN(output_constraint_jacobian)(real t, const real *q, const real *u,
+                                                 const real *p, const real *k, real *out)
+{
+    FN(tree_terms)(t, q, u, p, k, out, 0, 0);
+}
+#endif
+#endif
+#endif

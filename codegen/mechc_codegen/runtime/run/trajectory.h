@@ -1,0 +1,86 @@
+/* A growing record of accepted states and of the dense output between them. */
+#ifndef MECHC_TRAJECTORY_H
+#define MECHC_TRAJECTORY_H
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include "abi/run.h"
+#include "simd/lanes.h"
+
+MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
+{
+    double *larger = realloc(*array, (size_t)doubles * sizeof(double));
+    if (!larger) return 0;
+    *array = larger;
+    return 1;
+}
+
+/* Room for one more state; dense rows between the states grow along. */
+MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
+{
+    if (trajectory->count < trajectory->capacity) return 1;
+    const ptrdiff_t capacity = trajectory->capacity ? 2 * trajectory->capacity : 64;
+    const ptrdiff_t width = trajectory->width;
+    if (!mechc_grow(&trajectory->t, capacity) || !mechc_grow(&trajectory->y, capacity * width))
+        return 0;
+    if (trajectory->dense_rows
+        && !mechc_grow(&trajectory->dense, capacity * width * trajectory->dense_rows))
+        return 0;
+    trajectory->capacity = capacity;
+    return 1;
+}
+
+MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const double *y)
+{
+    if (!mechc_make_room(trajectory)) return 0;
+    trajectory->t[trajectory->count] = t;
+    memcpy(trajectory->y + trajectory->count * trajectory->width, y,
+           (size_t)trajectory->width * sizeof(double));
+    trajectory->count++;
+    return 1;
+}
+
+/* One more crossing of a change point; `coordinates` of them in q. */
+MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, double gap,
+                                      const double *q, int coordinates)
+{
+    if (trajectory->crossing_count == trajectory->crossing_capacity) {
+        const ptrdiff_t capacity = 2 * trajectory->crossing_capacity + 8;
+        if (!mechc_grow(&trajectory->crossings, capacity * (coordinates + 2))) return 0;
+        trajectory->crossing_capacity = capacity;
+    }
+    double *row = trajectory->crossings + trajectory->crossing_count++ * (coordinates + 2);
+    row[0] = t;
+    row[1] = gap;
+    memcpy(row + 2, q, (size_t)coordinates * sizeof(double));
+    return 1;
+}
+
+MECHC_STATIC void mechc_free(mechc_trajectory *trajectory)
+{
+    free(trajectory->t);
+    free(trajectory->y);
+    free(trajectory->dense);
+    free(trajectory->crossings);
+    trajectory->crossings = 0;
+    trajectory->crossing_count = trajectory->crossing_capacity = 0;
+    trajectory->t = trajectory->y = trajectory->dense = 0;
+    trajectory->count = trajectory->capacity = 0;
+}
+
+/* The step that holds t: largest i with t[i] before t in the direction of the run. */
+MECHC_STATIC ptrdiff_t mechc_step_of(const mechc_trajectory *trajectory, double t)
+{
+    const double *times = trajectory->t;
+    const double direction = times[trajectory->count - 1] >= times[0] ? 1.0 : -1.0;
+    ptrdiff_t low = 0, high = trajectory->count - 1;
+    while (high - low > 1) {
+        const ptrdiff_t middle = low + (high - low) / 2;
+        if (direction * (t - times[middle]) >= 0.0) low = middle;
+        else high = middle;
+    }
+    return low;
+}
+
+#endif

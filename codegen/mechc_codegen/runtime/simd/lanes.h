@@ -1,0 +1,29 @@
+/* Vectors of MECHC_LANES doubles, a number a lane, and the macros that every header uses. */
+#ifndef MECHC_LANES_H
+#define MECHC_LANES_H
+
+#include <stdint.h>
+#include <string.h>
+#if defined __SSE2__ && !defined MECHC_OUTPUTS_ONLY /* half of the time of a small unit */
+#include <immintrin.h>
+#endif
+
+#define MECHC_INLINE static inline __attribute__((always_inline, unused))
+#define MECHC_STATIC static __attribute__((unused))
+#define MECHC_ONCE static __attribute__((noinline, unused)) /* compiled once, called from many */
+
+#define MECHC_QUOTE_(x) #x
+#define MECHC_QUOTE(x) MECHC_QUOTE_(x)
+#define MECHC_JOIN_(a, b) a##b
+#define MECHC_JOIN(a, b) MECHC_JOIN_(a, b)
+#define MECHC_AT_LEAST_ONE(n) ((n) > 0 ? (n) : 1) /* no array in C is empty */
+
+/* Inline, unlike fmax and fmin where the compiler must heed every NaN. */
+MECHC_INLINE double mechc_max(double a, double b) { return a > b ? a : b; }
+MECHC_INLINE double mechc_min(double a, double b) { return a < b ? a : b; }
+
+typedef double mechc_vector __attribute__((vector_size(8 * MECHC_LANES)));
+typedef int64_t mechc_mask __attribute__((vector_size(8 * MECHC_LANES)));
+typedef uint64_t mechc_unsigned __attribute__((vector_size(8 * MECHC_LANES)));
+
+#endif

@@ -1,0 +1,19 @@
+/* Takes the names that generic code uses away again: see real.h. */
+#undef R_VECTOR
+#undef R_UNSIGNED
+#undef real
+#undef rmask
+#undef RLANES
+#undef FN
+#undef R
+#undef R_BITS
+#undef R_FROM_BITS
+#undef R_MASK
+#undef R_SELECT
+#undef R_ANY
+#undef R_ANY_BEYOND
+#undef R_SQRT
+#undef R_CALL
+#undef R_CALL2
+#undef R_GREATEST
+#undef R_LEAST

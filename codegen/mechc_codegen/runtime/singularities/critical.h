@@ -1,0 +1,267 @@
+/* Critical configurations: where the configuration rows lose rank beyond what they lose everywhere.
+ *
+ * find: the nearby configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap closed but the one
+ * along w; what is left, g = w . gap(q*), is the distance of the scene's lengths from a change point.   Only g tells
+ * a change point (the curve of configurations crosses itself) from a near miss (two curves that
+ * pass each other); how small a singular value became does not.
+ */
+#ifndef MECHC_CRITICAL_H
+#define MECHC_CRITICAL_H
+
+#include <math.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "singularities/weakest.h"
+
+#define MECHC_EPS 2.220446049250313e-16
+
+#if MECHC_NH > 0
+typedef struct {
+    double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
+    double gap;      /* g */
+    double rounding; /* what g may be off by */
+    double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
+} mechc_critical;
+
+typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS } mechc_verdict;
+
+/* Solve the square system a x = b in place, full pivoting; directions that the equations leave
+ * free do not move. */
+MECHC_STATIC void mechc_solve(double *a, double *b, int n)
+{
+    int order[MECHC_NU + MECHC_NH + 1];
+    double x[MECHC_NU + MECHC_NH + 1], first = 0.0;
+    int rank = 0;
+    for (int i = 0; i < n; i++) order[i] = i;
+    for (; rank < n; rank++) {
+        int row = rank, column = rank;
+        for (int i = rank; i < n; i++)
+            for (int j = rank; j < n; j++)
+                if (fabs(a[i * n + j]) > fabs(a[row * n + column])) row = i, column = j;
+        const double pivot = a[row * n + column];
+        if (rank == 0) first = fabs(pivot);
+        if (!(fabs(pivot) > 1e-9 * first)) break;
+        for (int j = 0; j < n; j++) mechc_exchange(&a[rank * n + j], &a[row * n + j]);
+        mechc_exchange(&b[rank], &b[row]);
+        for (int i = 0; i < n; i++) mechc_exchange(&a[i * n + rank], &a[i * n + column]);
+        const int kept = order[rank];
+        order[rank] = order[column];
+        order[column] = kept;
+        for (int i = rank + 1; i < n; i++) {
+            const double factor = a[i * n + rank] / a[rank * n + rank];
+            for (int j = rank; j < n; j++) a[i * n + j] -= factor * a[rank * n + j];
+            b[i] -= factor * b[rank];
+        }
+    }
+    for (int i = rank; i < n; i++) x[i] = 0.0;
+    for (int i = rank - 1; i >= 0; i--) {
+        x[i] = b[i] - mechc_dot(a + i * n + i + 1, x + i + 1, rank - i - 1);
+        x[i] /= a[i * n + i];
+    }
+    for (int i = 0; i < n; i++) b[order[i]] = x[i];
+}
+
+/* q moved by a displacement given in speeds. */
+MECHC_STATIC void mechc_displace(double t, const double *q, const double *p, const double *k,
+                                 const double *by, double *out)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    (void)t, (void)p, (void)k;
+    for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
+#else
+    double map[MECHC_NQ * MECHC_NU], still[MECHC_NU] = {0};
+    mechc_scalar_output_kinematic_matrix(t, q, still, p, k, map);
+    for (int i = 0; i < MECHC_NQ; i++)
+        out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
+#endif
+}
+
+/* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
+MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const double *k,
+                               mechc_scalar_place *place)
+{
+    mechc_scalar_locate_all(t, q, p, k, place);
+}
+
+#if MECHC_LINKS > 0
+MECHC_ONCE void mechc_rows_at(double t, const double *q, const double *p, const double *k,
+                              mechc_scalar_place *place)
+{
+    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, 0,
+                               place->saved, 0, 0);
+}
+#else
+#define mechc_rows_at mechc_place_at
+#endif
+
+/* J^T w at q moved by `step` along speed j; step 0: at q. */
+MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const double *k, int j,
+                             double step, const double *normal, double *out)
+{
+    mechc_scalar_place place;
+    double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+    by[j] = step;
+    mechc_displace(t, q, p, k, by, moved);
+    mechc_rows_at(t, moved, p, k, &place);
+    for (int i = 0; i < MECHC_NU; i++) {
+        out[i] = 0.0;
+        for (int row = 0; row < MECHC_NH; row++)
+            out[i] += place.jacobian[row * MECHC_NU + i] * normal[row];
+    }
+}
+
+/* The equations of a critical configuration, linearised: unknown are the move of q, the change of
+ * w in the basis of the rows that count, and g in the unit of length returned. */
+MECHC_STATIC double mechc_critical_equations(double t, const double *p, const double *k,
+                                             const mechc_scalar_place *place,
+                                             const mechc_weakest *at, const mechc_critical *c,
+                                             double *a, double *b)
+{
+    const int rank = at->rank, n = MECHC_NU + rank + 1;
+    const double step = 1e-7;
+    double length = 0.0; /* unit of g and of the rows: whatever the scene's unit of length is */
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        length = mechc_max(length, fabs(place->jacobian[i]));
+    double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
+    memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
+    mechc_pull(t, c->q, p, k, 0, 0.0, c->normal, pull);
+    for (int r = 0; r < rank; r++) {
+        const double *basis = at->basis + r * MECHC_NH;
+        const double normal = mechc_dot(basis, c->normal, MECHC_NH);
+        b[r] = c->gap * normal - mechc_dot(basis, place->gap, MECHC_NH);
+        for (int j = 0; j < MECHC_NU; j++) {
+            double entry = 0.0;
+            for (int i = 0; i < MECHC_NH; i++) entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+            a[r * n + j] = entry;
+            a[(rank + j) * n + MECHC_NU + r] = entry;
+        }
+        a[r * n + MECHC_NU + r] = -c->gap;
+        a[r * n + n - 1] = -normal;
+        a[(n - 1) * n + MECHC_NU + r] = normal;
+        square += normal * normal;
+    }
+    for (int j = 0; j < MECHC_NU; j++) {
+        b[rank + j] = -pull[j];
+        mechc_pull(t, c->q, p, k, j, step, c->normal, moved);
+        for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
+    }
+    b[n - 1] = 0.5 * (1.0 - square);
+    for (int i = 0; i < (n - 1) * n; i++) a[i] *= (i + 1) % n ? 1.0 / length : 1.0;
+    for (int i = 0; i < n - 1; i++) b[i] /= length;
+    return length;
+}
+
+/* Times what samples of the gap differ by: where many rows meet in it, a sample moves few of them. */
+#define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
+
+/* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
+ * billionth around q* is rounding. */
+MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, mechc_critical *c)
+{
+    mechc_scalar_place place;
+    double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
+    for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
+        double by[MECHC_NU] = {0}, moved[MECHC_NQ];
+        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
+        mechc_displace(t, c->q, p, k, by, moved);
+        mechc_rows_at(t, moved, p, k, &place);
+        const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
+        low = mechc_min(low, gap), high = mechc_max(high, gap);
+    }
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = mechc_max(largest, fabs(place.jacobian[i]));
+    c->gap = 0.5 * (low + high);
+    c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
+}
+
+/* Newton's method from q for the critical configuration of one direction, counted by falling
+ * singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
+MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p, const double *k,
+                                      int rank, int which, double reach, mechc_critical *c)
+{
+    double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
+    double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0;
+    mechc_scalar_place place;
+    mechc_weakest at;
+    memcpy(c->q, q, sizeof c->q);
+    for (int iteration = 0; iteration < 12; iteration++) {
+        mechc_place_at(t, c->q, p, k, &place);
+        if (iteration == 0) {
+            mechc_find_weakest(place.jacobian, place.mass, rank, &at);
+            memcpy(c->normal, at.basis + which * MECHC_NH, sizeof c->normal);
+            c->gap = 0.0;
+            for (int j = 0; j < MECHC_NU; j++)
+                c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
+        }
+        const double length = mechc_critical_equations(t, p, k, &place, &at, c, a, b);
+        mechc_solve(a, b, MECHC_NU + at.rank + 1);
+        double square = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
+        travelled += sqrt(square);
+        if (!(travelled <= reach)) return 0;
+        double moved[MECHC_NQ];
+        mechc_displace(t, c->q, p, k, b, moved);
+        memcpy(c->q, moved, sizeof moved);
+        for (int r = 0; r < at.rank; r++)
+            for (int i = 0; i < MECHC_NH; i++)
+                c->normal[i] += b[MECHC_NU + r] * at.basis[r * MECHC_NH + i];
+        c->gap += length * b[MECHC_NU + at.rank];
+        if (sqrt(square) <= 1e-10 * reach) {
+            mechc_measure_gap(t, p, k, c);
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* The same of the weakest direction. */
+MECHC_STATIC int mechc_find_critical(double t, const double *q, const double *p, const double *k,
+                                     int rank, double reach, mechc_critical *c)
+{
+    return mechc_find_critical_of(t, q, p, k, rank, rank - 1, reach, c);
+}
+
+/* Is the critical configuration known from before, whole turns of the coordinates aside, one here
+ * too?  Then it is put into c. */
+MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, const double *k,
+                                    double reach, const mechc_critical *known, mechc_critical *c)
+{
+    const double turn = 6.283185307179586;
+    double square = 0.0, largest = 0.0;
+    int turned = 0;
+    mechc_scalar_place place;
+    *c = *known;
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
+        const double turns = nearbyint((q[i] - known->q[i]) / turn);
+        if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
+        square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);
+    }
+    if (!(square <= reach * reach)) return 0;
+    mechc_place_at(t, c->q, p, k, &place);
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        largest = mechc_max(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH; i++)
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding)) return 0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        double pull = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
+        if (!(fabs(pull) <= 1e-9 * largest)) return 0;
+    }
+    if (turned) mechc_measure_gap(t, p, k, c);
+    return 1;
+}
+
+/* Gaps up to a few units of rounding are a change point to whoever typed the lengths as doubles;
+ * up to a hundred, the closure's own rounding bends the curve as much as the gap does. */
+MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
+{
+    if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
+    return fabs(c->gap) <= 100.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
+}
+#endif
+
+#endif

@@ -1,0 +1,226 @@
+/* What a step did near a critical configuration, and whether it may stand.
+ *
+ * A step whose conditioning dipped is asked three things: did the weakest direction turn over, did
+ * the configuration pass q*, and is q* a change point.  Through a change point the motion goes
+ * straight: both or neither.  Past a near miss it bends: the direction never turns over.  A step
+ * that answers otherwise has leapt onto the wrong curve and is taken back.
+ *
+ * Between the nodes of a step near a change point, the nearest decides how much the rounding of
+ * the closure is magnified (as its distance to the power -3); so the crossing is put into the
+ * middle of the widest gap between the nodes, and no accepted state sits near it.
+ */
+#ifndef MECHC_CROSSING_H
+#define MECHC_CROSSING_H
+
+#include <math.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/monitor.h"
+#include "singularities/placement.h"
+#include "singularities/span.h"
+#include "singularities/turned_rows.h"
+#include "singularities/weakest.h"
+
+/* An accepted state nearer than this to a crossing (conditioning there) is noise. */
+#define MECHC_TOO_NEAR 3e-4
+
+/* Past a gap that is almost rounding, a state nearer than this is rounding too. */
+#define MECHC_LOST 1e-5
+
+#if MECHC_NH > 0
+/* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
+MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
+{
+#if MECHC_IDENTITY_KINEMATICS
+    return c->speeds[i] * c->speeds[i];
+#else
+    (void)c;
+    return i < MECHC_NQ - MECHC_STATES;
+#endif
+}
+
+/* Square of the distance to q* at the fraction s of the step: on the cubic through both ends, and
+ * past the end on the parabola from there. */
+MECHC_STATIC double mechc_distance(const mechc_span *span, const mechc_critical *c, double s)
+{
+    double square = 0.0;
+    const double r = 1.0 - s;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double a = span->start[i] - c->q[i], b = span->end[i] - c->q[i];
+        const double da = span->h * span->start_rates[i], db = span->h * span->end_rates[i];
+#if MECHC_IDENTITY_KINEMATICS
+        const double dda = span->h * span->h * span->end_rates[MECHC_NQ + i];
+#else
+        const double dda = 0.0;
+#endif
+        const double at = s > 1.0 ? b - r * (db - 0.5 * r * dda)
+                        : a * r * r * (1.0 + 2.0 * s) + b * s * s * (3.0 - 2.0 * s)
+                            + s * r * (da * r - db * s);
+        square += mechc_weight(c, i) * at * at;
+    }
+    return square;
+}
+
+/* The fraction of the step, from a little before it to the horizon, that is nearest to q*. */
+MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *c)
+{
+    const int first = -8, last = (int)(32.0 * span->horizon);
+    double best = 0.0, least = HUGE_VAL;
+    for (int i = first; i <= last; i++) {
+        const double square = mechc_distance(span, c, i / 32.0);
+        if (square < least) least = square, best = i / 32.0;
+    }
+    double left = best - 1.0 / 32.0, right = best + 1.0 / 32.0;
+    while (right - left > 1e-3) {
+        const double a = left + (right - left) / 3.0, b = right - (right - left) / 3.0;
+        if (mechc_distance(span, c, a) < mechc_distance(span, c, b)) right = b;
+        else left = a;
+    }
+    return 0.5 * (left + right);
+}
+
+/* Does q* lie between the two ends, seen along the faster one's direction? */
+MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical *c)
+{
+    double before = 0.0, after = 0.0, slow = 0.0, fast = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        slow += mechc_weight(c, i) * pow(span->start_rates[i], 2);
+        fast += mechc_weight(c, i) * pow(span->end_rates[i], 2);
+    }
+    const double *along = fast > slow ? span->end_rates : span->start_rates;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        before += mechc_weight(c, i) * (span->start[i] - c->q[i]) * along[i];
+        after += mechc_weight(c, i) * (span->end[i] - c->q[i]) * along[i];
+    }
+    return before * after < 0.0;
+}
+
+/* How far the step reaches, in mass-weighted speeds. */
+MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
+{
+    double square = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        const double start = fabs(span->start[MECHC_NQ + j]), end = fabs(span->end[MECHC_NQ + j]);
+        const double gained = fabs(span->h * span->start_rates[MECHC_NQ + j]);
+        square += mass[j * MECHC_NU + j] * pow(mechc_max(mechc_max(start, end), gained), 2);
+    }
+    return fabs(span->h) * sqrt(square);
+}
+
+/* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
+MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
+{
+    double heaviest = 0.0;
+    for (int j = 0; j < MECHC_NU; j++) heaviest = mechc_max(heaviest, mass[j * MECHC_NU + j]);
+    return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
+}
+
+/* Place a crossing that lies at the fraction s: into the widest gap between the nodes of this step
+ * or of the next one.  1 where the step stands as it is. */
+MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
+{
+    if (s < 0.1 || s > 1.3) return 1.0;
+    if (s >= span->low && s <= span->high) return 1.0;
+    if (s < 1.3 * span->best) return s / span->best;
+    return s - span->best;
+}
+
+MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor, int between,
+                                         int turned, int too_near, mechc_finding *out)
+{
+    /* Shrinking alone creeps onto the crossing. */
+    static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
+    if (turned != between || (too_near && !span->last)) {
+        monitor->ahead = HUGE_VAL;
+        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        else mechc_retry(out, factors[monitor->tries % 8], 0);
+        return;
+    }
+    if (span->looks_ahead) {
+        const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
+        monitor->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
+        const double planned = mechc_plan(span->nodes, monitor->ahead, fabs(span->h));
+        const int at_end = fabs(out->fraction - 1.0) < 0.1;
+        if (planned < 0.9 * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
+            mechc_retry(out, 1.0, 1);
+        } else if (at_end && !span->last && monitor->tries < 16) {
+            monitor->ahead = HUGE_VAL;
+            mechc_retry(out, factors[monitor->tries % 8], 0);
+        } else if (turned) {
+            out->action = MECHC_CROSSES;
+        }
+        return;
+    }
+    if (!span->bridge) {
+        const double ahead = out->fraction * fabs(span->h);
+        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= monitor->patience) {
+            monitor->patience = 0.7 * ahead;
+            monitor->wanted = fabs(span->h);
+            mechc_retry(out, out->fraction / span->best, 1);
+            return;
+        }
+    }
+    const double factor = monitor->tries < 4 ? mechc_aim(span, out->fraction) : 1.0;
+    if (factor < 1.0 && !monitor->wanted) monitor->wanted = fabs(span->h);
+    if (factor != 1.0) mechc_retry(out, factor, span->bridge);
+    else if (turned) out->action = MECHC_CROSSES;
+}
+
+/* The critical configuration near q: the one known from before where nothing spoke against it. */
+MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
+                                 mechc_monitor *monitor, double reach, mechc_critical *c)
+{
+    if (monitor->has_known && !monitor->tries
+        && mechc_still_critical(t, q, p, k, reach, &monitor->known, c)) return 1;
+    if (!mechc_find_critical(t, q, p, k, monitor->rank, reach, c)) return 0;
+    monitor->known = *c;
+    monitor->has_known = 1;
+    return 1;
+}
+
+/* Judge a step whose conditioning dipped. */
+MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_finding *out)
+{
+    mechc_weakest before, after;
+    mechc_critical critical;
+    mechc_scalar_place place;
+    out->action = MECHC_STANDS;
+    mechc_place_at(span->t, span->start, span->p, span->k, &place);
+    mechc_find_weakest(place.jacobian, place.mass, 0, &before);
+    if (before.rank > monitor->rank) monitor->rank = before.rank;
+    if (before.rank < monitor->rank) mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
+    mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
+    const int turned = mechc_turned_over(&before, &after);
+    const double reach =
+        mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+    if (mechc_follow_nodes(span, monitor, reach, out)) return;
+    if (!mechc_find_near(span->t, monitor->q, span->p, span->k, monitor, reach, &critical)) {
+        if (turned != 1) return;
+        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        else mechc_retry(out, 0.5, 0);
+        return;
+    }
+    const int between = mechc_lies_between(span, &critical);
+    memcpy(out->q, critical.q, sizeof out->q);
+    out->gap = critical.gap;
+    out->fraction = mechc_nearest(span, &critical);
+    switch (mechc_judge(&critical)) {
+    case MECHC_CROSSING:
+        mechc_examine_crossing(span, monitor, between, turned, after.ratio < MECHC_TOO_NEAR, out);
+        break;
+    case MECHC_TOO_CLOSE_TO_CALL:
+        if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
+        break;
+    case MECHC_NEAR_MISS:
+        if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
+        break;
+    }
+}
+#endif
+
+#endif

@@ -1,0 +1,87 @@
+/* Looking ahead: the next crossing is found before a step is tried, so that the step straddles it
+ * with the crossing in a wide gap between its nodes, or ends well before it.
+ */
+#ifndef MECHC_LOOK_AHEAD_H
+#define MECHC_LOOK_AHEAD_H
+
+#include <math.h>
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/crossing.h"
+#include "singularities/monitor.h"
+#include "singularities/placement.h"
+#include "singularities/weakest.h"
+
+#if MECHC_NH > 0
+/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it leads away
+ * from it or past it. */
+MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *c)
+{
+    const double direction = span->h < 0.0 ? -1.0 : 1.0;
+    double away = 0.0, square = 0.0, bend = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double weight = mechc_weight(c, i), rate = direction * span->start_rates[i];
+        away += weight * (c->q[i] - span->start[i]) * rate;
+        square += weight * rate * rate;
+#if MECHC_IDENTITY_KINEMATICS
+        bend += 0.5 * weight * span->start_rates[MECHC_NQ + i] * rate;
+#endif
+    }
+    if (!(away > 0.0 && square > 0.0)) return HUGE_VAL;
+    const double discriminant = square * square + 4.0 * bend * away;
+    return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
+}
+
+/* Steps within which the conditioning, falling on as it does, would be gone. */
+#define MECHC_SOON 4.0
+
+/* Gap over the length below which a near miss is passed in a bend so sharp that the iteration
+ * would magnify rounding there. */
+#define MECHC_SHARP 1e-6
+
+/* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
+MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *monitor)
+{
+    const double open = fabs(span->h);
+    mechc_critical critical;
+    mechc_scalar_place place;
+    const int falls = !monitor->leaving
+                   && (monitor->fall == 0.0 || monitor->first < MECHC_SOON * open * monitor->fall);
+    if (monitor->first > MECHC_CLEAR || (monitor->first > MECHC_NARROW && !falls)) return HUGE_VAL;
+    mechc_place_at(span->t, span->start, span->p, span->k, &place);
+    mechc_weakest weakest;
+    mechc_find_weakest(place.jacobian, place.mass, monitor->rank, &weakest);
+    const double reach =
+        mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, place.mass));
+    if (!mechc_find_near(span->t, span->start, span->p, span->k, monitor, reach, &critical))
+        return HUGE_VAL;
+    const double ahead = mechc_time_to(span, &critical);
+    if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;
+    const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / MECHC_EPS;
+    monitor->bends = bend && (ahead < 1.5 * open || monitor->first < MECHC_NARROW);
+    return HUGE_VAL;
+}
+
+/* A step, as a rule no longer than that of the span, that keeps well away from crossings ahead or
+ * straddles them well; reach: the longest that the last step's polynomial may begin, where stages
+ * begun far off would close on the other branch. */
+MECHC_STATIC double mechc_plan_ahead(const mechc_span *span, mechc_monitor *monitor, int refused,
+                                     double reach)
+{
+    double open = fabs(span->h);
+    if (isnan(monitor->ahead)) monitor->ahead = mechc_look_ahead(span, monitor);
+    /* so near that noise grows with every step that ends before it: over it at once */
+    if (monitor->first < MECHC_NARROW && monitor->ahead < HUGE_VAL && !refused)
+        open = mechc_max(open, 2.0 * monitor->ahead);
+    if (monitor->ahead >= 1.5 * open) return open;
+    const double planned = mechc_plan(span->nodes, monitor->ahead, mechc_min(open, reach));
+    if (planned < open && !monitor->wanted) monitor->wanted = open;
+    return planned;
+}
+#endif
+
+#endif

@@ -1,0 +1,218 @@
+/* The driver's loop: a step is tried, refused or accepted, whatever the method. */
+#ifndef MECHC_ATTEMPT_H
+#define MECHC_ATTEMPT_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/trajectory.h"
+#include "simd/lanes.h"
+#include "singularities/crossing.h"
+#include "singularities/monitor.h"
+#include "stepping/control.h"
+#include "stepping/crossings.h"
+#include "stepping/lockstep_fit.h"
+#include "stepping/stiffness.h"
+
+/* The step to try; 1 where it is the last. */
+MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
+{
+    const double left = fabs(run->t1 - run->head.t), step = mechc_min(run->step, run->max_step);
+    if (run->current->reach) {
+        const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
+        *h = run->direction * planned;
+        if (planned != open && planned < mechc_min(left, run->max_step)) return 0;
+    }
+    return mechc_fit_to_end(run, step, h);
+}
+
+/* Speeds are judged against the largest met so far. */
+MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
+{
+    for (int i = MECHC_NQ; i < MECHC_NX; i++)
+        run->scale[i] = mechc_max(run->scale[i], fabs(run->y[i]));
+}
+
+/* Rows of the dense output where they are kept or wanted for a crossing. */
+MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const double *end)
+{
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    const int crosses = run->finding.action == MECHC_CROSSES;
+    double own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
+    const int wanted = trajectory->dense_rows || crosses;
+    if (!wanted && MECHC_NH == 0) return MECHC_RUNNING;
+    if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
+    /* whether its stages close decides about the step, so they are taken in any case */
+    const int status = run->current->dense_stages ? run->current->dense_stages(run, h)
+                                                  : MECHC_RUNNING;
+    if (status != MECHC_RUNNING || !wanted) return status;
+    const int count = trajectory->dense_rows ? trajectory->dense_rows : run->most_dense;
+    if (trajectory->dense_rows)
+        rows = trajectory->dense + (trajectory->count - 1) * trajectory->width * count;
+    run->current->dense(run, h, end, count, rows);
+    return crosses ? mechc_record_crossing(run, h, rows) : MECHC_RUNNING;
+}
+
+/* The state, its rates and the time at the end of a step. */
+MECHC_STATIC void mechc_move_on(mechc_integration *run, double h, double t, const double *end)
+{
+    memcpy(run->y, end, sizeof run->y);
+    memcpy(run->compensation, run->next_compensation, sizeof run->compensation);
+    memcpy(MECHC_RATE(run, 0), MECHC_RATE(run, run->current->last_rate), sizeof run->y);
+    run->time_compensation = h + run->time_compensation - (t - run->head.t);
+    run->head.t = t;
+}
+
+/* The monitor learns of an accepted step, whose end has this conditioning. */
+MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double conditioning)
+{
+    mechc_monitor *monitor = &run->monitor;
+    monitor->leaving = conditioning > monitor->first;
+    monitor->fall = (monitor->first - conditioning) / fabs(h);
+    monitor->first = conditioning;
+    monitor->tries = 0;
+    monitor->ahead = NAN;
+}
+
+/* Take over an accepted step. */
+MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const double *end,
+                              double error)
+{
+    const double conditioning = run->conditioning;
+    const int status = mechc_finish_step(run, h, end);
+    int made = 1;
+    if (status != MECHC_RUNNING) return status;
+    mechc_watch_stiffness(run, h, end, error);
+    if (run->current->accept) run->current->accept(run, h);
+    mechc_move_on(run, h, t, end);
+    run->refused_step = 0.0;
+    run->failure = 0;
+    if (run->monitor.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : 0.1))
+        made = mechc_come_back(run);
+    if (!mechc_nears_critical(&run->monitor, run->horizon)) run->allowed = 1.0;
+    mechc_monitor_accept(run, h, conditioning);
+    if (run->stiff >= MECHC_STIFF) made &= mechc_use_method(run, run->methods[MECHC_RADAU5]);
+    mechc_widen_scale(run);
+    mechc_return_to_lockstep(run);
+    run->head.stats.steps++;
+    return mechc_append(&run->head.trajectory, t, run->y) && made ? MECHC_RUNNING
+                                                                  : MECHC_NO_MEMORY;
+}
+
+/* Try again from the same state, with a step by `factor` as long. */
+MECHC_STATIC int mechc_refuse(mechc_integration *run, double factor)
+{
+    run->head.stats.rejected++;
+    run->step *= factor;
+    run->refused = 1;
+    mechc_leave_bridge(run);
+    run->monitor.wanted = 0.0;
+    return MECHC_RUNNING;
+}
+
+/* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
+MECHC_STATIC int mechc_too_small(const mechc_integration *run)
+{
+    const int examined = run->head.stats.critical_gap < HUGE_VAL;
+    if (run->failure == MECHC_NOT_FINITE) return MECHC_NOT_FINITE;
+    if (MECHC_NH > 0 && examined && run->monitor.least < MECHC_NARROW) return MECHC_UNDECIDED;
+    return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
+}
+
+/* A stage could not be taken. */
+MECHC_STATIC int mechc_fail(mechc_integration *run, double h, int status)
+{
+    if (status == MECHC_NO_MEMORY || fabs(h) < mechc_smallest_step(run)) return status;
+    run->step = fabs(h);
+    run->failure = status;
+    if (mechc_step_aside(run, h)) {
+        mechc_refuse(run, 1.0);
+        mechc_leave_to_pair(run, h);
+        return MECHC_RUNNING;
+    }
+    return mechc_refuse(run, run->current->after_failure);
+}
+
+/* A node that came near a crossing spoils a step more than its length does: place the crossing
+ * between the nodes rather than shrink the step. */
+MECHC_STATIC int mechc_place_instead(mechc_integration *run, double h, const double *end,
+                                     double error)
+{
+    if (!run->current->shows_end(run, error) || run->monitor.tries >= 4) return 0;
+    return mechc_examine_step(run, h, end) == MECHC_RUNNING
+        && run->finding.action == MECHC_RETRY;
+}
+
+/* A step's error is too large. */
+MECHC_STATIC int mechc_shorten(mechc_integration *run, double h, const double *end, double error,
+                               double factor)
+{
+    if (fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
+    if (mechc_place_instead(run, h, end, error)) return MECHC_RUNNING;
+    mechc_learn_rounding(run, h, error);
+    return mechc_refuse(run, error > 1.0 ? factor : 0.2);
+}
+
+/* The next step's length, once this one stands. */
+MECHC_STATIC void mechc_lengthen(mechc_integration *run, double h, double error, double factor)
+{
+    mechc_stats *stats = &run->head.stats;
+    if (error > 1.0) {
+        const double part = run->current->root_error ? error * error : error;
+        stats->rounding = mechc_max(stats->rounding, part * run->method->share * run->rtol);
+    }
+    run->step = mechc_max(run->step * mechc_max(factor, error > 1.0), run->monitor.wanted);
+    if (run->current->farthest < HUGE_VAL)
+        run->step = mechc_min(run->step, run->current->farthest * fabs(h));
+    mechc_leave_bridge(run);
+    run->monitor.wanted = 0.0;
+    run->monitor.patience = HUGE_VAL;
+    run->refused = 0;
+}
+
+/* One attempt; the run's status after it. */
+MECHC_STATIC int mechc_attempt(mechc_integration *run)
+{
+    const double t = run->head.t;
+    double end[MECHC_NX], h;
+    const int last = mechc_next_step(run, &h);
+    if (run->monitor.bends && run->current->reach) {
+        mechc_leave_to_pair(run, h);
+        return MECHC_RUNNING;
+    }
+    if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
+    mechc_monitor_begin(&run->monitor, run->y);
+    const int status = run->current->step(run, h, end);
+    if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
+    const double error = run->current->error(run, h, end);
+    run->step = fabs(h);
+    const double factor = mechc_limited_factor(run, error);
+    if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);
+    const int examined = mechc_examine_step(run, h, end);
+    if (examined != MECHC_RUNNING || run->finding.action == MECHC_RETRY) return examined;
+    const double t_end = last ? run->t1 : t + (h + run->time_compensation);
+    const int accepted = mechc_accept(run, h, t_end, end, error);
+    if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;
+    if (accepted != MECHC_RUNNING) /* the dense output's own stages could not be closed */
+        return mechc_refuse(run, 0.5);
+    mechc_lengthen(run, h, error, factor);
+    return last ? MECHC_FINISHED : MECHC_RUNNING;
+}
+
+/* Up to `steps` attempts, fewer where the run is fit for lockstep; the attempts made. */
+MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
+{
+    mechc_run *head = &run->head;
+    long made = 0;
+    do {
+        const int most = head->stats.steps + head->stats.rejected >= run->max_steps;
+        head->status = most ? MECHC_TOO_MANY_STEPS : mechc_attempt(run);
+        made++;
+    } while (head->status == MECHC_RUNNING && made < steps && !mechc_fits_lockstep(run));
+    return made;
+}
+
+#endif

@@ -1,0 +1,245 @@
+/* What a run does about critical configurations: all that the driver asks of singularities/.
+ *
+ * monitor_start: at the start.   step_ahead: before a step is tried.   leave_to_pair, step_aside,
+ * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
+ * stand?   record_crossing: when it went through a change point.
+ */
+#ifndef MECHC_CROSSINGS_H
+#define MECHC_CROSSINGS_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "run/dense_output.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/trajectory.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/crossing.h"
+#include "singularities/look_ahead.h"
+#include "singularities/monitor.h"
+#include "singularities/span.h"
+#include "singularities/weakest.h"
+
+#if MECHC_NH > 0
+/* The rank of the configuration rows around a configuration: the most that is found when each speed
+ * in turn has moved it a little and the loops are closed again. */
+MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
+{
+    int rank = 0;
+    for (int j = 0; j < MECHC_NU; j++) {
+        double by[MECHC_NU] = {0}, q[MECHC_NX];
+        long unused = 0;
+        mechc_scalar_place place;
+        mechc_weakest weakest;
+        by[j] = 1e-2;
+        mechc_displace(run->head.t, run->y, span->p, span->k, by, q);
+        if (mechc_scalar_close_loops(run->head.t, q, span->p, span->k, &place, &unused)
+            != MECHC_RUNNING)
+            continue;
+        mechc_weakest_of(&place, 0, &weakest);
+        if (weakest.rank > rank) rank = weakest.rank;
+    }
+    return rank;
+}
+#endif
+
+/* Learn at the start which rows are redundant everywhere, and refuse a start where more are. */
+MECHC_STATIC void mechc_monitor_start(mechc_integration *run)
+{
+#if MECHC_NH > 0
+    const mechc_span span = {.p = run->p, .k = run->k};
+    mechc_weakest weakest;
+    mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
+    run->monitor.rank = weakest.rank;
+    if (weakest.rank < MECHC_NH) {
+        const int generic = mechc_generic_rank(run, &span);
+        if (generic > weakest.rank) run->head.status = MECHC_AT_CHANGE_POINT;
+    }
+    run->conditioning = weakest.ratio;
+#endif
+    run->monitor.first = run->conditioning;
+    run->monitor.ahead = NAN;
+}
+
+/* A step from the run's state; its end may not be known yet. */
+MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, const double *end,
+                                      const double *end_rates)
+{
+    const mechc_method *method = run->current;
+    return (mechc_span){
+        .t = run->head.t,
+        .h = h,
+        .start = run->y,
+        .start_rates = MECHC_RATE(run, 0),
+        .end = end,
+        .end_rates = end_rates,
+        .p = run->p,
+        .k = run->k,
+        .low = run->low,
+        .best = run->best,
+        .high = run->high,
+        .horizon = run->horizon,
+        .bridge = method->holds_crossing,
+        .last = fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
+        .looks_ahead = method->reach != 0,
+        .nodes = method->nodes,
+    };
+}
+
+/* The step to try, as a rule no longer than `open`. */
+MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
+{
+#if MECHC_NH > 0
+    const mechc_span span =
+        mechc_span_of(run, run->direction * open, run->y, MECHC_RATE(run, 0));
+    return mechc_plan_ahead(&span, &run->monitor, run->refused, run->current->reach(run));
+#else
+    (void)run;
+    return open;
+#endif
+}
+
+/* Back from the bridge to the method in use and the step it had. */
+MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
+{
+    if (run->current == run->method) return;
+    run->current = run->method;
+    run->step = run->monitor.wanted;
+}
+
+/* Leave what comes to the explicit pair. */
+MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
+{
+    run->resumed = run->method;
+    run->step = 0.25 * fabs(h);
+    run->monitor.wanted = 0.0;
+    run->monitor.bends = 0;
+    mechc_use_method(run, run->methods[MECHC_DOP853]);
+}
+
+/* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
+ * rounding more than an explicit step does.  1 where the pair is to go on. */
+MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
+{
+    const mechc_monitor *monitor = &run->monitor;
+    const int here = MECHC_NH > 0 && (monitor->ahead < fabs(h) || monitor->first < MECHC_CLEAR);
+    return run->current->reach && here && ++run->missed >= 2;
+}
+
+/* Past it: back to the method that left it to the pair; 0 without memory. */
+MECHC_STATIC int mechc_come_back(mechc_integration *run)
+{
+    const mechc_method *method = run->resumed;
+    run->missed = 0;
+    run->resumed = 0;
+    return !method || mechc_use_method(run, method);
+}
+
+#if MECHC_NH > 0
+/* On the cubic through both ends of a step, its loops closed where they can be. */
+MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double *q)
+{
+    const double r = 1.0 - s;
+    double closed[MECHC_NQ];
+    long unused = 0;
+    mechc_scalar_place place;
+    for (int i = 0; i < MECHC_NQ; i++)
+        q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
+             + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
+    memcpy(closed, q, sizeof closed);
+    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->p, span->k, &place, &unused)
+        == MECHC_RUNNING)
+        memcpy(q, closed, sizeof closed);
+}
+
+/* The configurations of a step: those of the method where it keeps them. */
+MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *span,
+                                mechc_path *path)
+{
+    const mechc_method *method = run->current;
+    const int last = method->node ? method->nodes.count : MECHC_MOST_NODES - 1;
+    path->count = last + 1;
+    for (int i = 0; i <= last; i++) {
+        const double s = method->node ? method->nodes.at[i] : (double)i / last;
+        double *q = path->q[i];
+        path->fraction[i] = s;
+        if (i == 0 || i == last) memcpy(q, i ? span->end : span->start, sizeof path->q[i]);
+        else if (method->node) method->node(run, i, q);
+        else mechc_close_on_cubic(span, s, q);
+    }
+}
+#endif
+
+/* Judge a step that its error allows; finding.action MECHC_RETRY where it is taken back. */
+MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
+{
+    run->finding.action = MECHC_STANDS;
+#if MECHC_NH > 0
+    if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
+    mechc_path path;
+    mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
+    mechc_path_of(run, &span, &path);
+    span.path = &path;
+    mechc_stats *stats = &run->head.stats;
+    run->finding.gap = HUGE_VAL;
+    mechc_examine(&span, &run->monitor, &run->finding);
+    stats->examined++;
+    if (fabs(run->finding.gap) < stats->critical_gap) {
+        stats->critical_gap = fabs(run->finding.gap);
+        stats->critical_time = run->head.t;
+    }
+    if (run->finding.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
+    if (run->finding.action == MECHC_RETRY) {
+        const int bridge = run->finding.bridge && !run->method->holds_crossing;
+        run->monitor.tries++;
+        stats->rejected++;
+        run->step = fabs(h) * run->finding.factor;
+        run->refused = run->monitor.wanted == 0.0;
+        run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
+    }
+#else
+    (void)h, (void)end;
+#endif
+    return MECHC_RUNNING;
+}
+
+/* How far along its direction at `about` the dense output has passed the change point. */
+MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
+                                    const double *along)
+{
+    double y[MECHC_NX], sum = 0.0;
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
+        sum += (y[i] - run->finding.q[i]) * along[i];
+    return sum;
+}
+
+/* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
+MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
+{
+    const double near = 1e-3;
+    double s = run->finding.fraction, before[MECHC_NX], along[MECHC_NX];
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
+    for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
+    for (int iteration = 0; iteration < 8; iteration++) {
+        const double here = mechc_past_crossing(run, rows, s, along);
+        const double slope = (mechc_past_crossing(run, rows, s + near, along)
+                              - mechc_past_crossing(run, rows, s - near, along)) / (2.0 * near);
+        if (slope == 0.0) break;
+        s -= here / slope;
+    }
+    const double t = run->head.t + s * h;
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->finding.gap, run->finding.q, MECHC_NQ))
+        return MECHC_NO_MEMORY;
+    return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
+                                                     : MECHC_RUNNING;
+}
+
+#endif

@@ -1,0 +1,27 @@
+/* Where stability, not accuracy, limits the steps: the implicit method takes over. */
+#ifndef MECHC_STIFFNESS_H
+#define MECHC_STIFFNESS_H
+
+#include "dynamics/sizes.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "simd/lanes.h"
+#include "singularities/monitor.h"
+
+#define MECHC_STIFF 15 /* steps that were limited so, with never MECHC_EASY in a row that were not */
+#define MECHC_EASY 6
+
+/* Count an accepted step. */
+MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const double *end,
+                                        double error)
+{
+    const mechc_method *method = run->method;
+    if (!run->may_stiffen || run->current != method || !method->limited) return;
+    if (MECHC_NH > 0 && run->monitor.first < MECHC_NARROW) return;
+    const int limited = method->limited(run, h, end, error);
+    run->stiff = limited ? run->stiff + 1 : run->stiff;
+    run->easy = limited ? 0 : run->easy + 1;
+    if (run->easy >= MECHC_EASY) run->stiff = 0;
+}
+
+#endif

@@ -1,0 +1,78 @@
+/* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
+ * state, so that a result never depends on how many states were asked for. */
+
+#ifndef MECHC_EVALUATE_H
+#define MECHC_EVALUATE_H
+
+#include <stddef.h>
+#include <string.h>
+#include "abi/model.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_vector.h"
+#include "dynamics/stage.h"
+#include "scene_program.h"
+#include "unit/jacobians.h"
+#include "unit/solved.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "simd/transpose.h"
+
+typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
+                               const mechc_vector *p, const mechc_vector *k, mechc_vector *out);
+
+MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
+                               mechc_vector *out)
+{
+    for (int i = 0; i < width; i++) {
+        double column[MECHC_LANES];
+        for (int lane = 0; lane < MECHC_LANES; lane++) {
+            const ptrdiff_t row = first + (first + lane < count ? lane : count - 1 - first);
+            column[lane] = rows.data[row * rows.stride + i];
+        }
+        memcpy(&out[i], column, sizeof column);
+    }
+}
+
+/* Inlined into one function an output, so that `f` and `width` are constants there. */
+MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
+                                        mechc_rows t, mechc_rows y, mechc_rows p, double *out)
+{
+    mechc_vector time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
+    mechc_vector k[MECHC_CONSTANTS], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    if (count < 1) return;
+    mechc_gather(t, 0, count, 1, time);
+    mechc_gather(p, 0, count, MECHC_PASSED, parameters);
+    mechc_vector_constants(parameters, k);
+    for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
+        const int whole = count - first >= MECHC_LANES;
+        if (first > 0 && p.stride) {
+            mechc_gather(p, first, count, MECHC_PASSED, parameters);
+            mechc_vector_constants(parameters, k);
+        }
+        if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
+        if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
+        else mechc_gather(y, first, count, MECHC_NX, state);
+        f(time[0], state, state + MECHC_NQ, parameters, k, values);
+        if (whole) {
+            mechc_scatter_block(values, width, out + first * width);
+        } else {
+            double block[MECHC_LANES * MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+            mechc_scatter_block(values, width, block);
+            memcpy(out + first * width, block, (size_t)((count - first) * width) * sizeof(double));
+        }
+    }
+}
+
+MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
+                                           const mechc_vector *p, const mechc_vector *k,
+                                           mechc_vector *out)
+{
+    (void)u; /* follows q in the state */
+    mechc_vector_rates(t, q, p, k, out);
+}
+
+#define MECHC_EVALUATE(label, width, ...) \
+    mechc_evaluate_blocks(mechc_vector_output_##label, width, __VA_ARGS__)
+#include "unit/outputs.h"
+
+#endif

@@ -1,0 +1,156 @@
+/* Jacobians of the motion, and of outputs that hold it; generic over `real`. */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_JACOBIANS_VECTOR : !defined MECHC_JACOBIANS_SCALAR
+#if R_VECTOR
+#define MECHC_JACOBIANS_VECTOR
+#else
+#define MECHC_JACOBIANS_SCALAR
+#endif
+#include "dynamics/linear.h"
+#include "dynamics/loop_motion.h"
+#include "dynamics/motion.h"
+#include "dynamics/sizes.h"
+#include "dynamics/stage.h"
+#include "dynamics/tree.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
+#include "unit/solved.h"
+
+#if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
+#define MECHC_MOTION (MECHC_NU + MECHC_NC) /* accelerations and multipliers */
+
+/* du' and dlambda of M du' + J^T dlambda = -dR and J du' = -dS, column by column of dR and dS. */
+MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)
+{
+#if MECHC_LINKS > 0 /* all at once: a Jacobian is full, however sparse the tree */
+    real mass[MECHC_NU * MECHC_NU];
+#if MECHC_NC > 0
+    FN(factors) factors;
+    real jacobian[MECHC_NC * MECHC_NU];
+    FN(factor_together)(place->saved, jacobian, mass, place->rank, &factors);
+#else
+    FN(mass_factors) factors;
+    FN(composite_mass)(place->saved, mass);
+    FN(factor_mass)(mass, MECHC_NU, &factors);
+#endif
+#elif MECHC_NC == 0
+    const FN(mass_factors) factors = place->factored;
+#endif
+    for (int column = 0; column < columns; column++) {
+        real right[MECHC_MOTION], x[MECHC_MOTION];
+        for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
+#if MECHC_NC > 0 && MECHC_LINKS > 0
+        FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
+#elif MECHC_NC > 0
+        const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,
+                                        place->rank};
+        FN(solve_motion)(&terms, &place->rows, x, MECHC_OWN > 0 ? x + MECHC_NU : 0);
+        for (int i = MECHC_NU; MECHC_OWN == 0 && i < MECHC_MOTION; i++) x[i] = R(0.0);
+#else
+        for (int i = 0; i < MECHC_NU; i++) x[i] = right[i];
+        FN(forward)(&factors, MECHC_NU, x);
+        FN(backward)(&factors, MECHC_NU, x);
+#endif
+        for (int i = 0; i < MECHC_MOTION; i++) out[i * columns + column] = x[i];
+    }
+}
+
+/* partials: of each output by the columns at a given motion, then by the motion. */
+MECHC_ONCE void FN(follow)(const real *partials, const real *response, int columns, real *out)
+{
+    for (int row = 0; row < MECHC_OWN; row++) {
+        const real *own = partials + row * (columns + MECHC_MOTION);
+        for (int column = 0; column < columns; column++) {
+            real sum = own[column];
+            for (int i = 0; i < MECHC_MOTION; i++)
+                sum += own[columns + i] * response[i * columns + column];
+            out[row * columns + column] = sum;
+        }
+    }
+}
+#endif
+
+/* Of `columns` inputs called `by`: the response of the motion; rows of q' and u'; outputs. */
+#define MECHC_DEFINE_RESPONSE(by, columns)                                                        \
+    MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u, const real *p,      \
+                                        const real *k, real *a, real *l, real *response)          \
+    {                                                                                             \
+        FN(place) place;                                                                          \
+        real residual[MECHC_MOTION * (columns)];                                                  \
+        FN(solve)(t, q, u, p, k, &place, a, l);                                                   \
+        FN(solved_residual_##by)(t, q, u, p, k, a, l, residual);                                  \
+        FN(respond)(&place, residual, columns, response);                                         \
+    }
+#define MECHC_DEFINE_OWN(name, by, columns)                                                       \
+    MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u, const real *p,  \
+                                            const real *k, real *out)                             \
+    {                                                                                             \
+        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];                                        \
+        real response[MECHC_MOTION * (columns)], own[MECHC_OWN * (MECHC_MOTION + (columns))];     \
+        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
+        FN(solved_own_##by)(t, q, u, p, k, a, l, own);                                            \
+        FN(follow)(own, response, columns, out);                                                  \
+    }
+
+#if MECHC_STATE_JACOBIAN
+MECHC_DEFINE_RESPONSE(by_state, MECHC_NQ + MECHC_NU)
+
+MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u, const real *p,
+                                            const real *k, real *out)
+{
+    const int columns = MECHC_NQ + MECHC_NU;
+    real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];
+    real response[MECHC_MOTION * (MECHC_NQ + MECHC_NU)];
+#if MECHC_IDENTITY_KINEMATICS
+    for (int i = 0; i < MECHC_NQ * columns; i++)
+        out[i] = R(i % columns == MECHC_NQ + i / columns);
+#else
+    FN(output_rate_by_state)(t, q, u, p, k, out);
+#endif
+    FN(response_by_state)(t, q, u, p, k, a, l, response);
+    for (int i = 0; i < MECHC_NU * columns; i++) out[MECHC_NQ * columns + i] = response[i];
+}
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(state_jacobian, by_state, MECHC_NQ + MECHC_NU)
+#endif
+#endif
+
+/* By anything that is no state: the rows of q' = u vanish. */
+#if MECHC_IDENTITY_KINEMATICS
+#define MECHC_RATES_BY(by, columns) \
+    for (int i = 0; i < MECHC_NQ * (columns); i++) out[i] = R(0.0)
+#else
+#define MECHC_RATES_BY(by, columns) FN(output_rate_##by)(t, q, u, p, k, out)
+#endif
+#define MECHC_DEFINE_JACOBIAN(name, by, columns)                                                  \
+    MECHC_DEFINE_RESPONSE(by, columns)                                                            \
+    MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u, const real *p,      \
+                                        const real *k, real *out)                                 \
+    {                                                                                             \
+        real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * (columns)];    \
+        real *const of_speeds = out + MECHC_NQ * (columns);                                       \
+        MECHC_RATES_BY(by, columns);                                                              \
+        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
+        for (int i = 0; i < MECHC_NU * (columns); i++) of_speeds[i] = response[i];                \
+    }
+
+#if MECHC_PARAMETER_JACOBIAN
+MECHC_DEFINE_JACOBIAN(parameter_jacobian, by_parameters, MECHC_NP)
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(parameter_jacobian, by_parameters, MECHC_NP)
+#endif
+#endif
+
+#if MECHC_INPUT_JACOBIAN /* only where that by the state is asked for */
+MECHC_DEFINE_JACOBIAN(input_jacobian, by_inputs, MECHC_NI)
+#if MECHC_OWN > 0
+MECHC_DEFINE_OWN(input_jacobian, by_inputs, MECHC_NI)
+#endif
+#endif
+#undef MECHC_RATES_BY
+#undef MECHC_DEFINE_JACOBIAN
+#undef MECHC_DEFINE_RESPONSE
+#undef MECHC_DEFINE_OWN
+#undef MECHC_MOTION
+
+#endif

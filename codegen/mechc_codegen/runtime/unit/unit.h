@@ -1,0 +1,94 @@
+/* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
+ * MECHC_UNIT. */
+#ifndef MECHC_UNIT_H
+#define MECHC_UNIT_H
+
+#include "abi/model.h"
+#include "abi/run.h"
+#include "dynamics/generic_rank.h"
+#include "dynamics/project.h"
+#include "dynamics/sizes.h"
+#include "lockstep/advance.h"
+#include "methods/methods.h"
+#include "run/dense_output.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/trajectory.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "stepping/start.h"
+#include "unit/evaluate.h"
+
+static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
+                             double *out)
+{
+    mechc_scalar_rates(t, y, p, k, out);
+}
+
+static void mechc_unit_prepare(const double *p, double *k) { mechc_scalar_constants(p, k); }
+
+static int mechc_unit_project(double t, double *y, const double *p, double *moved)
+{
+    double k[MECHC_CONSTANTS];
+    mechc_constants_at(t, y, p, k);
+    return mechc_project_state(t, y, p, k, moved);
+}
+
+static void mechc_unit_start(mechc_run *run, const mechc_options *options)
+{
+    mechc_integration_start(run, options, mechc_methods);
+}
+
+static int mechc_unit_advance(mechc_run *run, long steps)
+{
+    return mechc_lockstep_advance_run(run, steps);
+}
+
+static void mechc_unit_advance_lockstep(mechc_run **runs, int count, long steps)
+{
+    mechc_lockstep_advance_runs(runs, count, steps);
+}
+
+static void mechc_unit_release(mechc_run *run)
+{
+    mechc_free(&run->trajectory);
+    mechc_free_work((mechc_integration *)run);
+}
+
+static void mechc_unit_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
+                                   ptrdiff_t count, const double *t, double *out)
+{
+    (void)method; /* all have the same form of dense output */
+    mechc_interpolate(trajectory, p, count, t, out);
+}
+
+#if MECHC_NI > 0
+static void mechc_unit_extend(mechc_run *run, double t1, double inputs)
+{
+    mechc_integration_extend(run, t1, inputs);
+}
+#endif
+
+extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
+__attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
+    .instruction_set = MECHC_QUOTE(MECHC_UNIT),
+    .lanes = MECHC_LANES,
+    .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
+    .outputs = mechc_output_list,
+    .rates = mechc_unit_rates,
+    .prepare = mechc_unit_prepare,
+    .project = mechc_unit_project,
+    .run_size = sizeof(mechc_integration),
+    .start = mechc_unit_start,
+    .advance = mechc_unit_advance,
+    .advance_lockstep = mechc_unit_advance_lockstep,
+    .release = mechc_unit_release,
+    .interpolate = mechc_unit_interpolate,
+#if MECHC_NI > 0
+    .extend = mechc_unit_extend,
+#endif
+};
+
+#endif

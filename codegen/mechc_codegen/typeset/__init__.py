@@ -1,0 +1,1 @@
+"""A mechanism's derivation as a page for reading."""

@@ -1,0 +1,82 @@
+"""A mechanism's derivation as one HTML page or as a LaTeX document.
+
+Input: a :class:`Derivation` with parameter values.  Output: text.  Invariant: both documents print
+the same boxes, tables and sentences; whatever a template is given that is no markup is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
+
+from mechc_codegen.typeset.equations import equation_groups
+from mechc_codegen.typeset.markup import latex, latex_text, mathml, visible
+from mechc_codegen.typeset.sections import Derivation, Item, Section, derivation
+from mechc_codegen.typeset.tables import all_values, notes, value_tables
+
+__all__ = ["Derivation", "Item", "Section", "derivation", "html_page", "latex_document"]
+
+_COMMON: dict[str, Any] = {
+    "loader": FileSystemLoader(Path(__file__).parent / "templates"),
+    "undefined": StrictUndefined,
+    "trim_blocks": True,
+    "lstrip_blocks": True,
+    "keep_trailing_newline": True,
+}
+_HTML = Environment(
+    **_COMMON,
+    autoescape=True, finalize=lambda value: value if _marked(value) else visible(str(value)),
+)  # fmt: skip
+_HTML.filters["mathml"] = lambda box: Markup(mathml(box))
+_LATEX = Environment(
+    **_COMMON,
+    block_start_string="<%", block_end_string="%>",
+    variable_start_string="<<", variable_end_string=">>",
+    finalize=lambda value: value if _marked(value) else latex_text(str(value)),
+)  # fmt: skip
+_LATEX.filters["latex"] = lambda box: Markup(latex(box))
+
+
+def _marked(value: Any) -> bool:
+    return isinstance(value, Markup)
+
+
+def html_page(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
+    """One self-contained HTML page: MathML, no script, nothing fetched from anywhere.
+
+    Parameters
+    ----------
+    values
+        Parameter values (SI units) by printed name, for the table and the notes; defaults of
+        the mechanism if left out.
+    """
+    parts = _parts(derivation, values, lambda matrix: bool(matrix.cols == 1))
+    return _HTML.get_template("derivation.html").render(parts)
+
+
+def latex_document(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
+    """A LaTeX article of its own, with amsmath as the only package; ``values`` as above."""
+    return _LATEX.get_template("derivation.tex").render(_parts(derivation, values, lambda _: True))
+
+
+def _parts(derivation: Derivation, given: Mapping[str, float] | None, splits: Any) -> Any:
+    """What the templates print."""
+    mechanism = derivation.mechanism
+    values = all_values(mechanism, given)
+    tables, remarks = value_tables(mechanism, values), notes(mechanism, values)
+    own = [section.title for section in derivation.sections]
+    return {
+        "title": mechanism.title,
+        "titles": ["Scene", *["Symbols"] * bool(tables), *own, *["Notes"] * bool(remarks)],
+        "scene": derivation.scene,
+        "tables": tables,
+        "sections": [
+            (section.title, section.sentence, equation_groups(section.items, splits))
+            for section in derivation.sections
+        ],
+        "notes": remarks,
+    }

@@ -1,0 +1,1 @@
+"""Linear models, equilibria, inverse dynamics, Jacobians, rank of the constraints."""

@@ -1,0 +1,117 @@
+"""Constraints that follow from the others on every closed configuration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechc.assembly.closure_solver import Loop, even_points
+from mechc.system.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+SAMPLES = 8
+STARTS = 64
+DEPENDENT = 1e-8  # of a row's largest length: less is left of it beside the rows before it
+SHARE = 1e-6  # of the largest share: a row with less has no part in a relation
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """A constraint row that the rows before it imply.
+
+    Attributes
+    ----------
+    name
+        The row, as in ``model.constraint_names``.
+    follows_from
+        Rows that imply it; empty where its Jacobian vanishes by itself.
+    shares
+        How much of each is in it, where that is the same on every closed configuration; else
+        empty.
+    """
+
+    name: str
+    follows_from: tuple[str, ...]
+    shares: tuple[float, ...]
+
+    def __str__(self) -> str:
+        if not self.follows_from:
+            return f"{self.name}: holds by itself"
+        if not self.shares:
+            return f"{self.name}: follows from {', '.join(self.follows_from)}"
+        terms = [f"{s:+.6g} of {n}" for s, n in zip(self.shares, self.follows_from, strict=True)]
+        return f"{self.name}: is {', '.join(terms)}"
+
+
+def redundant_constraints(
+    model: Model, params: Parameters = None, t: float = 0.0
+) -> tuple[Redundancy, ...]:
+    """Rows that are redundant on every closed configuration, in the order of the constraints.
+
+    Found by the rank of J at closed configurations spread over the whole range of the
+    coordinates, each row against those before it.  Where a linkage can be assembled in ways that
+    leave its rows different ranks, those of the highest rank count: where links fold onto each
+    other, more rows follow from the others.  Rows that depend on each other at a change point only
+    are not among them.
+
+    Raises
+    ------
+    AssemblyError
+        If no closed configuration is found.
+    """
+    values = model._parameters.resolve(params)
+    y = _closed_states(model, values, t)
+    jacobian = _of_highest_rank(np.asarray(model.constraint_jacobian(y, values, t)))
+    size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
+    largest = float(size.max(initial=0.0))
+    kept: list[int] = []
+    found = []
+    for row, name in enumerate(model.constraint_names):
+        scale = size[row] if size[row] > 1e-13 * largest else largest
+        shares, left = _shares(jacobian, kept, row)
+        if (left > DEPENDENT * scale).any():
+            kept.append(row)
+        else:
+            found.append(_relation(model, name, kept, shares))
+    return tuple(found)
+
+
+def _closed_states(model: Model, values: Array, t: float) -> Array:
+    """States (n, nq + nu) at rest on configurations that close the loops."""
+    width = len(model.coordinates)
+    loop = Loop(model, values, np.zeros(width), list(range(width)), t)
+    x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
+    if not loop.rows:
+        return loop.states(x[:SAMPLES])
+    closed = loop.solve(x)
+    return np.hstack([closed, np.zeros((len(closed), len(model.speeds)))])
+
+
+def _of_highest_rank(jacobian: Array) -> Array:
+    """The samples (at most SAMPLES, nc, nu) whose rank is the highest."""
+    singular = np.linalg.svd(jacobian, compute_uv=False)
+    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
+    return np.asarray(jacobian[rank == rank.max(initial=0)][:SAMPLES])
+
+
+def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
+    """Shares (samples, kept) of the rows kept in this one, and what is left of it (samples,)."""
+    shares = np.zeros((len(jacobian), len(kept)))
+    left = np.linalg.norm(jacobian[:, row], axis=1)
+    for i, sample in enumerate(jacobian):
+        if kept:
+            shares[i] = np.linalg.lstsq(sample[kept].T, sample[row], rcond=DEPENDENT)[0]
+            left[i] = np.linalg.norm(sample[row] - shares[i] @ sample[kept])
+    return shares, left
+
+
+def _relation(model: Model, name: str, kept: list[int], shares: Array) -> Redundancy:
+    size = np.abs(shares).max(axis=0, initial=0.0)
+    part = [i for i in range(len(kept)) if size[i] > SHARE * max(1.0, size.max(initial=0.0))]
+    names = tuple(model.constraint_names[kept[i]] for i in part)
+    constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * size.max(initial=0.0)
+    return Redundancy(name, names, tuple(shares[0, part].tolist()) if constant else ())

@@ -1,0 +1,215 @@
+"""Configurations of interest found by search: equilibria, limits of a driving coordinate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
+from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.system.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+STARTS, ITERATIONS = 48, 60
+SCAN, BISECTIONS = 181, 60  # ranges narrower than two degrees can be missed
+DIFFERENCE = 1e-6  # step of the central differences along the manifold
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A configuration that stays at rest.
+
+    Attributes
+    ----------
+    y : (nq + nu,)
+        The state, speeds zero.
+    stable
+        Whether the mechanism, moved a little, is driven back in every direction.
+    """
+
+    y: Array
+    stable: bool
+
+
+def equilibria(model: Model, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
+    """Configurations that stay at rest under the loads at time t, the stable ones first.
+
+    Found by Newton's method on the accelerations along the manifold from points spread over the
+    configurations that close the loops; angles in (-pi, pi].
+
+    Raises
+    ------
+    AssemblyError
+        If no closed configuration was found at all.
+    MechcError
+        If the model has states besides coordinates and speeds.
+    """
+    if model.states:
+        raise MechcError(
+            f"{model.name} has states of its own ({', '.join(model.states)}): equilibria are known "
+            "of mechanisms without them; model.rhs vanishes at an equilibrium of both"
+        )
+    values = model._parameters.resolve(params)
+    starts = _closed_starts(model, values, t)
+    if not starts:
+        raise AssemblyError("the loops cannot be closed anywhere with these lengths")
+    found: list[Equilibrium] = []
+    for start in starts:
+        y = _settle(model, start, values, t)
+        if y is not None and all(_apart(model, y, e.y) for e in found):
+            found.append(Equilibrium(y, _is_stable(model, y, values, t)))
+    return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
+
+
+def limits(
+    model: Model, coordinate: str, params: Parameters = None
+) -> tuple[tuple[float, float], ...]:
+    """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
+
+    Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
+    the whole circle is ``((-pi, pi),)``.
+
+    Raises
+    ------
+    UnknownNameError
+        If there is no such coordinate.
+    """
+    if coordinate not in model.coordinates:
+        raise UnknownNameError("coordinate", coordinate, model.coordinates)
+    values = model._parameters.resolve(params)
+    reach = np.pi if model.units[coordinate] == "rad" else 2 * model._parameters.length(values)
+    grid = np.linspace(-reach, reach, SCAN)
+    closed = _closed_at(model, coordinate, grid, values)
+    edges = [-reach] if closed[0] is not None else []
+    for k in range(SCAN - 1):
+        if (closed[k] is None) != (closed[k + 1] is None):
+            edges.append(
+                _edge(model, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values)
+            )
+    if closed[-1] is not None:
+        edges.append(reach)
+    return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def _closed_at(model: Model, name: str, grid: Array, values: Array) -> list[Array | None]:
+    """For each value of a coordinate some closed configuration, or None: all searched at once."""
+    driven = model.state_index(name)
+    free = model._unknown([driven])
+    fixed = np.tile(model._first, (len(grid) * STARTS, 1))
+    fixed[:, driven] = np.repeat(grid, STARTS)
+    loop = Loop(model, values, fixed, free)
+    starts = even_points(STARTS, len(free)) * np.where(loop.angular, np.pi, loop.length)
+    x, closed = loop.search(np.tile(starts, (len(grid), 1)))
+    rows = closed.reshape(len(grid), STARTS)
+    found = x.reshape(len(grid), STARTS, -1)
+    return [found[k, int(rows[k].argmax())] if rows[k].any() else None for k in range(len(grid))]
+
+
+Side = tuple[float, Array | None]
+
+
+def _edge(model: Model, name: str, a: Side, b: Side, values: Array) -> float:
+    """Where closing starts or ends between a and b, on the side that closes, by bisection."""
+    driven = model.state_index(name)
+    free = model._unknown([driven])
+    (inside, x), (outside, _) = (a, b) if a[1] is not None else (b, a)
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (inside + outside)
+        if middle in (inside, outside) or x is None:
+            break
+        fixed = model._first.copy()
+        fixed[driven] = middle
+        trial, closed = Loop(model, values, fixed, free).search(x[None])
+        if closed[0]:
+            inside, x = middle, trial[0]
+        else:
+            outside = middle
+    return inside
+
+
+def _closed_starts(model: Model, values: Array, t: float) -> list[Array]:
+    width = len(model.coordinates)
+    reach = np.where(model._angular[:width], np.pi, model._parameters.length(values))
+    starts = []
+    for q in even_points(STARTS, width) * reach:
+        state = np.concatenate([q, np.zeros(len(model.speeds))])
+        status, y, _, _ = model._scene.project(t, state, values)
+        if status == 0:
+            y[width:] = 0.0
+            starts.append(y)
+    return starts
+
+
+def _settle(model: Model, y: Array, values: Array, t: float) -> Array | None:
+    """Newton's method along the manifold; None where it does not settle."""
+    width = len(model.coordinates)
+    for _ in range(ITERATIONS):
+        basis = _tangent(model, y, values, t)
+        residual = _along(model, y, basis, values, t)
+        slope = _slope(model, y, basis, values, t)
+        step = -np.linalg.lstsq(slope, residual, rcond=1e-12)[0]
+        size = float(np.abs(step).max(initial=0.0))
+        moved = _moved(model, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
+        if moved is None:
+            return None
+        y = moved
+        if size < 1e-12:
+            y[:width] = np.where(model._angular[:width], wrap(y[:width]), y[:width])
+            return y
+    return None
+
+
+def _tangent(model: Model, y: Array, values: Array, t: float) -> Array:
+    """Directions of the speeds that keep the constraints: (nu, freedoms), orthonormal."""
+    jacobian = model.constraint_jacobian(y, values, t)
+    if not len(jacobian):
+        return np.eye(len(model.speeds))
+    _, singular, rows = np.linalg.svd(jacobian)
+    rank = int((singular > 1e-10 * singular[0]).sum())
+    return np.asarray(rows[rank:].T)
+
+
+def _along(model: Model, y: Array, basis: Array, values: Array, t: float) -> Array:
+    return np.asarray(basis.T @ model.rhs(t, y, values)[len(model.coordinates) :])
+
+
+def _slope(model: Model, y: Array, basis: Array, values: Array, t: float) -> Array:
+    """Derivative of the accelerations along the manifold, by central differences."""
+    if not basis.shape[1]:
+        return np.zeros((0, 0))
+    columns = []
+    for direction in basis.T:
+        ends = [_moved(model, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
+        if ends[0] is None or ends[1] is None:
+            columns.append(np.zeros(basis.shape[1]))
+            continue
+        forward, backward = (
+            _along(model, end, basis, values, t) for end in ends if end is not None
+        )
+        columns.append((forward - backward) / (2 * DIFFERENCE))
+    return np.column_stack(columns)
+
+
+def _moved(model: Model, y: Array, change: Array, values: Array, t: float) -> Array | None:
+    """Along speeds `change` for a unit of time, back onto the manifold, at rest."""
+    width = len(model.coordinates)
+    with_speeds = np.concatenate([y[:width], change])
+    trial = y.copy()
+    trial[:width] += model.rhs(t, with_speeds, values)[:width]
+    status, moved, _, _ = model._scene.project(t, trial, values)
+    moved[width:] = 0.0
+    return np.asarray(moved) if status == 0 else None
+
+
+def _is_stable(model: Model, y: Array, values: Array, t: float) -> bool:
+    slope = _slope(model, y, _tangent(model, y, values, t), values, t)
+    return bool(np.linalg.eigvals(slope).real.max(initial=-1.0) < 0)
+
+
+def _apart(model: Model, a: Array, b: Array) -> bool:
+    difference = np.where(model._angular, wrap(a - b), a - b)
+    return bool(np.abs(difference).max() > 10 * SAME)

@@ -1,0 +1,273 @@
+"""Linear models of a mechanism about a state on its constraints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.errors import ChangePointError, UnknownNameError
+from mechc.simulation.initialise import state_as_given
+from mechc.system.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+Places = NDArray[np.intp]
+DEPENDENT = 1e-9  # of the largest pivot: less and a row follows from the others
+
+
+@dataclass(frozen=True)
+class Linearization:
+    """``dx' = A dx + B dr``, ``dy = C dx + D dr`` about a state on the constraints.
+
+    Unpacks to ``A, B, C, D``: ``control.ss(*lin)``, ``scipy.signal.StateSpace(*lin)``.
+
+    Attributes
+    ----------
+    A, B, C, D : (n, n), (n, m), (p, n), (p, m)
+        n states, m inputs, p outputs.
+    states, inputs, outputs
+        Their names: of the states those coordinates and speeds that are independent.
+    t, y, rates
+        Time, state (nq + nu,) and its rates there; these vanish at an equilibrium, elsewhere the
+        model is that of the departure from the motion, at this instant.
+    to_state : (nq + nu, n)
+        What the independent ones make of the whole state, ``dy = to_state dx``.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    t: float
+    y: Array
+    rates: Array
+    to_state: Array
+
+    def __iter__(self) -> Iterator[Array]:
+        return iter((self.A, self.B, self.C, self.D))
+
+
+class _Tangent(NamedTuple):
+    """Directions (nq + nu, n) along the constraints, and which components they are unit in."""
+
+    directions: Array
+    independent: Places
+
+
+def linearize(
+    model: Model,
+    y: Array,
+    params: Parameters = None,
+    *,
+    t: float = 0.0,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] | None = None,
+    independent: Sequence[str] | None = None,
+) -> Linearization:
+    """The linear model about a state on the constraints, an equilibrium or on a trajectory.
+
+    The state's directions along the constraints are spanned by independent coordinates and
+    speeds; the others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
+    with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
+
+    Parameters
+    ----------
+    y : (nq + nu,)
+        A state on the constraints (refused with the gap otherwise).
+    params
+        As everywhere; missing ones take their defaults.
+    t
+        Time, where the equations hold it.
+    inputs
+        The inputs r: names of ``model.input_values`` (inputs given at run time, the rates of one
+        by themselves), or parameters: a torque, a force.
+    outputs
+        Coordinates, speeds and outputs of one's own; by default all coordinates and speeds.
+    independent
+        Coordinates and speeds that become the states; by default those that the constraints
+        tie least.
+
+    Raises
+    ------
+    UnavailableOutputError
+        If the model was compiled without ``"state_jacobian"`` or, with inputs, without
+        ``"parameter_jacobian"``.
+    ChangePointError
+        At a change point, where two branches meet and no one linear model holds.
+    UnknownNameError, AssemblyError, ValueError
+        For names that do not exist, a state off the constraints, independent ones that are not.
+    """
+    values = model._parameters.resolve(params)
+    state = state_as_given(model, y, values, t)
+    jacobian = model.state_jacobian(state, values, t)
+    tangent = _tangent(model, state, values, t, independent)
+    names = (*model.coordinates, *model.speeds)
+    chosen = names if outputs is None else tuple(outputs)
+    by_input = _by_inputs(model, state, values, t, tuple(inputs))
+    told = [_output_rows(model, name, state, values, t, tuple(inputs)) for name in chosen]
+    by_state = np.array([row for row, _ in told]).reshape(-1, len(names))
+    feedthrough = np.array([row for _, row in told]).reshape(len(chosen), len(inputs))
+    return Linearization(
+        A=jacobian[tangent.independent] @ tangent.directions,
+        B=by_input[tangent.independent],
+        C=by_state @ tangent.directions,
+        D=feedthrough,
+        states=tuple(names[i] for i in tangent.independent),
+        inputs=tuple(inputs),
+        outputs=chosen,
+        t=float(t),
+        y=state,
+        rates=model.rhs(t, state, values),
+        to_state=tangent.directions,
+    )
+
+
+def _by_inputs(
+    model: Model, y: Array, values: Array, t: float, inputs: tuple[str, ...], of: str | None = None
+) -> Array:
+    """Derivatives by the inputs, (nq + nu, m); of an output of one's own (m,)."""
+    columns = [np.zeros((len(y), 0) if of is None else 0)]
+    for name in inputs:
+        jacobian, place = _input(model, name)
+        columns.append(jacobian(y, values, t, of=of)[..., place, None])
+    return np.concatenate(columns, axis=-1)
+
+
+def _input(model: Model, name: str) -> tuple[Callable[..., Array], int]:
+    """What gives the derivatives by an input, and which of them is its."""
+    if name in model.input_values:
+        return model.input_jacobian, model.input_values.index(name)
+    if name not in model.parameters:
+        known = (*model.input_values, *model.parameters)
+        raise UnknownNameError("input or parameter", name, known)
+    return model.parameter_jacobian, model.parameters.index(name)
+
+
+def _output_rows(
+    model: Model, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
+) -> tuple[Array, Array]:
+    """Derivatives of one output by the state and by the inputs."""
+    names = (*model.coordinates, *model.speeds)
+    if name in names:
+        return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
+    own = model._data["own"]
+    if name not in own:
+        raise UnknownNameError("coordinate, speed or output of one's own", name, [*names, *own])
+    by_state = model.state_jacobian(y, values, t, of=name)
+    return by_state, _by_inputs(model, y, values, t, inputs, name)
+
+
+# -- directions along the constraints -----------------------------------------------------------
+
+
+def _tangent(
+    model: Model, y: Array, values: Array, t: float, independent: Sequence[str] | None
+) -> _Tangent:
+    """G dq = 0 and J du + d(J u + b)/dq dq = 0, with independent ones as parameters."""
+    nq, nu = len(model.coordinates), len(model.speeds)
+    jacobian = model.constraint_jacobian(y, values, t)
+    if not len(jacobian):
+        chosen = range(nq + nu) if independent is None else _places(model, independent)
+        return _checked(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
+    wanted = None if independent is None else _places(model, independent)
+    of_q = None if wanted is None else [i for i in wanted if i < nq]
+    of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
+    _refuse_change_point(model, jacobian, y, values, t)
+    q, free_q = _solved(_gradient(model, y, values, t, jacobian), of_q, model.coordinates)
+    u, free_u = _solved(jacobian, of_u, model.speeds)
+    pushed = model._evaluate("velocity_gradient", y, values, t) @ q
+    follow = -np.linalg.lstsq(_without(jacobian, free_u), pushed, rcond=DEPENDENT)[0]
+    directions = np.zeros((nq + nu, len(free_q) + len(free_u)))
+    directions[:nq, : len(free_q)] = q
+    directions[nq + _others(nu, free_u), : len(free_q)] = follow
+    directions[nq:, len(free_q) :] = u
+    return _Tangent(directions, np.concatenate([free_q, nq + free_u]))
+
+
+def _checked(tangent: _Tangent, chosen: list[int]) -> _Tangent:
+    size = len(tangent.independent)
+    if sorted(chosen) != list(range(size)):
+        raise ValueError(f"without constraints all {size} coordinates and speeds are independent")
+    return _Tangent(tangent.directions[:, chosen], np.array(chosen))
+
+
+def _places(model: Model, independent: Sequence[str]) -> list[int]:
+    return [model.state_index(name) for name in independent]
+
+
+def _gradient(model: Model, y: Array, values: Array, t: float, jacobian: Array) -> Array:
+    """Of the configuration constraints by the coordinates."""
+    if "constraint_gradient" in model._scene.outputs:
+        return model._evaluate("constraint_gradient", y, values, t)
+    holonomic = model._scene.holonomic
+    return jacobian[:holonomic] if holonomic else np.zeros((0, len(model.coordinates)))
+
+
+def _solved(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
+    """A basis of what the rows allow, unit in independent columns, and which these are."""
+    width = rows.shape[1]
+    offered = _least_tied(_scaled(rows))
+    free = offered if wanted is None else np.array(wanted, dtype=np.intp)
+    rank = width - len(offered)
+    if len(free) != len(offered) or _rank(_without(rows, free)) < rank:
+        raise ValueError(
+            f"{len(offered)} of {', '.join(names)} are independent here, for instance "
+            f"{', '.join(names[i] for i in offered) or 'none'}; not "
+            f"{', '.join(names[i] for i in free) or 'none'}"
+        )
+    basis = np.zeros((width, len(free)))
+    basis[free, np.arange(len(free))] = 1.0
+    dependent = _others(width, free)
+    follow = np.linalg.lstsq(rows[:, dependent], rows[:, free], rcond=DEPENDENT)[0]
+    basis[dependent] = -follow
+    return basis, free
+
+
+def _least_tied(rows: Array) -> Places:
+    """The columns left when pivoting has taken those that the rows tie most."""
+    from scipy.linalg import qr  # not at import: it takes longer than all of ours
+
+    if not len(rows):
+        return np.arange(rows.shape[1])
+    _, upper, pivots = qr(rows, pivoting=True)
+    diagonal = np.abs(np.diag(upper))
+    rank = int((diagonal > DEPENDENT * diagonal[0]).sum())
+    return np.sort(pivots[rank:]).astype(np.intp)
+
+
+def _scaled(rows: Array) -> Array:
+    """Each row over its largest entry; one that vanishes beside the others stays as small."""
+    largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
+    whole = float(largest.max(initial=0.0)) or 1.0
+    return np.asarray(rows / np.where(largest > DEPENDENT * whole, largest, whole))
+
+
+def _rank(rows: Array) -> int:
+    return int(np.linalg.matrix_rank(_scaled(rows), tol=DEPENDENT)) if rows.size else 0
+
+
+def _without(rows: Array, columns: Places) -> Array:
+    return rows[:, _others(rows.shape[1], columns)]
+
+
+def _others(width: int, columns: Places) -> Places:
+    return np.setdiff1d(np.arange(width), columns)
+
+
+def _refuse_change_point(model: Model, jacobian: Array, y: Array, values: Array, t: float) -> None:
+    """Rows that are dependent here and not everywhere."""
+    lost = len(jacobian) - _rank(jacobian)
+    if lost and lost > len(model.redundant_constraints(values, t)):
+        raise ChangePointError(
+            "the constraints lose rank at this state: it is a change point, where branches of the "
+            "configuration cross and no one linear model holds; linearize beside it",
+            None,
+        )

@@ -1,0 +1,1 @@
+"""Configurations and speeds that close the loops."""

@@ -1,0 +1,180 @@
+"""What stands for a whole trajectory, as people type it: ``max(theta_2)``, ``first(omega_0 < 0)``.
+
+The grammar::
+
+    reduction  = ("min" | "max" | "mean" | "range" | "final") "(" quantity ")"
+               | "first" "(" quantity (">" | "<" | "=") number [unit] ")"
+    quantity   = entry | "abs" "(" entry ")" | "norm" "(" name ")"
+    entry      = name [ "[" index { "," index } "]" ]
+
+A name is a coordinate, a speed, ``energy``, or an output of the model.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechc.errors import MechcError, UnknownNameError
+from mechc.system.parameters import Array, Quantity
+from mechc.system.units import read_value
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+MINIMUM, MAXIMUM, MEAN, FIRST, LAST = range(5)
+PLAIN, ABSOLUTE, NORM = range(3)
+KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
+DIRECTIONS = {">": 1, "<": -1, "=": 0}
+EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
+_CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
+_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
+_LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
+
+Primitive = tuple[int, int, int, int, int, int, float, int]  # as the compiled loop takes it
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """One number per member.
+
+    Attributes
+    ----------
+    text
+        As it was typed, without spaces.
+    unit
+        Its unit, where known.
+    primitives
+        What the compiled loop computes; ``range`` needs two.
+    """
+
+    text: str
+    unit: str
+    primitives: tuple[Primitive, ...]
+
+    def combine(self, values: Array) -> Array:
+        """The reduction (n,) from its primitives (n, k)."""
+        return values[:, 0] if values.shape[1] == 1 else values[:, 1] - values[:, 0]
+
+
+@dataclass(frozen=True)
+class _Quantity:
+    form: int
+    output: int
+    second: int
+    component: int
+    told: Quantity
+
+    def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
+        return (
+            kind, self.form, self.output, self.second, self.component, direction, level, 0,
+        )  # fmt: skip
+
+
+def read_reduction(model: Model, text: str) -> Reduction:
+    """Parse one reduction.
+
+    Raises
+    ------
+    MechcError
+        If it is not of the grammar above.
+    UnknownNameError
+        If the model has no such coordinate, speed or output.
+    """
+    match = _CALL.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise MechcError(f"{text!r} is not a reduction; {EXAMPLE}")
+    kind, inside = match.groups()
+    short = re.sub(r"\s+", "", text)
+    if kind == "first":
+        return _first(model, short, inside)
+    if kind != "range" and kind not in KINDS:
+        raise UnknownNameError("reduction", kind, (*KINDS, "range", "first"))
+    quantity = _quantity(model, inside)
+    kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
+    return Reduction(short, quantity.told.unit, tuple(quantity.primitive(k) for k in kinds))
+
+
+def read_stop(model: Model, text: str) -> Primitive:
+    """Parse ``first(theta_0 > 360deg)``, or what stands in its brackets, as an end of runs.
+
+    Raises
+    ------
+    MechcError
+        If it is not a crossing.
+    """
+    typed = text.strip() if isinstance(text, str) else ""
+    crossing = read_reduction(model, typed if typed.startswith("first") else f"first({typed})")
+    return *crossing.primitives[0][:7], 1
+
+
+def _first(model: Model, short: str, inside: str) -> Reduction:
+    match = _LEVEL.fullmatch(inside)
+    if match is None:
+        raise MechcError(f"{short!r} needs a level to cross; {EXAMPLE}")
+    typed, sign, level = match.groups()
+    quantity = _quantity(model, typed)
+    value = read_value(level, quantity.told)
+    if not math.isfinite(value):
+        raise MechcError(f"{short!r}: the level must be finite")
+    return Reduction(short, "s", (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
+
+
+def _quantity(model: Model, text: str) -> _Quantity:
+    call = _CALL.fullmatch(text)
+    if call is None:
+        return _entry(model, text, PLAIN)
+    function, inside = call.groups()
+    if function not in ("abs", "norm"):
+        raise UnknownNameError("function of a quantity", function, ("abs", "norm"))
+    return _entry(model, inside, ABSOLUTE if function == "abs" else NORM)
+
+
+def _entry(model: Model, text: str, form: int) -> _Quantity:
+    match = _ENTRY.fullmatch(text)
+    if match is None:
+        raise MechcError(f"{text.strip()!r} is not the name of a quantity; {EXAMPLE}")
+    name, indices = match.groups()
+    if name in (*model.coordinates, *model.speeds):
+        if indices is not None or form == NORM:
+            raise MechcError(f"{name} is one number: it has no entries and no norm")
+        told = model.quantities[name]
+        return _Quantity(form, -1, -1, model.state_index(name), told)
+    return _output(model, name, indices, form)
+
+
+def _output(model: Model, name: str, indices: str | None, form: int) -> _Quantity:
+    order = list(model._scene.outputs)
+    known = (*model.coordinates, *model.speeds, "energy", *order)
+    told = Quantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
+    if name == "energy" and "kinetic_energy" in order:
+        if indices is not None or form != PLAIN:
+            raise MechcError("energy is one number: write it as it is")
+        kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
+        return _Quantity(PLAIN, kinetic, potential, 0, told)
+    if name not in order:
+        raise UnknownNameError("quantity", name, known)
+    shape = model._data["shapes"].get(name, [model._scene.outputs[name]])
+    return _Quantity(form, order.index(name), -1, _flat(name, indices, shape, form), told)
+
+
+def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
+    """The entry asked for, counted in C order."""
+    if form == NORM:
+        if indices is not None:
+            raise MechcError(f"norm({name}) takes all its entries: leave the index out")
+        return 0
+    given = [int(i) for i in indices.split(",")] if indices else []
+    inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
+    if not inside:
+        words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
+        raise MechcError(f"{words}: ask for one entry of it, as in {_sample(name, shape)}")
+    return int(np.ravel_multi_index(given, shape)) if shape else 0
+
+
+def _sample(name: str, shape: list[int]) -> str:
+    return f"{name}[{','.join('0' for _ in shape)}]" if shape else name

@@ -1,0 +1,193 @@
+"""Runs the members of a recipe on this machine's cores."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Callable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.assembly.speeds import DEAD
+from mechc.batch.assemble import configurations
+from mechc.batch.reductions import LAST, read_reduction, read_stop
+from mechc.batch.spec import Recipe
+from mechc.native._batch import Runs, Unit
+from mechc.simulation.initialise import OFF_BY_ROUNDING
+from mechc.simulation.settings import METHODS
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+LOOK = 0.1  # s between looks at how far the threads are
+COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
+LOCKSTEP = "dop853"  # the method that runs members side by side, a lane each
+Report = Callable[[int], None]
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "process_cpu_count"):
+        return os.process_cpu_count() or 1
+    return len(os.sched_getaffinity(0))
+
+
+def run_members(
+    model: Model, recipe: Recipe, threads: int, report: Report | None = None
+) -> tuple[dict[str, Array], bool]:
+    """Run every member; what was asked for, by name, and whether it is complete.
+
+    Each is the very run that ``model.simulate`` makes, so the states are the same to the last
+    bit whatever the number of threads.  Ctrl-C keeps what is done.
+    """
+    # what is still being compiled is waited for here; outputs are counted in it from then on
+    unit = _unit(model._scene.capsule, model.instruction_set)
+    values = parameter_rows(model, unit, recipe)
+    length = lengths(model, values)
+    y0, assembled, miss, complete = _starts(model, unit, recipe, values, length, threads)
+    reductions = [read_reduction(model, text) for text in recipe.reductions]
+    primitives = [p for reduction in reductions for p in reduction.primitives]
+    primitives += [read_stop(model, recipe.until)] if recipe.until else []
+    runs = Runs(
+        unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
+        model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING,
+    )  # fmt: skip
+    complete = complete and drive(runs, threads, report)
+    results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
+    results |= dict(zip(COUNTERS, runs.counts.T.astype(np.int64), strict=True))
+    results |= {"least_singular": runs.least[:, 0], "critical_gap": runs.least[:, 1]}
+    if miss is not None:
+        results["miss"] = miss
+    first = 0
+    for i, reduction in enumerate(reductions):
+        last = first + len(reduction.primitives)
+        results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
+        first = last
+    results |= _histories(model, recipe, values, runs.at_times)
+    return results, complete
+
+
+@cache
+def _unit(capsule: object, instruction_set: str) -> Any:
+    """The compiled scene as the loop takes it."""
+    return Unit(capsule, instruction_set)
+
+
+def parameter_rows(model: Model, unit: Any, recipe: Recipe) -> Array:
+    """All parameters of every member (n, np)."""
+    values = np.zeros((recipe.count, len(model.parameters)))
+    for name, column in recipe.params.items():
+        values[:, model._parameters.index[name]] = column
+    given = np.array([name in recipe.params for name in model.parameters], np.uint8)
+    unit.complete(given, values)
+    return values
+
+
+def lengths(model: Model, values: Array) -> Array:
+    """The scale of lengths of every member (n,), as :meth:`ParameterSet.length`."""
+    index = model._parameters._lengths
+    if not len(index):
+        return np.ones(len(values))
+    largest = np.abs(values[:, index]).max(axis=1)
+    return np.where(largest > 0, largest, 1.0)
+
+
+def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
+    policy = recipe.policy
+    return {
+        "t0": recipe.span[0],
+        "t1": recipe.span[1],
+        "rtol": policy.rtol,
+        "atol": policy.atol,
+        "first_step": policy.first_step,
+        "max_step": policy.max_step,
+        "max_steps": policy.max_steps,
+        "method": METHODS[policy.method],
+        "dense": reduces or len(recipe.t_eval) > 0,
+        "lockstep": policy.method == LOCKSTEP,
+        "may_stiffen": policy.stiff_switch,
+        "on_change_point": policy.on_change_point != "continue",
+    }
+
+
+def _starts(
+    model: Model, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
+) -> tuple[Array, Array | None, Array | None, bool]:
+    """Start states (n, nq + nu), which members have one, by how much the others miss."""
+    if recipe.states is not None:
+        shape = (recipe.count, recipe.states.shape[-1])
+        return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
+    q, closed, miss, complete = configurations(
+        model, unit, recipe, values, length, lambda job: drive(job, threads)
+    )
+    y0, consistent = _with_speeds(model, recipe, values, q, closed)
+    y0[np.logical_not(consistent)] = np.nan
+    return y0, consistent.astype(np.uint8), miss, complete
+
+
+def _with_speeds(
+    model: Model, recipe: Recipe, values: Array, q: Array, closed: Array
+) -> tuple[Array, Array]:
+    """States with speeds that keep the constraints, and whether there are such."""
+    nq = len(model.coordinates)
+    y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(model.speeds)))])
+    for name, column in recipe.speeds.items():
+        y[:, model.state_index(name)] = column
+    t = recipe.span[0]
+    residual = model.velocity_constraints(y, values, t)
+    if not residual.shape[-1] or not residual.any():
+        return y, closed
+    free = [i for i, name in enumerate(model.speeds) if name not in recipe.speeds]
+    jacobian = model.constraint_jacobian(y, values, t)
+    if free:
+        inverse = np.linalg.pinv(jacobian[:, :, free], rcond=DEAD)
+        y[:, [nq + i for i in free]] -= (inverse @ residual[:, :, None])[:, :, 0]
+        residual = model.velocity_constraints(y, values, t)
+    size = np.abs(jacobian).max(axis=(1, 2)) * np.maximum(1.0, np.abs(y[:, nq:]).max(axis=1))
+    return y, closed & (np.abs(residual).max(axis=1) <= 1e-9 * size)
+
+
+def _histories(model: Model, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
+    """What is wanted at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
+    found = {"y_eval": states} if recipe.keep_states else {}
+    for i, name in enumerate(recipe.outputs):
+        times = np.broadcast_to(recipe.t_eval, states.shape[:2])
+        history = model._evaluate(name, states, values[:, None, :], times)
+        history[np.isnan(states[:, :, 0])] = np.nan  # also what does not depend on the state
+        found[f"output_{i}"] = history
+    return found
+
+
+def drive(job: Any, threads: int, report: Report | None = None) -> bool:
+    """Work on a job in threads; False if Ctrl-C came first."""
+    failures: list[BaseException] = []
+
+    def work() -> None:
+        try:
+            job.work()
+        except BaseException as error:  # to be raised where it is seen
+            failures.append(error)
+
+    workers = [threading.Thread(target=work, daemon=True) for _ in range(max(threads, 1))]
+    try:
+        for worker in workers:
+            worker.start()
+        while any(worker.is_alive() for worker in workers):
+            next(w for w in workers if w.is_alive() or w is workers[-1]).join(LOOK)
+            if report is not None:
+                report(job.done)
+        if report is not None:
+            report(job.done)
+        finished = True
+    except KeyboardInterrupt:
+        finished = False
+        job.stop()
+        for worker in workers:
+            if worker.ident is not None:
+                worker.join()
+    if failures:
+        raise failures[0]
+    return finished

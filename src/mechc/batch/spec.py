@@ -1,0 +1,235 @@
+"""What a batch is asked to do, as plain data that can be cut, compared and sent."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.batch.reductions import read_reduction, read_stop
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.simulation.settings import Policy
+from mechc.system.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+Columns = Mapping[str, Any]  # name -> number, or one number a member
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """Starts that are assembled member by member, each with its own parameters.
+
+    Attributes
+    ----------
+    coordinates
+        Values to keep (rad, m): numbers, or arrays (n,) with one a member; the others are solved
+        for.  What ``model.assemble`` prefers is taken: elbow up for a planar loop.
+    speeds
+        Likewise (rad/s, m/s); the others are made consistent.
+    guess
+        Numbers near which a configuration is wanted instead of the preferred one.
+
+    Members that cannot be assembled get the status ``"not assembled"``.
+    """
+
+    coordinates: Columns
+    speeds: Columns = field(default_factory=dict)
+    guess: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """A batch without its model: plain numbers, names and arrays.
+
+    ``params``, ``coordinates`` and ``speeds`` hold columns: arrays () or (n,).  ``states`` is
+    (nq + nu,), (n, nq + nu), or None where members are assembled.
+    """
+
+    count: int
+    span: tuple[float, float]
+    params: Columns
+    states: Array | None
+    coordinates: Columns
+    speeds: Columns
+    guess: Mapping[str, float]
+    t_eval: Array
+    keep_states: bool
+    outputs: tuple[str, ...]
+    reductions: tuple[str, ...]
+    until: str
+    policy: Policy
+
+    def cut(self, first: int, last: int) -> Recipe:
+        """Members first ... last - 1 alone."""
+        states = self.states
+        if states is not None and states.ndim == 2:
+            states = states[first:last]
+        return replace(
+            self,
+            count=last - first,
+            params=_cut(self.params, first, last),
+            coordinates=_cut(self.coordinates, first, last),
+            speeds=_cut(self.speeds, first, last),
+            states=states,
+        )
+
+    def varied(self) -> dict[str, Array]:
+        """The columns that differ between members: parameters, then coordinates and speeds."""
+        every = {**self.params, **self.coordinates, **self.speeds}
+        return {name: column for name, column in every.items() if np.ndim(column)}
+
+    def told(self) -> dict[str, Any]:
+        """All that decides the results, as JSON data; arrays by their hash."""
+        policy = self.policy._asdict()
+        del policy["dense"]
+        return {
+            "members": self.count,
+            "t_span": list(self.span),
+            "params": _told(self.params),
+            "y0": _hash(self.states),
+            "assembled coordinates": _told(self.coordinates),
+            "assembled speeds": _told(self.speeds),
+            "guess": dict(self.guess),
+            "t_eval": _hash(self.t_eval),
+            "keep_states": self.keep_states,
+            "outputs": list(self.outputs),
+            "reductions": list(self.reductions),
+            "until": self.until,
+            **{k: _hash(v) if isinstance(v, np.ndarray) else v for k, v in policy.items()},
+        }
+
+
+def _cut(columns: Columns, first: int, last: int) -> Columns:
+    return {name: c[first:last] if np.ndim(c) else c for name, c in columns.items()}
+
+
+def _told(columns: Columns) -> dict[str, Any]:
+    return {n: _hash(c) if np.ndim(c) else float(c) for n, c in sorted(columns.items())}
+
+
+def _hash(values: Array | None) -> str | None:
+    if values is None:
+        return None
+    digest = hashlib.sha256(json.dumps(values.shape).encode())
+    digest.update(np.ascontiguousarray(values).data)
+    return digest.hexdigest()
+
+
+def checked_recipe(
+    model: Model,
+    span: tuple[float, float],
+    y0: Array | Assembly,
+    params: Parameters,
+    t_eval: Array,
+    keep_states: bool,
+    outputs: Sequence[str],
+    reductions: Sequence[str],
+    until: str,
+    policy: Policy,
+) -> Recipe:
+    """A recipe that names only what the model has, with columns of one length.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError, MechcError
+        For names, values, shapes and reductions that cannot be.
+    """
+    start = y0 if isinstance(y0, Assembly) else Assembly({})
+    states = None if isinstance(y0, Assembly) else _checked_states(model, y0)
+    columns = _checked_params(model, params)
+    coordinates = _checked_columns(model, start.coordinates, model.coordinates, "coordinate")
+    speeds = _checked_columns(model, start.speeds, model.speeds, "speed")
+    guess = _checked_columns(model, start.guess, model.coordinates, "coordinate")
+    for name in guess:
+        if name in coordinates or np.ndim(guess[name]):
+            raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
+    every = {**columns, **coordinates, **speeds} | ({"y0": states} if states is not None else {})
+    count = common_count(every)
+    for text in reductions:
+        read_reduction(model, text)
+    if until:
+        read_stop(model, until)
+    _check_outputs(model, outputs, t_eval)
+    return Recipe(
+        count, span, columns, states, coordinates, speeds,
+        {name: float(value) for name, value in guess.items()}, t_eval,
+        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy,
+    )  # fmt: skip
+
+
+def _check_outputs(model: Model, outputs: Sequence[str], t_eval: Array) -> None:
+    for name in outputs:
+        if name not in model._scene.outputs:
+            raise UnknownNameError("output", name, model._scene.outputs)
+    if outputs and not len(t_eval):
+        raise ValueOutOfBoundsError("outputs are evaluated at t_eval: give the times as well")
+
+
+def _checked_states(model: Model, y0: Array) -> Array:
+    states = np.ascontiguousarray(y0, dtype=np.float64)
+    if states.ndim not in (1, 2) or states.shape[-1] != model._scene.width:
+        names = ", ".join((*model.coordinates, *model.speeds))
+        raise ValueError(
+            f"y0 must be states ({names}) of the shape ({model._scene.width},) or "
+            f"(n, {model._scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
+        )
+    return states
+
+
+def _checked_params(model: Model, params: Parameters) -> dict[str, Array]:
+    if params is None:
+        params = {}
+    if not isinstance(params, Mapping):
+        table = np.asarray(model._parameters.resolve(params))
+        params = {name: table[..., i] for i, name in enumerate(model.parameters)}
+    columns = {
+        name: _column(model._parameters._checked(name, v), name) for name, v in params.items()
+    }
+    # what has no default must be given: said here, for one member
+    model._parameters.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
+    return columns
+
+
+def _checked_columns(
+    model: Model, columns: Columns, known: tuple[str, ...], kind: str
+) -> dict[str, Array]:
+    checked = {}
+    for name, values in columns.items():
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+        try:
+            checked[name] = _column(np.asarray(values, dtype=np.float64), name)
+        except (TypeError, ValueError):
+            raise ValueOutOfBoundsError(f"{name} must be numbers, not {values!r}") from None
+        if not np.isfinite(checked[name]).all():
+            raise ValueOutOfBoundsError(f"{name} holds a number that is not finite")
+    return checked
+
+
+def _column(values: Array, name: str) -> Array:
+    if values.ndim > 1:
+        raise ValueOutOfBoundsError(
+            f"{name} must be one number, or one a member, not an array of the shape {values.shape}"
+        )
+    return np.ascontiguousarray(values) if values.ndim else values
+
+
+def common_count(every: Mapping[str, Array]) -> int:
+    """How many members there are; all that is given per member must agree on it."""
+    counts = {
+        name: len(values)
+        for name, values in every.items()
+        if (values.ndim == 2 if name == "y0" else values.ndim == 1)
+    }
+    if not counts:
+        return 1
+    if len(set(counts.values())) > 1:
+        told = ", ".join(f"{name} ({n})" for name, n in counts.items())
+        raise ValueOutOfBoundsError(f"members are counted differently by {told}")
+    return next(iter(counts.values()))

@@ -1,0 +1,465 @@
+"""Batches as xarray datasets, and streamed to Zarr so that a killed call can go on.
+
+A folder holds ``data.zarr`` (a Zarr group of format 3, one array per result) and ``mechc``: the
+request, and one manifest per finished chunk, moved into place after the chunk's data is on the
+disk.  The manifests are checked when a folder is opened and when a call goes on with it.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mechc.batch import manifests
+from mechc.batch.layout import (
+    METADATA,
+    Layout,
+    create,
+    dimensions,
+    layouts,
+    open_array,
+    output_shapes,
+)
+from mechc.batch.reductions import read_reduction
+from mechc.batch.spec import Assembly, Recipe, checked_recipe, common_count
+from mechc.errors import MechcError, MissingPackageError
+from mechc.load import fingerprint
+from mechc.results.durable import replacing, write_text
+from mechc.results.files import _xarray, model_of, netcdf_names
+from mechc.results.untrusted import names_of, printable, read_arrays, read_json
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.batch.simulate import Batch, Compute
+    from mechc.model import Model
+
+FORMAT = 2
+DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
+LOCK = ".mechc-lock"
+ABOUT = {
+    "y": "state at the end",
+    "y0": "state at the start",
+    "y_eval": "states at t_eval",
+    "t": "time reached",
+    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
+    "miss": "by how much the loops cannot close",
+    "change_points": "change points passed",
+    "least_singular": "least conditioning of the constraints met",
+    "critical_gap": "least gap at a critical configuration near the motion",
+}
+UNITS = {"t": "s", "miss": "m", "critical_gap": "m"}
+
+
+# -- streaming --------------------------------------------------------------------------------
+
+
+def stream(
+    model: Model, recipe: Recipe, folder: Path, size: int, compute: Compute,
+    report: Callable[[int], None],
+) -> Batch:  # fmt: skip
+    """Compute the chunks that ``folder`` does not hold yet; the batch, read from there.
+
+    Raises
+    ------
+    MechcError
+        If the folder holds something else, or the results of another request: it says what
+        differs.
+    """
+    from mechc.batch.simulate import Batch, ranges_of
+
+    zarr = _zarr()
+    notes, data = folder / NOTES, folder / DATA
+    with _locked(folder):
+        _claim(model, recipe, folder, size)
+        stored = layouts(recipe, model._scene.width, output_shapes(model, recipe), size)
+        with _named(folder):
+            arrays = _prepared(zarr, model, recipe, folder, stored)
+            every = ranges_of(recipe.count, size)
+            for first, _, _ in manifests.damaged(notes, data, arrays, stored, every):
+                manifests.discard(notes, data, stored, first)
+        missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
+        report(recipe.count - sum(last - first for first, last in missing))
+        complete = True
+        try:
+            for first, found, whole in compute(missing, report):
+                complete = complete and whole
+                if whole:
+                    with _named(folder):
+                        _write_chunk(folder, arrays, stored, first, found)
+        except KeyboardInterrupt:
+            complete = False
+    return Batch(model, recipe, arrays, complete)
+
+
+@contextmanager
+def _named(folder: Path) -> Iterator[None]:
+    """What the operating system refuses, as an error that names the folder."""
+    try:
+        yield
+    except OSError as error:
+        raise MechcError(
+            f"cannot write into {folder}: {error.strerror or error}. What is done is kept: make "
+            "the same call again to go on"
+        ) from None
+
+
+def _claim(model: Model, recipe: Recipe, folder: Path, size: int) -> None:
+    """Write the request into a new folder, or see that the folder holds the same one."""
+    notes = folder / NOTES
+    request = _request(model, recipe, size)
+    if not (notes / REQUEST).exists():
+        foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
+        if foreign:
+            raise MechcError(f"{folder} holds other things ({foreign[0]}): name a new folder")
+        with _named(folder):
+            notes.mkdir(exist_ok=True)
+            _write_inputs(notes, recipe)
+            write_text(notes / REQUEST, json.dumps(request, indent=1))
+        return
+    differing = _differences(_read_request(folder), request)
+    if differing:
+        raise MechcError(
+            f"{folder} holds the results of another request: {'; '.join(differing)}. Name a new "
+            "folder, or make the same call again to go on"
+        )
+    _write_inputs(notes, recipe)  # the same, whatever became of them on the disk
+
+
+def _request(model: Model, recipe: Recipe, size: int) -> dict[str, Any]:
+    from mechc import __version__
+
+    return {
+        "format": FORMAT,
+        "mechc": __version__,
+        "mechanism": model.name,
+        "options": dict(model.options),
+        "compiled": fingerprint(model),
+        "custom": bool(model.build.get("custom", False)),
+        "state": [*model.coordinates, *model.speeds],
+        "instruction set": model.instruction_set,
+        "chunk": size,
+        **json.loads(json.dumps(recipe.told())),
+    }
+
+
+def _differences(held: dict[str, Any], asked: dict[str, Any]) -> list[str]:
+    keys = [key for key in {**held, **asked} if held.get(key) != asked.get(key)]
+    return [f"{key} is {_short(held.get(key))}, not {_short(asked.get(key))}" for key in keys]
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _write_inputs(notes: Path, recipe: Recipe) -> None:
+    """What the members start from, so that the folder can be opened without the call."""
+    columns = {
+        f"{kind}/{i}": np.asarray(column)
+        for kind in ("params", "coordinates", "speeds")
+        for i, column in enumerate(getattr(recipe, kind).values())
+    }
+    names = {k: list(getattr(recipe, k)) for k in ("params", "coordinates", "speeds")}
+    policy = recipe.policy._asdict()
+    atol = policy.pop("atol")
+    told = {
+        "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
+        "keep_states": recipe.keep_states, "outputs": recipe.outputs,
+        "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
+    }  # fmt: skip
+    arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
+    if recipe.states is not None:
+        arrays["states"] = recipe.states
+    if atol is not None:
+        arrays["atol"] = atol
+    with replacing(notes / f"{INPUTS}.npz") as part, part.open("wb") as file:
+        np.savez(file, **arrays)
+    write_text(notes / f"{INPUTS}.json", json.dumps(told))
+
+
+def _prepared(
+    zarr: Any, model: Model, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
+) -> dict[str, Any]:
+    """Every array, writable; one that is not there or is not as it must be begins anew."""
+    group = folder / DATA
+    if not (group / METADATA).is_file():
+        zarr.open_group(str(group), mode="a", zarr_format=3)
+    arrays = {}
+    for name, layout in stored.items():
+        try:
+            arrays[name] = open_array(zarr, group / name, layout, "r+")
+        except MechcError:
+            shutil.rmtree(group / name, ignore_errors=True)
+            arrays[name] = create(zarr, group / name, layout, _attributes(model, recipe, name))
+    return arrays
+
+
+def _write_chunk(
+    folder: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout], first: int,
+    found: Mapping[str, Array],
+) -> None:  # fmt: skip
+    """The data of one chunk, then the manifest that vouches for it."""
+    for name in stored:
+        arrays[name][first : first + len(found["t"])] = found[name]
+    manifests.write(folder / NOTES, folder / DATA, first, found, stored)
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """One call at a time; the lock goes with the process that holds it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        file = (folder / LOCK).open("w")
+    except OSError as error:
+        raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise MechcError(f"another call is writing into {folder}") from None
+        yield
+
+
+# -- opening ----------------------------------------------------------------------------------
+
+
+def open_batch(folder: Path, model: Model | None = None) -> Batch:
+    """A batch that was streamed to a folder, checked; its arrays are read when they are used.
+
+    Everything in the folder may come from a stranger: what it says about its arrays is compared
+    with its request, the request with the model, and the data with their sha256.
+
+    ``model`` is needed where the mechanism is one's own and not in the cache any more.
+
+    Raises
+    ------
+    MechcError
+        If the folder is not one, its mechanism is not at hand, or it is damaged: with what.
+    """
+    from mechc.batch.simulate import Batch
+
+    zarr = _zarr()
+    held = _read(folder)
+    model = model_of(held.request, held.state, model)
+    with _damaged(folder):
+        recipe = _checked_again(model, held.recipe)
+        tails = output_shapes(model, recipe)
+    arrays, stored = _opened(zarr, held, tails)
+    for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, arrays, stored, held.ranges):
+        raise MechcError(f"{why}. The call that made {folder}, made again, mends it")
+    return Batch(model, recipe, arrays, not held.missing())
+
+
+class Examined(NamedTuple):
+    """What :func:`examine` found: chunks in all, those not computed yet, what is wrong."""
+
+    chunks: int
+    missing: int
+    damage: list[str]
+
+
+def examine(folder: Path) -> Examined:
+    """Check all of a streamed batch, without its model.
+
+    Raises
+    ------
+    MechcError
+        If the folder is none, or so damaged that its chunks cannot be looked at.
+    """
+    zarr = _zarr()
+    held = _read(folder)
+    arrays, stored = _opened(zarr, held, None)
+    notes, data = folder / NOTES, folder / DATA
+    damage = [why for *_, why in manifests.damaged(notes, data, arrays, stored, held.ranges)]
+    return Examined(len(held.ranges), len(held.missing()), damage)
+
+
+class _Held(NamedTuple):
+    """A folder's request and inputs, in agreement with each other."""
+
+    folder: Path
+    request: dict[str, Any]
+    recipe: Recipe
+    state: tuple[str, ...]
+    size: int
+    ranges: list[tuple[int, int]]
+
+    def missing(self) -> list[int]:
+        """First members of the chunks without a manifest."""
+        notes = self.folder / NOTES
+        return [first for first, _ in self.ranges if not manifests.path_of(notes, first).exists()]
+
+
+def _read(folder: Path) -> _Held:
+    from mechc.batch.simulate import ranges_of
+
+    request = _read_request(folder)
+    with _damaged(folder):
+        recipe = _read_recipe(folder / NOTES)
+        for key, value in json.loads(json.dumps(recipe.told())).items():
+            if request[key] != value:
+                raise ValueError(f"its inputs are not those of its request: {key}")
+        state = names_of(request["state"], "its states")
+        size = request["chunk"]
+        if type(size) is not int or size < 1:
+            raise ValueError(f"chunks of {printable(str(size))} members")
+    return _Held(folder, request, recipe, state, size, ranges_of(recipe.count, size))
+
+
+@contextmanager
+def _damaged(folder: Path) -> Iterator[None]:
+    """Whatever is wrong with what a folder says, as an error that names it."""
+    try:
+        yield
+    except MechcError as error:
+        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+    except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
+        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+
+
+def _opened(
+    zarr: Any, held: _Held, tails: Mapping[str, tuple[int, ...]] | None
+) -> tuple[dict[str, Any], dict[str, Layout]]:
+    """The arrays of a folder, whose metadata are those of its request, unread.
+
+    ``tails``: shapes of the outputs at one state; None: what the folder itself says.
+    """
+    data = held.folder / DATA
+    if tails is None:
+        with _damaged(held.folder):
+            tails = {
+                name: tuple(read_json(data / f"output_{i}" / METADATA, 2**20)["shape"][2:])
+                for i, name in enumerate(held.recipe.outputs)
+            }
+    with _damaged(held.folder):
+        stored = layouts(held.recipe, len(held.state), tails, held.size)
+    return {name: open_array(zarr, data / name, stored[name]) for name in stored}, stored
+
+
+def _read_request(folder: Path) -> dict[str, Any]:
+    try:
+        request = read_json(folder / NOTES / REQUEST)
+    except FileNotFoundError:
+        raise MechcError(f"{folder} holds no batch written by mechc") from None
+    if request.get("format") != FORMAT:
+        raise MechcError(
+            f"{folder} was written in another format than {FORMAT}: make the call again into a "
+            "new folder"
+        )
+    return request
+
+
+def _read_recipe(notes: Path) -> Recipe:
+    """The request as data; what only the model can tell is not checked yet."""
+    from mechc.simulation.settings import Policy
+
+    told = read_json(notes / f"{INPUTS}.json")
+    arrays = read_arrays(notes / f"{INPUTS}.npz")
+    columns = {
+        kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"][kind])}
+        for kind in ("params", "coordinates", "speeds")
+    }
+    recipe = Recipe(
+        count=told["count"], span=(told["span"][0], told["span"][1]),
+        states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
+        keep_states=told["keep_states"], outputs=names_of(told["outputs"], "its outputs"),
+        reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
+        policy=Policy(atol=arrays.get("atol"), **told["policy"]), **columns,
+    )  # fmt: skip
+    every = {name: values for kind in columns.values() for name, values in kind.items()}
+    if recipe.states is not None:
+        every["y0"] = recipe.states
+    if type(recipe.count) is not int or recipe.count != common_count(every):
+        raise ValueError("it has another number of members than its inputs")
+    return recipe
+
+
+def _checked_again(model: Model, recipe: Recipe) -> Recipe:
+    """The request checked as a user's is; raises ValueError where it comes out different."""
+    from mechc.simulation.settings import checked_policy, checked_span, checked_times
+
+    told = recipe.policy._asdict()
+    switches = told.pop("stiff_switch")
+    told["method"] = "auto" if switches else told["method"]
+    told["first_step"] = told["first_step"] or None
+    span = checked_span(recipe.span)
+    start: Any = recipe.states
+    if start is None:
+        start = Assembly(recipe.coordinates, recipe.speeds, recipe.guess)
+    again = checked_recipe(
+        model, span, start, recipe.params, checked_times(recipe.t_eval, span),
+        recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
+        checked_policy(model, **told),
+    )  # fmt: skip
+    if again.told() != recipe.told():
+        raise ValueError("no call makes such a request")
+    return again
+
+
+# -- labels -----------------------------------------------------------------------------------
+
+
+def to_dataset(batch: Batch) -> Any:
+    """See :meth:`mechc.batch.simulate.Batch.to_xarray`."""
+    xarray = _xarray()
+    model, recipe = batch.model, batch.recipe
+    keys = _labels(batch)
+    variables = {
+        keys[name]: (
+            dimensions(name, len(values.shape)), np.asarray(values),
+            _attributes(model, recipe, name),
+        )
+        for name, values in batch.arrays.items()
+    }  # fmt: skip
+    coords: dict[str, Any] = {"state": [*model.coordinates, *model.speeds]}
+    if len(recipe.t_eval):
+        coords["time"] = ("time", recipe.t_eval, {"units": "s"})
+    varied = recipe.varied()
+    taken = {*variables, *coords}
+    for key, name in netcdf_names(tuple(varied)).items():
+        free = key if key not in taken else f"{key}_given"
+        told = {"units": model.units[name], "long_name": name}
+        coords[free] = ("member", varied[name], told)
+    attributes = {"title": f"{model.name}, simulated by mechc", "warnings": list(batch.warnings)}
+    return xarray.Dataset(variables, coords=coords, attrs=attributes)
+
+
+def _labels(batch: Batch) -> dict[str, str]:
+    """Names of arrays -> names in a dataset."""
+    recipe = batch.recipe
+    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
+    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
+    own = tuple(name for name in batch.arrays if name not in asked)
+    labels = {name: name for name in own}
+    escaped = netcdf_names(tuple(f"{text}" for text in asked.values()))
+    for name, key in zip(asked, escaped, strict=True):
+        labels[name] = key if key not in own else f"{key}_asked"
+    return labels
+
+
+def _attributes(model: Model, recipe: Recipe, name: str) -> dict[str, str]:
+    kind, _, index = name.rpartition("_")
+    if kind == "reduction":
+        reduction = read_reduction(model, recipe.reductions[int(index)])
+        return {"long_name": reduction.text, "units": reduction.unit}
+    if kind == "output":
+        return {"long_name": recipe.outputs[int(index)]}
+    told = {"long_name": ABOUT.get(name, name.replace("_", " "))}
+    return told | ({"units": UNITS[name]} if name in UNITS else {})
+
+
+def _zarr() -> Any:
+    try:
+        import zarr
+    except ImportError:
+        raise MissingPackageError(
+            "zarr is not installed: pip install zarr (batches without out= do not need it)"
+        ) from None
+    return zarr

@@ -1,0 +1,262 @@
+"""Sweeps: what varies, how it is sampled, and the batch that follows.
+
+A variation is typed ``NAME=LOW:HIGH[:COUNT]``, each number with a unit if wanted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.assembly.initial_values import filled_start
+from mechc.batch.reductions import read_reduction
+from mechc.batch.simulate import Batch
+from mechc.batch.spec import Assembly
+from mechc.errors import MechcError, UnknownNameError
+from mechc.system.parameters import Array
+from mechc.system.units import read_value, split_assignment
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+SAMPLINGS = ("grid", "random", "sobol", "lhs")
+MOST = 100_000_000
+DRAWN = 1024  # members where no count is given
+# unit in results -> unit and factor in what people look at
+READ_AS = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A coordinate, speed or parameter from ``low`` to ``high``; ``count`` values in a grid."""
+
+    name: str
+    low: float
+    high: float
+    count: int | None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The members of a sweep: columns (n,), and the shape of the grid if it is one."""
+
+    variations: tuple[Variation, ...]
+    columns: Mapping[str, Array]
+    shape: tuple[int, ...] | None
+    sampling: str
+    seed: int
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+
+def read_variation(model: Model, text: str) -> Variation:
+    """Parse ``l_3=3.4:4.6:1001``.
+
+    Raises
+    ------
+    MechcError, UnknownNameError
+        If it is not of that form, or the model has no such name.
+    """
+    name, values = split_assignment(text)
+    if name not in model.quantities:
+        raise UnknownNameError("coordinate, speed or parameter", name, model.quantities)
+    parts = values.split(":")
+    if len(parts) not in (2, 3):
+        raise MechcError(f"{text!r} should read NAME=LOW:HIGH:COUNT, for instance l_3=3.4:4.6:101")
+    low, high = (read_value(part, model.quantities[name]) for part in parts[:2])
+    count = _read_count(name, parts[2]) if len(parts) == 3 else None
+    if not (math.isfinite(low) and math.isfinite(high)):
+        raise MechcError(f"{name}: {values!r} must be finite")
+    if name in model.parameters:
+        model.quantities[name].check(np.array([low, high]))
+    return Variation(name, low, high, count)
+
+
+def _read_count(name: str, text: str) -> int:
+    try:
+        count = int(text)
+    except ValueError:
+        count = 0
+    if not 1 <= count <= MOST:
+        raise MechcError(f"{name}: {text!r} is not a count of values")
+    return count
+
+
+def plan(
+    variations: Sequence[Variation], sampling: str = "grid", count: int | None = None, seed: int = 0
+) -> Plan:
+    """The members: every combination, or ``count`` of them drawn over the ranges.
+
+    Parameters
+    ----------
+    sampling
+        ``"grid"``, ``"random"``, ``"sobol"`` (scrambled) or ``"lhs"`` (Latin hypercube).
+    seed
+        Of what is drawn: the same seed, the same members.
+
+    Raises
+    ------
+    MechcError, UnknownNameError
+        If a count is missing or out of place, a name is varied twice, or the sampling unknown.
+    """
+    names = [variation.name for variation in variations]
+    if not names:
+        raise MechcError("nothing varies: give --vary NAME=LOW:HIGH:COUNT")
+    if len(set(names)) < len(names):
+        raise MechcError(f"{next(n for n in names if names.count(n) > 1)} varies twice")
+    if sampling not in SAMPLINGS:
+        raise UnknownNameError("sampling", sampling, SAMPLINGS)
+    chosen = tuple(variations)
+    if sampling == "grid":
+        return _grid(chosen, count, seed)
+    return _drawn(chosen, sampling, DRAWN if count is None else count, seed)
+
+
+def _grid(variations: tuple[Variation, ...], count: int | None, seed: int) -> Plan:
+    if count is not None:
+        raise MechcError("a grid takes its counts from --vary: leave --count out")
+    for each in variations:
+        if each.count is None:
+            raise MechcError(f"{each.name}: a grid needs a count, as in {each.name}=LOW:HIGH:101")
+    shape = tuple(each.count or 1 for each in variations)
+    if math.prod(shape) > MOST:
+        raise MechcError(f"{math.prod(shape)} members are too many; {MOST} at most")
+    axes = [np.linspace(v.low, v.high, n) for v, n in zip(variations, shape, strict=True)]
+    grids = np.meshgrid(*axes, indexing="ij")
+    columns = {v.name: grid.reshape(-1) for v, grid in zip(variations, grids, strict=True)}
+    return Plan(variations, columns, shape, "grid", seed)
+
+
+def _drawn(variations: tuple[Variation, ...], sampling: str, count: int, seed: int) -> Plan:
+    for each in variations:
+        if each.count is not None:
+            raise MechcError(f"{each.name}: only a grid has counts there; give --count instead")
+    if not 1 <= count <= MOST:
+        raise MechcError(f"--count {count} must be between 1 and {MOST}")
+    points = _points(sampling, len(variations), count, seed)
+    columns = {v.name: v.low + (v.high - v.low) * points[:, i] for i, v in enumerate(variations)}
+    return Plan(variations, columns, None, sampling, seed)
+
+
+def _points(sampling: str, size: int, count: int, seed: int) -> Array:
+    """Points (count, size) in the unit cube."""
+    generator = np.random.default_rng(seed)
+    if sampling == "random":
+        return generator.random((count, size))
+    from scipy.stats import qmc
+
+    if sampling == "lhs":
+        return np.asarray(qmc.LatinHypercube(size, rng=generator).random(count))
+    # balanced in powers of two; the rest of the last one falls away
+    whole = qmc.Sobol(size, rng=generator).random_base2(math.ceil(math.log2(count)))
+    return np.asarray(whole[:count])
+
+
+def run_sweep(
+    model: Model,
+    chosen: Plan,
+    t_end: float,
+    reduce: Sequence[str],
+    *,
+    params: Mapping[str, float],
+    start: Mapping[str, float],
+    guess: Mapping[str, float],
+    **policy: Any,
+) -> Batch:
+    """Simulate a plan; what varies is a parameter, or where members are assembled.
+
+    Raises
+    ------
+    MechcError
+        If something both varies and is fixed, or is refused by ``simulate_batch``.
+    """
+    for name in chosen.columns:
+        if name in params or name in start or name in guess:
+            raise MechcError(f"{name} varies and is fixed as well; leave one of them out")
+    given = {**start, **{n: c for n, c in chosen.columns.items() if n not in model.parameters}}
+    assembly = Assembly(
+        *filled_start(
+            model,
+            {n: v for n, v in given.items() if n in model.coordinates},
+            {n: v for n, v in given.items() if n in model.speeds},
+            guess,
+        )
+    )
+    varied = {n: c for n, c in chosen.columns.items() if n in model.parameters}
+    return model.simulate_batch(t_end, assembly, {**params, **varied}, reduce=reduce, **policy)
+
+
+def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:
+    """What ``mechc sweep --json`` prints, in SI units."""
+    return {
+        "mechanism": batch.model.name,
+        "members": len(batch),
+        "sampling": chosen.sampling,
+        "seed": chosen.seed,
+        "shape": None if chosen.shape is None else list(chosen.shape),
+        "vary": {v.name: [v.low, v.high] for v in chosen.variations},
+        "t_end": batch.recipe.span[1],
+        "rtol": batch.recipe.policy.rtol,
+        "method": batch.recipe.policy.method,
+        "outcomes": batch.counts,
+        "change_point_members": int(np.count_nonzero(batch["change_points"])),
+        "reductions": {text: _extremes(batch, text) for text in batch.recipe.reductions},
+        "complete": batch.complete,
+        "wall_s": seconds,
+        "members_per_s": len(batch) / seconds if seconds > 0 else None,
+    }
+
+
+def _extremes(batch: Batch, text: str) -> dict[str, Any]:
+    """Least, mean and largest over the members that reached the end, and where."""
+    values = np.where(batch.ok, batch[text], np.nan)
+    known = np.flatnonzero(np.isfinite(values))
+    if not len(known):
+        return {"members": 0}
+    low, high = known[np.argmin(values[known])], known[np.argmax(values[known])]
+    return {
+        "members": len(known),
+        "min": float(values[low]),
+        "mean": float(values[known].mean()),
+        "max": float(values[high]),
+        "min_at": {name: float(c[low]) for name, c in batch.recipe.varied().items()},
+        "max_at": {name: float(c[high]) for name, c in batch.recipe.varied().items()},
+    }
+
+
+def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
+    """What ``mechc sweep`` prints for people."""
+    told = sweep_json(batch, chosen, seconds)
+    shape = " x ".join(map(str, chosen.shape)) if chosen.shape else chosen.sampling
+    lines = [f"{len(batch)} members ({shape}) in {seconds:.3g} s, {told['members_per_s']:,.0f}/s"]
+    lines += [f"  {what:22} {count}" for what, count in batch.counts.items()]
+    if told["change_point_members"]:
+        lines.append(f"  {'passed change points':22} {told['change_point_members']}")
+    for text, found in told["reductions"].items():
+        if found["members"]:
+            unit = read_reduction(batch.model, text).unit
+            low, high = (_as_read(found[end], unit) for end in ("min", "max"))
+            lines.append(f"{text}: {low} ... {high}")
+            lines += [f"  largest at {_where(batch.model, found['max_at'])}"]
+            lines += [f"  least at   {_where(batch.model, found['min_at'])}"]
+        else:
+            lines.append(f"{text}: no member has it")
+    return "\n".join(lines)
+
+
+def _where(model: Model, place: Mapping[str, float]) -> str:
+    return ", ".join(
+        f"{name} = {_as_read(value, model.units[name])}" for name, value in place.items()
+    )
+
+
+def _as_read(value: float, unit: str) -> str:
+    """A number with its unit; angles in degrees."""
+    shown, factor = READ_AS.get(unit, (unit, 1.0))
+    gap = "" if shown.startswith("°") else " "
+    return f"{value * factor:.6g}{gap}{shown}".rstrip()

@@ -1,0 +1,154 @@
+"""The map of a sweep as a picture, with what did not work and change points marked.
+
+Input: a batch and its plan.  Output: PNG and SVG files, one a reduction.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.batch.reductions import read_reduction
+from mechc.batch.sweep import READ_AS
+from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
+from mechc.results.panels import _plain
+from mechc.results.sampling import clean_text, pretty_name
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from mechc.batch.simulate import Batch
+    from mechc.batch.sweep import Plan
+
+NOT_ASSEMBLED = 112
+WIDE = 1e3  # ratio of values from which on colours are by their logarithm
+CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
+
+
+def save_maps(batch: Batch, chosen: Plan, folder: Path) -> list[Path]:
+    """Write ``map_0.png`` and ``.svg`` for the first reduction, and so on; the paths."""
+    written = []
+    for i, text in enumerate(batch.recipe.reductions):
+        figure = _settled(draw_map(batch, chosen, text))
+        for extension in ("png", "svg"):
+            written.append(folder / f"map_{i}.{extension}")
+            _save(figure, written[-1], 150.0)
+    return written
+
+
+def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
+    """One reduction against what varies: a line for one, a map for the first two of more.
+
+    Members that cannot be assembled are grey, failed ones red crosses, and members that met a
+    change point black.
+    """
+    reduction = read_reduction(batch.model, text)
+    unit, factor = READ_AS.get(reduction.unit, (reduction.unit, 1.0))
+    values = np.where(batch.ok, batch[text], np.nan) * factor
+    shown = clean_text(reduction.text, 60)
+    label = _plain(f"{shown} [{unit}]" if unit else shown)
+    with _matplotlib().rc_context(STYLE):
+        figure = _figure_class()(figsize=(7.4, 5.2), layout="constrained")
+        axes = figure.add_subplot()
+        draw = _draw_line if len(chosen.variations) == 1 else _draw_plane
+        draw(axes, batch, chosen, values, label)
+        _explain(axes, batch)
+        axes.set_title(_plain(f"{batch.model.title}, 0 to {batch.recipe.span[1]:g} s"))
+    return figure
+
+
+def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
+    """Values of what varies i-th as people read them, and the label."""
+    name = chosen.variations[i].name
+    unit, factor = READ_AS.get(batch.model.units[name], (batch.model.units[name], 1.0))
+    return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
+
+
+def _draw_line(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    x, name = _axis(batch, chosen, 0)
+    order = np.argsort(x, kind="stable")
+    axes.plot(x[order], values[order], marker=".", markersize=3, color="#2563eb")
+    axes.set_xlabel(name)
+    axes.set_ylabel(label)
+    status, crossing = batch["status"], batch["change_points"] > 0
+    for where in x[status == NOT_ASSEMBLED]:
+        axes.axvline(where, color=CANNOT, linewidth=1, zorder=0)
+    axes.plot(x[crossing], values[crossing], "o", color=CROSSING, markersize=4)
+
+
+def _draw_plane(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    (x, x_name), (y, y_name) = _axis(batch, chosen, 0), _axis(batch, chosen, 1)
+    axes.set(xlabel=x_name, ylabel=y_name)
+    axes.grid(visible=False)
+    axes.set_facecolor(CANNOT)
+    colours, extend = _colours(batch, values)
+    if chosen.shape is not None and len(chosen.shape) == 2 and min(chosen.shape) > 1:
+        grid = [a.reshape(chosen.shape) for a in (x, y, values)]
+        drawn: Any = axes.pcolormesh(
+            *grid, shading="nearest", cmap="viridis", norm=colours, rasterized=True
+        )
+        size = 2.0
+    else:
+        axes.set_facecolor("white")
+        lost = batch["status"] == NOT_ASSEMBLED
+        axes.scatter(x[lost], y[lost], s=9, color=CANNOT, linewidths=0)
+        drawn = axes.scatter(
+            x, y, c=values, s=9, cmap="viridis", norm=colours, linewidths=0, rasterized=True
+        )
+        size = 4.0
+    axes.figure.colorbar(drawn, ax=axes, label=label, extend=extend)
+    _mark_failed(axes, batch, x, y)
+    crossing = batch["change_points"] > 0
+    axes.plot(x[crossing], y[crossing], "s", color=CROSSING, markersize=size, markeredgewidth=0)
+
+
+def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
+    """What values the colours span, and at which ends there are more beyond.
+
+    Reactions grow without bound where a change point is met: those members, marked as they are,
+    would leave one colour for all others.  Spans of three decades and more are logarithmic.
+    """
+    from matplotlib.colors import LogNorm, Normalize
+
+    finite = np.isfinite(values)
+    ordinary = values[finite & (batch["change_points"] == 0)]
+    span = ordinary if len(ordinary) else values[finite]
+    if not len(span):
+        return Normalize(0.0, 1.0), "neither"
+    low, high = span.min(), span.max()
+    below, above = bool((values[finite] < low).any()), bool((values[finite] > high).any())
+    extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
+    return (LogNorm if low > 0 and high > WIDE * low else Normalize)(low, high), extend
+
+
+def _mark_failed(axes: Axes, batch: Batch, x: Array, y: Array) -> None:
+    failed = np.logical_not(batch.ok) & (batch["status"] != NOT_ASSEMBLED)
+    axes.plot(x[failed], y[failed], "x", color=FAILED, markersize=4)
+
+
+def _explain(axes: Axes, batch: Batch) -> None:
+    """A legend of the marks that occur."""
+    from matplotlib.lines import Line2D
+
+    lost = batch["status"] == NOT_ASSEMBLED
+    marks = [
+        (lost.any(), "s", CANNOT, "cannot be assembled"),
+        (
+            (np.logical_not(batch.ok) & np.logical_not(lost)).any(),
+            "x",
+            FAILED,
+            "did not reach the end",
+        ),
+        ((batch["change_points"] > 0).any(), "s", CROSSING, "met a change point"),
+    ]
+    handles = [
+        Line2D([], [], linestyle="", marker=marker, color=color, markersize=5, label=text)
+        for shown, marker, color, text in marks
+        if shown
+    ]
+    if handles:
+        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)

@@ -1,0 +1,108 @@
+"""What was typed after ``mechc``, read: models, values with units, numbers, the output folder."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mechc.assembly.initial_values import filled_start
+from mechc.compilation.catalogue import LIBRARY
+from mechc.errors import MechcError, UnknownNameError
+from mechc.load import load, mechanisms
+from mechc.model import Model
+from mechc.progress import Notice
+from mechc.system.units import read_seconds, read_value, split_assignment
+
+STATE = "coordinate or speed"
+
+
+def seconds_of(chosen: argparse.Namespace) -> float:
+    """The end of the run, positive; what suits the mechanism where nothing is said."""
+    if chosen.t_end is None:
+        return LIBRARY[chosen.name].seconds
+    t_end = read_seconds(chosen.t_end)
+    if not t_end > 0:
+        raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
+    return t_end
+
+
+def start_state(model: Model, chosen: argparse.Namespace, params: dict[str, float]) -> Any:
+    """The state that --start and --guess describe, the scene's own where they say nothing."""
+    state_names = (*model.coordinates, *model.speeds)
+    start = values_of(model, chosen.start, state_names, STATE)
+    guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
+    coordinates = {n: v for n, v in start.items() if n in model.coordinates}
+    speeds = {n: v for n, v in start.items() if n in model.speeds}
+    return model.assemble(*filled_start(model, coordinates, speeds, guess), params)
+
+
+def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
+    """The output folder, made now so that a bad one is known before the work is done."""
+    if chosen.json and not chosen.out:
+        return None
+    folder = Path(chosen.out or f"{prefix}_{chosen.name}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe = folder / ".mechc-probe"
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
+    return folder
+
+
+def known(name: str) -> str:
+    """The name of a mechanism of the library."""
+    if name not in mechanisms():
+        raise UnknownNameError("mechanism", name, mechanisms())
+    return name
+
+
+def model_of(chosen: argparse.Namespace) -> Model:
+    """The mechanism named, with the options typed, compiled to the end."""
+    name = known(chosen.name)
+    with Notice(f"compiling {name}, which is then kept for the next time ..."):
+        model = load(name, **options_of(chosen.options))
+        _ = model._scene.lanes  # waits for the integrators
+    return model
+
+
+def options_of(typed: Sequence[str]) -> dict[str, Any]:
+    """``friction`` is on; ``crank_torque=2*t`` has a value."""
+    return {
+        name.strip(): value.strip() if sign else True
+        for name, sign, value in (text.partition("=") for text in typed)
+    }
+
+
+def values_of(
+    model: Model, typed: Sequence[str], known: Sequence[str], kind: str
+) -> dict[str, float]:
+    """NAME=VALUE, each name known and given once, in SI units."""
+    values = {}
+    for text in typed:
+        name, value = split_assignment(text)
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+        if name in values:
+            raise MechcError(f"{name} is given twice")
+        values[name] = read_value(value, model.quantities[name])
+    return values
+
+
+def number(option: str, text: str) -> float:
+    """The value of an option that is a number."""
+    try:
+        return float(text)
+    except ValueError:
+        raise MechcError(f"{option} must be a number, not {text!r}") from None
+
+
+def whole(option: str, text: str) -> int:
+    """The value of an option that is a whole number."""
+    try:
+        return int(text)
+    except ValueError:
+        raise MechcError(f"{option} must be a whole number, not {text!r}") from None

@@ -1,0 +1,44 @@
+"""``mechc bench``: the benchmark suite that is installed beside mechc, in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from mechc.errors import MechcError
+
+
+def bench(options: Sequence[str], home: Path | None = None) -> int:
+    """Start the suite with its options and wait for it; its exit code.
+
+    Only what lies beside this package is started, never a folder of the same name where the
+    command is typed.  An interrupt goes to the suite too, which ends its scripts and writes what
+    it has; this waits for that.
+
+    Raises
+    ------
+    MechcError
+        When the benchmarks are not installed.
+    """
+    folder = _folder(Path(__file__).resolve().parents[1] if home is None else home)
+    with subprocess.Popen([sys.executable, str(folder), *options]) as suite:
+        while True:
+            with suppress(KeyboardInterrupt):
+                return suite.wait()
+
+
+def _folder(home: Path) -> Path:
+    """``mechc_bench`` beside the package; in a clone, ``benchmarks`` beside ``src``."""
+    places = [home.parent / "mechc_bench"]
+    if home.parent.name == "src":
+        places.append(home.parents[1] / "benchmarks")
+    for place in places:
+        if (place / "__main__.py").is_file():
+            return place
+    raise MechcError(
+        f"the benchmarks are not installed with mechc in {home.parent}; "
+        "install mechc again, or run `python -m benchmarks` in a clone"
+    )

@@ -1,0 +1,279 @@
+"""The command ``mechc``: list, show, run, sweep, verify, emit, cache, doctor, bench."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import os
+import sys
+import time
+import webbrowser
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from mechc.cli.arguments import (
+    STATE,
+    known,
+    model_of,
+    number,
+    options_of,
+    output_folder,
+    seconds_of,
+    start_state,
+    values_of,
+    whole,
+)
+from mechc.cli.bench import bench
+from mechc.cli.options import (
+    BAD_INPUT,
+    EPILOGUE,
+    SUITE,
+    Parser,
+    run_options,
+    scene_options,
+    suite_options,
+    sweep_options,
+    variant_options,
+)
+from mechc.cli.verify import verify_command
+from mechc.compilation import cache
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.errors import MechcError
+from mechc.load import load
+from mechc.progress import ProgressBar
+from mechc.results.summary import json_summary, summary
+from mechc.simulation.solution import Solution
+
+FAILED, INTERRUPTED = 1, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; the exit code: 0, 1 if a run ended early, 2 for bad input."""
+    try:
+        chosen = _parser().parse_args(arguments)
+        command: Callable[[argparse.Namespace], int] = chosen.command
+        return command(chosen)
+    except BrokenPipeError:
+        sys.stderr.close()
+        return FAILED
+    except KeyboardInterrupt:
+        print("mechc: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except (MechcError, ValueError, OSError) as error:
+        print(f"mechc: {_one_line(error)}", file=sys.stderr)
+        return BAD_INPUT
+
+
+def _one_line(error: Exception) -> str:
+    if isinstance(error, OSError) and error.filename:
+        return f"{error.filename}: {error.strerror}"
+    return str(error)
+
+
+# -- what can be typed ------------------------------------------------------------------------
+
+
+def _parser() -> argparse.ArgumentParser:
+    from mechc import __version__
+
+    parser = Parser(
+        prog="mechc",
+        description="Mechanisms compiled to C, simulated fast and right.",
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="version", version=f"mechc {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add(commands, "list", "the library's mechanisms", _list)
+    run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
+    sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
+    saved = _add(commands, "verify", "whether what was saved is as it was written", verify_command)
+    saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
+    show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
+    scene_options(show)
+    show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
+    show.add_argument("--out", metavar="FILE", help="write the derivation as a page there")
+    emit = _add(commands, "emit", "the generated C", _emit)
+    variant_options(emit)
+    emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
+    stored = _add(commands, "cache", "scenes compiled on demand", _cache)
+    stored.add_argument("--clear", action="store_true", help="remove them")
+    _add(commands, "doctor", "check compiler, cache and packages", _doctor)
+    suite_options(commands.add_parser("bench", **SUITE)).set_defaults(command=_bench)
+    return parser
+
+
+def _add(
+    commands: Any, name: str, about: str, command: Callable[[argparse.Namespace], int]
+) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=about, description=about)
+    parser.set_defaults(command=command)
+    return parser
+
+
+# -- commands ---------------------------------------------------------------------------------
+
+
+def _list(_: argparse.Namespace) -> int:
+    names, titles = (max(map(len, c)) for c in (LIBRARY, (e.title for e in LIBRARY.values())))
+    for name, entry in LIBRARY.items():
+        when = "install" if name in COMPILED_AT_INSTALL else "its first use"
+        print(f"{name:{names}}  {entry.title:{titles}}  compiled at {when}")
+    return 0
+
+
+def _run(chosen: argparse.Namespace) -> int:
+    model = model_of(chosen)
+    t_end = seconds_of(chosen)
+    rtol = number("--rtol", chosen.rtol)
+    params = values_of(model, chosen.parameters, model.parameters, "parameter")
+    state = start_state(model, chosen, params)
+    folder = output_folder(chosen)
+    with ProgressBar(f"simulating {model.name}") as bar:
+        sol = model.simulate(
+            t_end, state, params, rtol=rtol, method=chosen.method, progress=bar.update
+        )
+    if chosen.json:
+        print(json.dumps(json_summary(sol)))
+    else:
+        print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
+    if folder is not None:
+        _write(sol, folder, quiet=chosen.json)
+        if chosen.open:
+            _open_in_browser(folder / "animation.html")
+    if sol.status.code == "interrupted":
+        return INTERRUPTED
+    return 0 if sol.status.ok else FAILED
+
+
+def _sweep(chosen: argparse.Namespace) -> int:
+    from mechc.batch.sweep import plan, read_variation, run_sweep, sweep_json, sweep_summary
+    from mechc.batch.sweep_maps import save_maps
+
+    model = model_of(chosen)
+    count = None if chosen.count is None else whole("--count", chosen.count)
+    threads = None if chosen.threads is None else whole("--threads", chosen.threads)
+    variations = [read_variation(model, text) for text in chosen.vary]
+    members = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
+    folder = output_folder(chosen, "mechc_sweep")
+    stored = folder is not None and importlib.util.find_spec("zarr") is not None
+    started = time.perf_counter()
+    batch = run_sweep(
+        model,
+        members,
+        seconds_of(chosen),
+        chosen.reduce or [f"max({model.coordinates[-1]})"],
+        params=values_of(model, chosen.parameters, model.parameters, "parameter"),
+        start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
+        guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+        rtol=number("--rtol", chosen.rtol),
+        method=chosen.method,
+        threads=threads,
+        out=folder / "batch" if folder is not None and stored else None,
+    )
+    seconds = time.perf_counter() - started
+    if chosen.json:
+        print(json.dumps(sweep_json(batch, members, seconds)))
+    else:
+        print(f"{model.title}\n{sweep_summary(batch, members, seconds)}")
+    if folder is not None:
+        with ProgressBar("drawing"):
+            written = save_maps(batch, members, folder)
+        if not chosen.json:
+            data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
+            print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
+            print(", ".join(path.name for path in written))
+    return 0 if batch.complete else INTERRUPTED
+
+
+def _write(sol: Solution, folder: Path, *, quiet: bool) -> None:
+    from mechc.results.animation import write_animation
+    from mechc.results.figures import save_all
+
+    sol.save(folder / "solution.csv")
+    sol.save(folder / "solution.nc")
+    write_animation(sol, folder / "animation.html")
+    with ProgressBar("drawing"):
+        save_all(sol, folder)
+    if not quiet:
+        print(f"\nwritten into {folder.resolve()}:")
+        print(f"  {'  '.join(sorted(path.name for path in folder.iterdir()))}")
+        print(f"open {(folder / 'animation.html').resolve()} in a browser to see it move")
+
+
+def _open_in_browser(path: Path) -> None:
+    """On a desktop; elsewhere the path printed has to do."""
+    desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
+    if desktop:
+        webbrowser.open(path.resolve().as_uri())
+
+
+def _show(chosen: argparse.Namespace) -> int:
+    from mechc.compilation.on_demand import derivation_notes, derivation_page, shipped_options
+
+    model = load(known(chosen.name))
+    options = options_of(chosen.options)
+    if options:
+        model = load(chosen.name, **options)
+    params = values_of(model, chosen.parameters, model.parameters, "parameter")
+    values = dict(zip(model.parameters, model._parameters.resolve(params).tolist(), strict=True))
+    print(f"{model.title}\n")
+    for name, quantity in model.quantities.items():
+        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
+        print(f"  {name:10} {value:18} {quantity.description}")
+    print()
+    for label, sentence in derivation_notes(chosen.name, options, values):
+        print(f"{label}: {sentence}.")
+    if on_request := shipped_options(chosen.name):
+        print("\nmore on request (--with NAME):")
+    for name, about in on_request.items():
+        print(f"  {name:15} {about}")
+    if not chosen.out:
+        ending = "tex" if chosen.latex else "html"
+        print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
+        return 0
+    page = Path(chosen.out)
+    page.write_text(derivation_page(chosen.name, options, values, chosen.latex), "utf-8")
+    print(f"\nthe derivation is in {page.resolve()}")
+    return 0
+
+
+def _emit(chosen: argparse.Namespace) -> int:
+    from mechc.compilation.on_demand import generated_texts
+
+    texts = generated_texts(known(chosen.name), options_of(chosen.options))
+    if not chosen.out:
+        print(texts["scene_program.h"])
+        return 0
+    folder = Path(chosen.out)
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in texts.items():
+        (folder / name).write_text(text, "utf-8")
+        print(folder / name)
+    return 0
+
+
+def _cache(chosen: argparse.Namespace) -> int:
+    if chosen.clear:
+        print(f"removed {cache.clear()} compiled scenes from {cache.cache_folder()}")
+        return 0
+    found = cache.entries()
+    print(f"{cache.cache_folder()}: {len(found)} compiled scenes")
+    for folder in found:
+        size = sum(path.stat().st_size for path in folder.iterdir())
+        print(f"  {folder.name[:16]}  {size / 1024:.0f} KiB")
+    return 0
+
+
+def _doctor(_: argparse.Namespace) -> int:
+    from mechc.cli.doctor import examine, written
+
+    checks = examine()
+    print(written(checks))
+    return 0 if all(well for _, well, _ in checks) else FAILED
+
+
+def _bench(chosen: argparse.Namespace) -> int:
+    return bench(chosen.options)

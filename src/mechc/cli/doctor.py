@@ -1,0 +1,75 @@
+"""``mechc doctor``: what of this machine mechc can use, and what to do about the rest."""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from mechc.compilation import cache, toolchain
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL
+from mechc.errors import MechcError
+from mechc.load import load
+
+Check = tuple[str, bool, str]
+PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
+OPTIONAL = ("nbclient", "ipykernel")
+
+
+def examine() -> list[Check]:
+    """(what, whether it is well, what was found) for everything mechc relies on."""
+    checks = [_python(), *(_package(name) for name in PACKAGES)]
+    checks += [_optional(name) for name in OPTIONAL]
+    checks += [_shipped(name) for name in COMPILED_AT_INSTALL]
+    return [*checks, _guarded("C compiler", _compiler), _guarded("cache", _cache)]
+
+
+def _python() -> Check:
+    return ("python", sys.version_info >= (3, 11), sys.version.split()[0])
+
+
+def _package(name: str) -> Check:
+    try:
+        return (name, True, version(name))
+    except PackageNotFoundError:
+        return (name, False, f"not installed: pip install {name}")
+
+
+def _optional(name: str) -> Check:
+    _, there, found = _package(name)
+    return (f"{name} (optional)", True, found if there else "not installed; for notebooks")
+
+
+def _shipped(name: str) -> Check:
+    model = load(name)
+    return (name, True, f"compiled, {model.instruction_set}, {model._scene.lanes} lanes")
+
+
+def _guarded(what: str, check: Callable[[], str]) -> Check:
+    try:
+        return (what, True, check())
+    except (MechcError, OSError) as error:
+        return (what, False, str(error))
+
+
+def _compiler() -> str:
+    """Compile and link something small, really."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "probe.c").write_text("double probe(double x) { return x * x; }\n")
+        toolchain.link(toolchain.compile_all(folder, [("probe.c", ())], ()), folder / "probe.so")
+    return toolchain.version(tuple(toolchain.compiler()))
+
+
+def _cache() -> str:
+    return f"{cache.check()}, {len(cache.entries())} compiled scenes"
+
+
+def written(checks: list[Check]) -> str:
+    """A line a check."""
+    width = max(len(what) for what, _, _ in checks)
+    return "\n".join(
+        f"{'ok ' if well else 'BAD'}  {what.ljust(width)}  {found}" for what, well, found in checks
+    )

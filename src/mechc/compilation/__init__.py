@@ -1,0 +1,1 @@
+"""Compiling on demand, and the cache: the only folder that knows the compiler."""

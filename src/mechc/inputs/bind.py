@@ -1,0 +1,200 @@
+"""Inputs that are given with a run: numbers, sampled signals, Python functions."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.signals import Signal
+from mechc.native._inputs import Caller, Inputs
+from mechc.system.parameters import Array
+
+TICKS = 4  # knots nearer to each other, in units of their last place, are one
+Function = Callable[..., float]
+
+
+@dataclass(frozen=True)
+class InputSlot:
+    """An input of a scene: the derivatives of it that the equations hold, in order.
+
+    ``of_time``: constraints, mass matrix or kinematics hold it: it may depend on time alone.
+    """
+
+    name: str
+    orders: tuple[int, ...]
+    of_time: bool
+
+    @classmethod
+    def from_metadata(cls, data: Mapping[str, Any]) -> InputSlot:
+        return cls(data["name"], tuple(data["orders"]), bool(data["of_time"]))
+
+
+class GivenInputs:
+    """Values for all inputs of a scene.
+
+    Raises
+    ------
+    MissingInputError
+        If one is missing; all that are missing are named.
+    UnknownNameError, ValueOutOfBoundsError
+        For names that do not exist and values that cannot be what they stand for.
+    """
+
+    def __init__(
+        self, slots: Sequence[InputSlot], given: Mapping[str, Any], sizes: tuple[int, int]
+    ) -> None:
+        _check_names(slots, given)
+        self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
+        self._order = {slot.name: max(slot.orders) for slot in slots}
+        self.called = [n for n, x in given.items() if _functions(x)]
+        self._pieces: list[tuple[Array, Array]] = []
+        self._sources: list[tuple[int, int]] = []
+        functions: list[tuple[str, Function, bool] | None] = []
+        for slot in slots:
+            value = given[slot.name]
+            if _functions(value):
+                functions += _checked_functions(slot, _functions(value))
+                self._sources += [(-1, order) for order in slot.orders]
+            else:
+                functions += [None] * len(slot.orders)
+                self._sources += [(len(self._pieces), order) for order in slot.orders]
+                self._pieces.append(_polynomials(slot, value))
+        self.caller = Caller(functions, *sizes)
+
+    def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
+        """As compiled code takes them; of signals the pieces between two times alone."""
+        low, high = min(t0, t1), max(t0, t1)
+        if np.isfinite(low):
+            slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
+            low, high = low + slack, high - slack
+        return Inputs(self._pieces, self._sources, self.caller, low, high)
+
+    def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
+        """Times within the span that no step may lead over, in its direction."""
+        low, high = sorted((t0, t1))
+        knots = [signal.breaks(rtol, self._order[n]) for n, signal in self.signals.items()]
+        times = np.sort(np.concatenate([*knots, [low, high]]))
+        times = times[(times >= low) & (times <= high)]
+        apart = np.diff(times) > TICKS * np.spacing(np.abs(times[1:]))
+        inner: list[float] = times[1:][apart].tolist()
+        inner = [t for t in inner if high - t > TICKS * np.spacing(abs(high))]
+        return inner if t1 >= t0 else inner[::-1]
+
+    def check_times(self, times: Sequence[float]) -> None:
+        """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal."""
+        for name, signal in self.signals.items():
+            low, high = signal.span
+            for t in times:
+                if t < low or t > high:
+                    raise ValueOutOfBoundsError(
+                        f"the input {name} is sampled from {low:.9g} to {high:.9g} s, but is "
+                        f"needed at {t:.9g} s: give more samples, or mechc.Signal(..., "
+                        "outside='hold')"
+                    )
+
+    def notes(self) -> tuple[str, ...]:
+        """What the functions that were called back have cost."""
+        if not self.caller.calls:
+            return ()
+        which = f"The input {self.called[0]} is a Python function"
+        if len(self.called) > 1:
+            which = f"The inputs {', '.join(self.called)} are Python functions"
+        cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
+        return (f"{which}: {cost} ms",)
+
+
+def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:
+    """The error for inputs that have no value."""
+    names = ", ".join(slot.name for slot in slots if slot.name not in given)
+    return MissingInputError(
+        f"these inputs have no value: {names}. Give each as a number, a mechc.Signal or a function "
+        "of time, with simulate(..., inputs={...}) or model.with_inputs({...}); or once and for "
+        "all as an expression, with mechc.compile(..., inputs={...})"
+    )
+
+
+def _check_names(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> None:
+    known = [slot.name for slot in slots]
+    for name in given:
+        if name not in known:
+            raise UnknownNameError("input", name, known)
+    if len(given) < len(known):
+        raise missing(slots, given)
+
+
+def _functions(value: Any) -> tuple[Function, ...]:
+    """The functions that a value consists of; none where it is something else."""
+    if isinstance(value, Signal):
+        return ()
+    several = value if isinstance(value, (tuple, list)) else (value,)
+    return tuple(several) if all(map(callable, several)) else ()
+
+
+def _checked_functions(
+    slot: InputSlot, functions: tuple[Function, ...]
+) -> list[tuple[str, Function, bool]]:
+    """Of each derivative that is needed the function, and whether it takes the state."""
+    highest = max(slot.orders)
+    if highest >= len(functions):
+        raise ValueOutOfBoundsError(
+            f"the equations hold derivatives of the input {slot.name} up to order {highest}, which "
+            f"a function does not tell: give {highest + 1} functions of time (value, rate, ...), "
+            "or a mechc.Signal that is smooth enough"
+        )
+    chosen = [(slot.name, functions[order], _takes_state(slot, functions[order]))
+              for order in slot.orders]  # fmt: skip
+    if slot.of_time and any(takes_state for _, _, takes_state in chosen):
+        raise ValueOutOfBoundsError(
+            f"constraints, mass matrix or kinematics hold the input {slot.name}: it must be a "
+            "function of time alone"
+        )
+    return chosen
+
+
+def _takes_state(slot: InputSlot, function: Function) -> bool:
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of some compiled functions it is not known
+        return False
+    for count in (1, 3):
+        try:
+            signature.bind(*[0.0] * count)
+        except TypeError:
+            continue
+        return count == 3
+    raise ValueOutOfBoundsError(
+        f"the input {slot.name} must be a function of t, or of t, q and u; it takes {signature}"
+    )
+
+
+def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
+    """Knots (n,) and coefficients (n, degree + 1)."""
+    if isinstance(value, Signal):
+        _check_smoothness(slot, value)
+        return value._knots, value._coefficients
+    number = isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
+    if not number or not np.isfinite(float(value)):
+        raise ValueOutOfBoundsError(
+            f"the input {slot.name} must be a finite number, a mechc.Signal or a function, not "
+            f"{value!r}; an expression is given to mechc.compile(..., inputs={{...}})"
+        )
+    return np.zeros(1), np.full((1, 1), float(value))
+
+
+def _check_smoothness(slot: InputSlot, signal: Signal) -> None:
+    """The highest derivative stands where accelerations do, and these may jump."""
+    highest = max(slot.orders)
+    if highest > signal.smoothness + 1:
+        kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
+        raise ValueOutOfBoundsError(
+            f"the equations hold derivatives of the input {slot.name} up to order {highest}, and "
+            f"a {signal.kind} signal{' that is held' if signal.outside == 'hold' else ''} has "
+            f"jumps in those of order {signal.smoothness + 1}: take kind={kinds} without "
+            "outside='hold'"
+        )

@@ -1,0 +1,154 @@
+"""A compiled scene with the inputs that it is driven by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import InputError, MechcError
+from mechc.inputs.bind import GivenInputs, InputSlot, missing
+from mechc.inputs.segmented_run import Legs
+from mechc.system.parameters import Array
+
+
+class DrivenScene:
+    """A scene that has inputs: what needs them gets them, or says which are missing.
+
+    Everything else that a scene can do is passed on.
+    """
+
+    def __init__(
+        self,
+        scene: Any,
+        slots: Sequence[InputSlot],
+        free: Sequence[str],
+        given: Mapping[str, Any] | None = None,
+    ) -> None:
+        self._scene, self._slots, self._free = scene, tuple(slots), frozenset(free)
+        self.given = dict(given or {})
+        sizes = scene.coordinates, scene.speeds
+        self._values = GivenInputs(slots, self.given, sizes) if self.given else None
+        self._whole: Any = self._values.compiled() if self._values else None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._scene, name)
+
+    def with_inputs(self, given: Mapping[str, Any]) -> DrivenScene:
+        """The same scene, with these inputs besides those it has."""
+        return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
+
+    def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+        """As of :class:`mechc.native._driver.Scene`."""
+        if name in self._free:
+            return np.asarray(self._scene.evaluate(name, t, y, _beside(p, 0.0)))
+        values = self._needed()
+        if name.endswith("state_jacobian") and values.caller.takes_state:
+            raise MechcError(
+                f"how {', '.join(values.called)} depend on the state is not known, so there is no "
+                "derivative by it: compile with expressions for them"
+            )
+        values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
+        out = np.asarray(self._scene.evaluate(name, t, y, _beside(p, self._whole.number)))
+        self.raise_failure()
+        return out
+
+    def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
+        """As of :class:`mechc.native._driver.Scene`."""
+        self._needed().check_times((t,))
+        passed = _beside(p, self._whole.number)
+        found: tuple[int, Array, float, float] = self._scene.project(t, y, passed)
+        self.raise_failure()
+        return found
+
+    def start(self, t0: float, t1: float, y0: Array, p: Array, *policy: Any) -> Legs:
+        """Begin a run, which rests at every kink or jump of a signal."""
+        values = self._needed()
+        values.check_times((t0, t1))
+        values.caller.reset()
+        times = [t0, *values.breaks(t0, t1, policy[0]), t1]
+
+        def inputs(leg: int) -> Any:
+            return values.compiled(times[leg], times[leg + 1])
+
+        first = inputs(0)
+        run = self._scene.start(t0, t1, y0, _beside(p, first.number), *policy)
+        return Legs(run, times, inputs, self._whole if len(times) > 2 else first)
+
+    def bound(self, name: str, p: Array) -> tuple[Any, ...]:
+        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        self._refuse_in_c(name)
+        found: tuple[Any, ...] = self._scene.bound(name, _beside(p, 0.0))
+        return found
+
+    def bound_along(self, name: str, p: Array, *along: Any) -> Any:
+        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        self._refuse_in_c(name)
+        return self._scene.bound_along(name, _beside(p, 0.0), *along)
+
+    def _refuse_in_c(self, name: str) -> None:
+        if name not in self._free:
+            raise MechcError(
+                f"{name} needs {', '.join(slot.name for slot in self._slots)}, which are given "
+                "with a run: a C function has parameters alone. Compile with expressions for "
+                "them: mechc.compile(..., inputs={...})"
+            )
+
+    # -- functions that are called back ------------------------------------------------------
+
+    @property
+    def called(self) -> bool:
+        """Whether there are such functions; how smooth they are is not known."""
+        return self._values is not None and bool(self._values.called)
+
+    @property
+    def failed(self) -> bool:
+        """Whether a function failed since this was last raised."""
+        return self._values is not None and self._values.caller.failure is not None
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether what failed was Ctrl-C within a function; it is forgotten then."""
+        if self._values is None or not self.failed:
+            return False
+        caller = self._values.caller
+        if not isinstance(caller.failure[2], KeyboardInterrupt):
+            return False
+        caller.failure = None
+        return True
+
+    def failure_in_words(self) -> str:
+        """Which function failed, when and how."""
+        assert self._values is not None
+        name, t, error = self._values.caller.failure
+        why = "gave no finite number" if error is None else f"{type(error).__name__}: {error}"
+        return f"the input {name} failed at t = {t:.9g} s: {why}"
+
+    def raise_failure(self, solution: object = None) -> None:
+        """Raise :class:`InputError` if a function failed; ``solution``: the motion until then."""
+        if not self.failed:
+            return
+        assert self._values is not None
+        told, error = self.failure_in_words(), self._values.caller.failure[2]
+        self._values.caller.failure = None
+        if error is not None and not isinstance(error, Exception):
+            raise error
+        kept = "; error.solution has the motion until there" if solution is not None else ""
+        raise InputError(f"{told}{kept}", solution) from error
+
+    def notes(self) -> tuple[str, ...]:
+        """What functions have cost in the last run."""
+        return () if self._values is None else self._values.notes()
+
+    def _needed(self) -> GivenInputs:
+        if self._values is None:
+            raise missing(self._slots, self.given)
+        return self._values
+
+
+def _beside(p: Array, number: float) -> Array:
+    """Parameters (..., np) with the number behind them that leads to the inputs."""
+    passed = np.empty((*p.shape[:-1], p.shape[-1] + 1))
+    passed[..., :-1], passed[..., -1] = p, number
+    return passed

@@ -1,0 +1,83 @@
+"""A run that rests at every kink or jump of its inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from mechc.system.parameters import Array
+
+RUNNING, FINISHED = 0, 1
+
+
+class Legs:
+    """A compiled run over ``times[-1] - times[0]``, of which no step leads over an inner time.
+
+    It is one run, extended from leg to leg with what its inputs are there: ``inputs(k)`` between
+    ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
+    """
+
+    def __init__(
+        self, run: Any, times: Sequence[float], inputs: Callable[[int], Any], whole: Any
+    ) -> None:
+        self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
+        self._leg = -1
+        run.read_with(whole.number)
+        if len(times) > 2:
+            self._next()
+
+    def _next(self) -> None:
+        self._leg += 1
+        self._at = self._inputs(self._leg)  # lives while the run does
+        self._run.extend(self._times[self._leg + 1], self._at.number)
+
+    @property
+    def _last(self) -> bool:
+        return self._leg < 0 or self._leg == len(self._times) - 2
+
+    @property
+    def status(self) -> int:
+        code = int(self._run.status)
+        return RUNNING if code == FINISHED and not self._last else code
+
+    @property
+    def t(self) -> float:
+        return float(self._run.t)
+
+    @property
+    def count(self) -> int:
+        return int(self._run.count)
+
+    @property
+    def passages(self) -> int:
+        return int(self._run.passages)
+
+    def advance(self, steps: int) -> int:
+        """At most so many attempted steps."""
+        left = steps
+        while left > 0 and self.status == RUNNING:
+            if self._run.status == FINISHED:
+                self._next()
+            before = self._run.count
+            self._run.advance(left)
+            left -= max(self._run.count - before, 1) if self._run.status == FINISHED else left
+        return self.status
+
+    def stats(self) -> dict[str, Any]:
+        return dict(self._run.stats())
+
+    def states(self) -> tuple[Array, Array]:
+        t, y = self._run.states()
+        return t, y
+
+    def times(self, first: int) -> Array:
+        found: Array = self._run.times(first)
+        return found
+
+    def change_points(self) -> tuple[Array, Array, Array]:
+        t, q, gap = self._run.change_points()
+        return t, q, gap
+
+    def interpolate(self, t: Array) -> Array:
+        found: Array = self._run.interpolate(t)
+        return found

@@ -1,0 +1,159 @@
+"""Sampled signals: what an input is between its samples."""
+
+from __future__ import annotations
+
+from math import comb, factorial, perm
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.system.parameters import Array
+
+DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
+SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuous derivatives
+FAR = 1e300  # s; where a piece that is held begins
+
+
+class Signal:
+    """A function of time that is known at samples.
+
+    Parameters
+    ----------
+    times : (n,)
+        In s, strictly increasing.
+    values : (n,)
+        In the unit of the input.
+    kind
+        Between the samples: ``"previous"`` keeps each value until the next sample, ``"linear"``
+        joins them by lines, ``"cubic"`` and ``"quintic"`` by the spline of that degree with 2 and
+        4 continuous derivatives ("not a knot" at the ends; de Boor 1978, chapters IV and XIII).
+    outside
+        ``"refuse"``: a run must stay within the samples; ``"hold"``: before the first and after
+        the last sample their values go on.
+
+    Raises
+    ------
+    UnknownNameError
+        For a kind or a rule that does not exist.
+    ValueOutOfBoundsError
+        For samples that are not finite, not in order, or too few: 2, and 4 for a cubic, 6 for a
+        quintic spline.
+    """
+
+    def __init__(
+        self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse"
+    ) -> None:
+        if kind not in DEGREES:
+            raise UnknownNameError("kind of signal", kind, DEGREES)
+        if outside not in ("refuse", "hold"):
+            raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
+        self.kind, self.outside = kind, outside
+        self.times, self.values = _checked(times, values, kind)
+        self._knots, self._coefficients = _pieces(self.times, self.values, kind)
+        if outside == "hold":
+            self._hold()
+
+    @property
+    def smoothness(self) -> int:
+        """How many derivatives are continuous; -1: the value itself jumps."""
+        own = SMOOTHNESS[self.kind]
+        return min(own, 0) if self.outside == "hold" else own
+
+    def breaks(self, rtol: float, order: int = 0) -> Array:
+        """Times in s of the knots that a run which tolerates a relative error must not step over.
+
+        ``order``: the highest derivative that the equations hold.  Where no knot is left out a
+        pulse, however short, is not missed either: between two of these times the signal is one
+        polynomial but for less than a hundredth of what is tolerated.
+        """
+        noise = max(1e-2 * rtol, 1e-14)
+        largest = np.abs(factorial(order) * self._coefficients[:, order]).max(initial=0.0)
+        breaks: Array = self._knots[1:][self._roughness(order) > noise * largest]
+        return breaks
+
+    def _roughness(self, order: int) -> Array:
+        """At each inner knot the largest jump of a derivative, as what it makes of the one of an
+        order within a piece."""
+        widths = np.minimum(np.diff(self._knots), np.ptp(self.times))
+        reach = np.maximum(widths, np.append(widths[1:], 0.0))
+        roughness = np.zeros(len(widths))
+        for n in range(order, self._coefficients.shape[1]):
+            jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
+            roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
+        return roughness
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Times in s between which it is known."""
+        if self.outside == "hold":
+            return -np.inf, np.inf
+        return float(self.times[0]), float(self.times[-1])
+
+    def __call__(self, t: float | Array, order: int = 0) -> Array:
+        """Its value, or its derivative of an order, at times within :attr:`span`; at a jump the
+        value after it."""
+        times = np.asarray(t, dtype=np.float64)
+        low, high = self.span
+        if not ((times >= low) & (times <= high)).all():
+            raise ValueOutOfBoundsError(f"the signal is known for {low:g} ... {high:g} s only")
+        piece = np.maximum(np.searchsorted(self._knots, times, side="right") - 1, 0)
+        since, value = times - self._knots[piece], np.zeros(times.shape)
+        for n in range(self._coefficients.shape[1] - 1, order - 1, -1):
+            weight = np.prod(np.arange(n, n - order, -1.0))
+            value = value * since + weight * self._coefficients[piece, n]
+        return value
+
+    def _hold(self) -> None:
+        width = self._coefficients.shape[1]
+        ends = np.zeros((2, width))
+        ends[:, 0] = self.values[[0, -1]]
+        last = slice(None, -1) if self.kind == "previous" else slice(None)
+        inner, knots = self._coefficients[last], self._knots[last]
+        self._knots = np.concatenate([[-FAR], knots, [self.times[-1]]])
+        self._coefficients = np.vstack([ends[:1], inner, ends[1:]])
+
+    def __repr__(self) -> str:
+        low, high = self.times[[0, -1]]
+        return f"<mechc.Signal, {self.kind}, {len(self.times)} samples in {low:g} ... {high:g} s>"
+
+
+def _shifted(coefficients: Array, by: Array, order: int) -> Array:
+    """The coefficient of an order of the same polynomials about a later time (Taylor)."""
+    value = np.zeros(len(coefficients))
+    for n in range(coefficients.shape[1] - 1, order - 1, -1):
+        value = value * by + comb(n, order) * coefficients[:, n]
+    return value
+
+
+def _checked(times: Any, values: Any, kind: str) -> tuple[Array, Array]:
+    try:
+        t, x = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError("the samples of a signal must be numbers") from None
+    if t.ndim != 1 or x.shape != t.shape:
+        raise ValueOutOfBoundsError(
+            f"a signal needs one value for each time; the shapes are {t.shape} and {x.shape}"
+        )
+    least = max(DEGREES[kind] + 1, 2)
+    if len(t) < least:
+        raise ValueOutOfBoundsError(f"a {kind} signal needs {least} samples, not {len(t)}")
+    if not (np.isfinite(t).all() and np.isfinite(x).all()):
+        raise ValueOutOfBoundsError("the samples of a signal must be finite")
+    if not (np.diff(t) > 0).all():
+        raise ValueOutOfBoundsError("the times of a signal must strictly increase")
+    return t, x
+
+
+def _pieces(t: Array, x: Array, kind: str) -> tuple[Array, Array]:
+    """Knots (n,) and coefficients (n, degree + 1) in powers of the time since the knot."""
+    if kind == "previous":
+        return t, x[:, None].copy()
+    if kind == "linear":
+        return t[:-1].copy(), np.column_stack([x[:-1], np.diff(x) / np.diff(t)])
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    found = PPoly.from_spline(make_interp_spline(t, x, DEGREES[kind]))
+    real = np.diff(found.x) > 0  # a spline's outer knots are repeated
+    coefficients = np.ascontiguousarray(found.c[::-1, real].T)
+    return np.ascontiguousarray(found.x[:-1][real]), coefficients

@@ -1,0 +1,324 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""The compiled loop over many members: threads call ``work`` side by side, without the GIL."""
+
+import numpy as np
+
+from cpython.pycapsule cimport PyCapsule_GetPointer
+from libc.stdlib cimport calloc, free
+
+
+cdef extern from "batch/members.h":
+    int MECHC_ABI
+    const char *MECHC_CAPSULE
+
+    ctypedef struct mechc_output:
+        const char *name
+        int width
+
+    ctypedef struct mechc_options:
+        double t0, t1
+        double rtol
+        const double *atol
+        double first_step, max_step
+        long max_steps
+        int method, dense, on_change_point, may_stiffen
+
+    ctypedef struct mechc_unit:
+        const char *instruction_set
+        int output_count
+        const mechc_output *outputs
+
+    ctypedef struct mechc_model:
+        int abi
+        int coordinates, speeds, parameters
+        void (*complete)(const unsigned char *, double *) noexcept nogil
+        const mechc_unit *(*select)(const char *) noexcept nogil
+
+    ctypedef struct mechc_quantity:
+        int reduction, form, output, second, component, direction, terminal
+        double level
+
+    ctypedef struct mechc_batch:
+        const mechc_unit *unit
+        mechc_options options
+        int coordinates, width, parameters, lockstep
+        double open_at_most
+        ptrdiff_t count
+        const double *y0
+        const double *p
+        const double *length
+        const unsigned char *pure
+        const unsigned char *assembled
+        ptrdiff_t times
+        const double *t_eval
+        int quantities, stopping
+        const mechc_quantity *quantity
+        double *y
+        double *t
+        double *at_times
+        double *reduced
+        double *least
+        int *status
+        long *counts
+        ptrdiff_t next, done
+        int stop
+
+    int mechc_batch_work(mechc_batch *) noexcept nogil
+
+
+cdef extern from "batch/close_loops.h":
+    ctypedef struct mechc_closing:
+        const mechc_unit *unit
+        int gap_output, gradient_output
+        int gap_width, rows, columns
+        int coordinates, width, parameters, unknowns
+        const int *unknown
+        const unsigned char *angular
+        double t
+        ptrdiff_t starts
+        const double *start
+        ptrdiff_t count, block
+        const double *fixed
+        const double *p
+        const double *length
+        int most
+        double *found
+        int *many
+        double *miss
+        ptrdiff_t next, done
+        int stop
+
+    int mechc_close_work(mechc_closing *) noexcept nogil
+
+
+cdef class Unit:
+    """A compiled scene in one instruction set, for batches."""
+
+    cdef const mechc_model *model
+    cdef const mechc_unit *unit
+    cdef object capsule
+
+    def __init__(self, capsule, str instruction_set):
+        cdef bytes wanted = instruction_set.encode()
+        self.capsule = capsule
+        self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
+        if self.model.abi != MECHC_ABI:
+            raise ValueError("this model was compiled for another ABI: compile it again")
+        self.unit = self.model.select(wanted)
+        if self.unit == NULL:
+            raise ValueError(f"this processor or this build has no {instruction_set!r}")
+
+    def outputs(self):
+        """Output name -> (index, width)."""
+        return {
+            self.unit.outputs[i].name.decode(): (i, self.unit.outputs[i].width)
+            for i in range(self.unit.output_count)
+        }
+
+    def complete(self, const unsigned char[::1] given, double[:, ::1] values):
+        """Fill the parameters that are not given with their defaults, row by row, in place."""
+        cdef ptrdiff_t i
+        if given.shape[0] != self.model.parameters or values.shape[1] != self.model.parameters:
+            raise ValueError(f"{self.model.parameters} parameters are needed")
+        if self.model.parameters:
+            with nogil:
+                for i in range(values.shape[0]):
+                    self.model.complete(&given[0], &values[i, 0])
+
+
+cdef class Job:
+    """Work that any number of threads share; call ``work`` in each of them."""
+
+    cdef object kept  # arrays that C points into
+
+    @property
+    def done(self):
+        """Members finished so far."""
+        raise NotImplementedError
+
+    def work(self):
+        """Take members until none is left; raises MemoryError without memory."""
+        raise NotImplementedError
+
+    def stop(self):
+        """Ask every thread to return after the steps at hand."""
+        raise NotImplementedError
+
+
+cdef class Runs(Job):
+    """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
+
+    After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
+    (n, nt, width), ``reduced`` (n, nr), ``counts`` (n, 5), ``least`` (n, 2).
+    """
+
+    cdef mechc_batch batch
+    cdef mechc_quantity *quantity
+    cdef readonly object y, t, status, at_times, reduced, counts, least
+
+    def __cinit__(self):
+        self.quantity = NULL
+
+    def __init__(self, Unit unit, options, const double[:, ::1] y0, const double[:, ::1] p,
+                 const double[::1] length, const unsigned char[::1] pure, assembled,
+                 const double[::1] t_eval, quantities, double open_at_most):
+        cdef mechc_batch *batch = &self.batch
+        cdef ptrdiff_t count = y0.shape[0]
+        cdef const double[::1] atol
+        cdef const unsigned char[::1] closed
+        if y0.shape[1] != unit.model.coordinates + unit.model.speeds:
+            raise ValueError("wrong number of state components")
+        if p.shape[0] != count or p.shape[1] != unit.model.parameters or length.shape[0] != count:
+            raise ValueError("a row of parameters and a length are needed for every member")
+        if pure.shape[0] != y0.shape[1]:
+            raise ValueError("wrong number of scales")
+        self.kept = [unit, y0, p, length, pure, assembled, t_eval]
+        self._allocate(count, y0.shape[1], t_eval.shape[0], len(quantities))
+        batch.unit = unit.unit
+        batch.coordinates, batch.width = unit.model.coordinates, y0.shape[1]
+        batch.parameters = unit.model.parameters
+        batch.open_at_most = open_at_most
+        batch.count = count
+        batch.lockstep = options["lockstep"]
+        batch.times, batch.quantities = t_eval.shape[0], len(quantities)
+        if count:
+            batch.y0, batch.length = &y0[0, 0], &length[0]
+            batch.p = &p[0, 0] if unit.model.parameters else NULL
+        batch.pure = &pure[0]
+        if t_eval.shape[0]:
+            batch.t_eval = &t_eval[0]
+        if assembled is not None and count:
+            closed = assembled
+            if closed.shape[0] != count:
+                raise ValueError("a flag is needed for every member")
+            batch.assembled = &closed[0]
+        self._choose(options)
+        if options["atol"] is not None:
+            atol = options["atol"]
+            self.kept.append(atol)
+            batch.options.atol = &atol[0]
+        self._ask(quantities)
+
+    cdef _allocate(self, ptrdiff_t count, ptrdiff_t width, ptrdiff_t times, ptrdiff_t quantities):
+        cdef double[:, ::1] y, reduced, least
+        cdef double[:, :, ::1] at_times
+        cdef double[::1] t
+        cdef int[::1] status
+        cdef long[:, ::1] counts
+        self.y = np.full((count, width), np.nan)
+        self.t = np.full(count, np.nan)
+        self.at_times = np.full((count, times, width), np.nan)
+        self.reduced = np.full((count, quantities), np.nan)
+        self.least = np.full((count, 2), np.nan)
+        self.status = np.zeros(count, np.intc)
+        self.counts = np.zeros((count, 5), np.int_)
+        if not count:
+            return
+        y, t, status, counts, least = self.y, self.t, self.status, self.counts, self.least
+        self.batch.y, self.batch.t, self.batch.status = &y[0, 0], &t[0], &status[0]
+        self.batch.counts, self.batch.least = &counts[0, 0], &least[0, 0]
+        if times:
+            at_times = self.at_times
+            self.batch.at_times = &at_times[0, 0, 0]
+        if quantities:
+            reduced = self.reduced
+            self.batch.reduced = &reduced[0, 0]
+
+    cdef _choose(self, options):
+        cdef mechc_options *chosen = &self.batch.options
+        chosen.t0, chosen.t1 = options["t0"], options["t1"]
+        chosen.rtol = options["rtol"]
+        chosen.first_step, chosen.max_step = options["first_step"], options["max_step"]
+        chosen.max_steps, chosen.method = options["max_steps"], options["method"]
+        chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
+        chosen.on_change_point = options["on_change_point"]
+
+    cdef _ask(self, quantities):
+        cdef ptrdiff_t i
+        self.quantity = <mechc_quantity *>calloc(max(len(quantities), 1), sizeof(mechc_quantity))
+        if self.quantity == NULL:
+            raise MemoryError()
+        for i, asked in enumerate(quantities):
+            self.quantity[i].reduction, self.quantity[i].form = asked[0], asked[1]
+            self.quantity[i].output, self.quantity[i].second = asked[2], asked[3]
+            self.quantity[i].component, self.quantity[i].direction = asked[4], asked[5]
+            self.quantity[i].level, self.quantity[i].terminal = asked[6], asked[7]
+            self.batch.stopping |= self.quantity[i].terminal
+        self.batch.quantity = self.quantity
+
+    def __dealloc__(self):
+        free(self.quantity)
+
+    @property
+    def done(self):
+        return self.batch.done
+
+    def work(self):
+        cdef int made
+        with nogil:
+            made = mechc_batch_work(&self.batch)
+        if not made:
+            raise MemoryError()
+
+    def stop(self):
+        self.batch.stop = 1
+
+
+cdef class Closings(Job):
+    """Closed configurations of every member.
+
+    After the work: ``found`` (n, most, nq), ``many`` (n,), ``miss`` (n,) m.
+    """
+
+    cdef mechc_closing job
+    cdef readonly object found, many, miss
+
+    def __init__(self, Unit unit, str gap, str gradient, int rows, int columns,
+                 const int[::1] unknown, const unsigned char[::1] angular, double t,
+                 const double[:, ::1] starts, const double[:, ::1] fixed,
+                 const double[:, ::1] p, const double[::1] length, int most, ptrdiff_t block):
+        cdef mechc_closing *job = &self.job
+        cdef ptrdiff_t count = fixed.shape[0]
+        cdef double[:, :, ::1] found
+        cdef int[::1] many
+        cdef double[::1] miss
+        outputs = unit.outputs()
+        if fixed.shape[1] != unit.model.coordinates or p.shape[0] != count:
+            raise ValueError("a row of coordinates and parameters is needed for every member")
+        if starts.shape[1] != unknown.shape[0] or angular.shape[0] != unknown.shape[0]:
+            raise ValueError("wrong number of unknowns")
+        if columns * rows > outputs[gradient][1] or length.shape[0] != count or not count:
+            raise ValueError("wrong shapes")
+        self.kept = [unit, unknown, angular, starts, fixed, p, length]
+        found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
+        many = self.many = np.zeros(count, np.intc)
+        miss = self.miss = np.full(count, np.nan)
+        job.unit = unit.unit
+        job.gap_output, job.gap_width = outputs[gap]
+        job.gradient_output = outputs[gradient][0]
+        job.rows, job.columns = rows, columns
+        job.coordinates = unit.model.coordinates
+        job.width = unit.model.coordinates + unit.model.speeds
+        job.parameters, job.unknowns = unit.model.parameters, unknown.shape[0]
+        job.unknown, job.angular = &unknown[0], &angular[0]
+        job.t = t
+        job.starts, job.start = starts.shape[0], &starts[0, 0]
+        job.count, job.block = count, max(block, 1)
+        job.fixed, job.length = &fixed[0, 0], &length[0]
+        job.p = &p[0, 0] if unit.model.parameters else NULL
+        job.most = most
+        job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
+
+    @property
+    def done(self):
+        return self.job.done
+
+    def work(self):
+        cdef int made
+        with nogil:
+            made = mechc_close_work(&self.job)
+        if not made:
+            raise MemoryError()
+
+    def stop(self):
+        self.job.stop = 1

@@ -1,0 +1,559 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""The compiled face of a scene: evaluates outputs, runs integrations, releases the GIL."""
+
+from os import fsencode
+
+import numpy as np
+
+from cpython.exc cimport PyErr_CheckSignals
+from cpython.mem cimport PyMem_Free, PyMem_Malloc
+from cpython.pycapsule cimport (
+    PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
+)
+from libc.math cimport INFINITY, NAN, isfinite
+from libc.stdlib cimport free
+from libc.string cimport memcpy, memset
+from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
+from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
+
+
+cdef extern from "abi/model.h":
+    int MECHC_ABI
+    const char *MECHC_CAPSULE
+    int MECHC_RUNNING, MECHC_FINISHED
+
+    ctypedef struct mechc_rows:
+        const double *data
+        ptrdiff_t stride
+
+    ctypedef void (*mechc_evaluate_pointer)(
+        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out
+    ) noexcept nogil
+
+    ctypedef struct mechc_output:
+        const char *name
+        int width
+        mechc_evaluate_pointer evaluate
+
+    ctypedef struct mechc_options:
+        double t0, t1
+        const double *y0
+        const double *p
+        double rtol
+        const double *atol
+        const double *scale
+        double first_step, max_step
+        long max_steps
+        int method, dense, on_change_point, may_stiffen
+
+    ctypedef struct mechc_stats:
+        long steps, rejected, rhs_evaluations, closure_iterations
+        double least_singular, least_singular_time
+        int coordinate
+        long examined
+        double critical_gap, critical_time, rounding
+
+    ctypedef struct mechc_trajectory:
+        ptrdiff_t count, capacity
+        int width, dense_rows
+        double *t
+        double *y
+        double *dense
+        ptrdiff_t crossing_count
+        double *crossings
+
+    ctypedef struct mechc_run:
+        int status
+        double t
+        mechc_stats stats
+        mechc_trajectory trajectory
+
+    ctypedef struct mechc_unit:
+        const char *instruction_set
+        int lanes
+        int output_count
+        const mechc_output *outputs
+        void (*rates)(double, const double *, const double *, const double *, double *) noexcept nogil
+        void (*prepare)(const double *, double *) noexcept nogil
+        int (*project)(double, double *, const double *, double *) noexcept nogil
+        size_t run_size
+        void (*start)(mechc_run *, const mechc_options *) noexcept nogil
+        int (*advance)(mechc_run *, long) noexcept nogil
+        void (*release)(mechc_run *) noexcept nogil
+        void (*interpolate)(
+            int, const mechc_trajectory *, const double *, ptrdiff_t, const double *, double *
+        ) noexcept nogil
+        void (*extend)(mechc_run *, double, double) noexcept nogil
+
+    ctypedef struct mechc_model:
+        int abi
+        const char *metadata
+        int coordinates, speeds, holonomic, rows, parameters, constants
+        void (*complete)(const unsigned char *, double *) noexcept nogil
+        const mechc_unit *(*select)(const char *) noexcept nogil
+        int inputs
+
+cdef extern from "abi/call.h":
+    ctypedef struct mechc_bound:
+        int states, width
+
+    ctypedef struct mechc_along:
+        pass
+
+    mechc_bound *mechc_bind(const mechc_model *, const mechc_unit *, int, const double *) nogil
+    void mechc_call(double, const double *, double *, void *) noexcept nogil
+    mechc_along *mechc_follow(mechc_bound *, int, int, const int *, const double *, double) nogil
+    double mechc_call_along(int, double *, void *) noexcept nogil
+    void mechc_let_go(mechc_along *) noexcept nogil
+
+cdef double LOOK = 0.02  # s between looks at signals, and between turns of other threads
+cdef double PIECE = 0.001  # s between looks at the clock: what comes next may cost far more
+cdef ptrdiff_t LANES = 8  # states are evaluated side by side by as many or fewer
+cdef ptrdiff_t LARGEST_PIECE = 1 << 20
+
+
+cdef double seconds_now() noexcept nogil:
+    cdef timespec now
+    clock_gettime(CLOCK_MONOTONIC, &now)
+    return now.tv_sec + 1e-9 * now.tv_nsec
+
+
+cdef ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
+    """Twice as much work as took less than a piece of time; as much less as took longer."""
+    if seconds > PIECE:
+        return max(<ptrdiff_t>(piece * (PIECE / seconds)), 1)
+    return min(2 * piece, LARGEST_PIECE) if seconds < 0.5 * PIECE else piece
+
+
+cdef const char *CALL = "void (double, double *, double *, void *)"
+cdef const char *CALL_ALONG = "double (int, double *, void *)"
+
+cdef void release_bound(object capsule) noexcept:
+    free(PyCapsule_GetContext(capsule))
+
+cdef void release_along(object capsule) noexcept:
+    mechc_let_go(<mechc_along *>PyCapsule_GetContext(capsule))
+
+
+def capsule_of(path):
+    """The model in a shared object of its own, as a capsule; it stays loaded with the process.
+
+    Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
+    """
+    cdef bytes name = fsencode(path)
+    cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
+    cdef const mechc_model *model = NULL
+    if library != NULL:
+        model = <const mechc_model *>dlsym(library, b"mechc_scene")
+    if model == NULL:
+        why = dlerror().decode(errors="replace")
+    elif model.abi != MECHC_ABI:
+        why = f"it was compiled for ABI {model.abi}, this mechc speaks {MECHC_ABI}"
+    else:
+        return PyCapsule_New(<void *>model, MECHC_CAPSULE, NULL)
+    if library != NULL:
+        dlclose(library)  # or the name would stand for this file even after it is replaced
+    raise ImportError(f"{path} cannot be loaded: {why}")
+
+
+def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
+    """The largest magnitude among the values at these places, 0 where there are none."""
+    cdef double largest = 0.0
+    cdef Py_ssize_t i
+    for i in range(which.shape[0]):
+        largest = max(largest, abs(values[which[i]]))
+    return largest
+
+
+def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
+    """Whether every number lies between the bounds of its column, and on none; NaN does not."""
+    cdef ptrdiff_t i, k
+    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
+        raise ValueError("a bound for every column is needed")
+    for i in range(rows.shape[0]):
+        for k in range(rows.shape[1]):
+            if not lower[k] < rows[i, k] < upper[k]:
+                return False
+    return True
+
+
+cdef class Scene:
+    """One compiled scene, in the widest instruction set of this processor or in a named one.
+
+    Raises ValueError if the capsule was built for another ABI or the processor lacks the
+    instruction set asked for.
+    """
+
+    cdef const mechc_model *model
+    cdef const mechc_unit *unit
+    cdef dict indices
+    cdef readonly object capsule
+    cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
+    cdef int passed  # parameters, and behind them where the inputs are
+
+    def __init__(self, capsule, instruction_set=None):
+        self.capsule = capsule
+        self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
+        if self.model.abi != MECHC_ABI:
+            raise ValueError(
+                f"this model was compiled for ABI {self.model.abi}, this mechc speaks {MECHC_ABI}: "
+                "compile it again"
+            )
+        cdef bytes wanted
+        cdef const char *name = NULL
+        if instruction_set is not None:
+            wanted = instruction_set.encode()
+            name = wanted
+        self.unit = self.model.select(name)
+        if self.unit == NULL:
+            raise ValueError(f"this processor or this build has no {instruction_set!r}")
+        self.coordinates = self.model.coordinates
+        self.speeds = self.model.speeds
+        self.width = self.coordinates + self.speeds
+        self.rows = self.model.rows
+        self.holonomic = self.model.holonomic
+        self.parameters = self.model.parameters
+        self.inputs = self.model.inputs
+        self.passed = self.parameters + (self.inputs > 0)
+        self.indices = {
+            self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
+        }
+
+    @property
+    def metadata(self):
+        """JSON text: names, units, drawing, operation counts."""
+        return self.model.metadata.decode()
+
+    @property
+    def instruction_set(self):
+        return self.unit.instruction_set.decode()
+
+    @property
+    def integrates(self):
+        """Whether integrators are compiled in; a first unit has rates and outputs alone."""
+        return self.unit.start != NULL
+
+    @property
+    def lanes(self):
+        return self.unit.lanes
+
+    @property
+    def outputs(self):
+        """Output name -> width."""
+        return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
+
+    def complete(self, const unsigned char[::1] given, double[::1] values):
+        """Fill the parameters that are not given with their defaults, in place."""
+        if given.shape[0] != self.parameters or values.shape[0] != self.parameters:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        if self.parameters:
+            self.model.complete(&given[0], &values[0])
+
+    def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
+        """The same for every row; what is given is the same in all."""
+        cdef ptrdiff_t i
+        if given.shape[0] != self.parameters or rows.shape[1] != self.parameters:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        if self.parameters:
+            for i in range(rows.shape[0]):
+                self.model.complete(&given[0], &rows[i, 0])
+
+    def evaluate(self, str name, const double[::1] t, const double[:, ::1] y, const double[:, ::1] p):
+        """Output `name` of y.shape[0] states; t and p have as many rows or one.
+
+        Returns a fresh array (states, width).  Where the scene has inputs, p has one column more
+        than there are parameters: see :class:`mechc.native._inputs.Inputs`.
+        """
+        out = np.empty((y.shape[0], self.unit.outputs[self.indices[name]].width))
+        self.evaluate_into(name, t, y, p, out)
+        return out
+
+    def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
+                      const double[:, ::1] p, double[:, ::1] out):
+        """The same, into an array (states, width)."""
+        cdef mechc_output output = self.unit.outputs[self.indices[name]]
+        cdef ptrdiff_t count = y.shape[0]
+        if y.shape[1] != self.width or p.shape[1] != self.passed:
+            raise ValueError("wrong number of state components or parameters")
+        if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
+            raise ValueError("times and parameters must be given once or once a state")
+        if out.shape[0] != count or out.shape[1] != output.width:
+            raise ValueError("wrong shape of the array for the results")
+        cdef mechc_rows times, states, parameters
+        if count == 0:
+            return
+        times.data, times.stride = &t[0], t.shape[0] > 1
+        states.data, states.stride = &y[0, 0], self.width
+        parameters.data = &p[0, 0] if self.passed else NULL
+        parameters.stride = self.passed if p.shape[0] > 1 else 0
+        cdef double *into = &out[0, 0]
+        cdef ptrdiff_t done = 0, piece = LANES, some
+        cdef double started, before, now
+        while done < count:
+            with nogil:
+                started = before = seconds_now()
+                while done < count and before - started < LOOK:
+                    some = min(piece, count - done)
+                    output.evaluate(some, times, states, parameters, into)
+                    times.data += some * times.stride
+                    states.data += some * states.stride
+                    if parameters.stride:
+                        parameters.data += some * parameters.stride
+                    into += some * output.width
+                    done += some
+                    now = seconds_now()
+                    piece = -(-next_piece(piece, now - before) // LANES) * LANES
+                    before = now
+            PyErr_CheckSignals()
+
+    cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
+        cdef int index = -1 if name == "rates" else self.indices[name]
+        cdef mechc_bound *bound
+        if p.shape[0] != self.passed:
+            raise ValueError(f"{self.parameters} parameters are needed")
+        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.passed else NULL)
+        if bound == NULL:
+            raise MemoryError()
+        return bound
+
+    def bound(self, str name, const double[::1] p):
+        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+
+        The capsule is called by its C signature, has the data for its context and owns them;
+        the address is that of its function.
+        """
+        cdef mechc_bound *bound = self._bind(name, p)
+        capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
+        PyCapsule_SetContext(capsule, bound)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+
+    def bound_along(
+        self, str name, const double[::1] p, int component, const int[::1] places,
+        const double[::1] y, double t,
+    ):
+        """One component of it as a function of y at these places (-1: of t), as a capsule."""
+        cdef mechc_bound *bound = self._bind(name, p)
+        cdef mechc_along *along
+        if y.shape[0] != self.width or not 0 <= component < bound.width:
+            free(bound)
+            raise ValueError("no such component or no such state")
+        along = mechc_follow(bound, component, places.shape[0], &places[0], &y[0], t)
+        if along == NULL:
+            free(bound)
+            raise MemoryError()
+        capsule = PyCapsule_New(<void *>mechc_call_along, CALL_ALONG, release_along)
+        PyCapsule_SetContext(capsule, along)
+        return capsule
+
+    def rates_seconds(self, double t, const double[::1] y, const double[::1] p, long repeats):
+        """Seconds that `repeats` scalar evaluations of the state rates take, each fed by the last.
+
+        For benchmarks: no Python in between.
+        """
+        cdef double[::1] state = np.array(y), rates = np.empty(self.width)
+        cdef double[::1] constants = np.empty(max(self.model.constants, 1))
+        cdef long i
+        from time import perf_counter
+        self.unit.prepare(&p[0], &constants[0])
+        start = perf_counter()
+        with nogil:
+            for i in range(repeats):
+                self.unit.rates(t, &state[0], &p[0], &constants[0], &rates[0])
+                state[0] += 1e-18 * rates[self.width - 1]
+        return perf_counter() - start
+
+    def project(self, double t, const double[::1] y, const double[::1] p):
+        """The nearest state on the constraints.
+
+        Returns (status code, new state, largest closure gap before, largest velocity residual);
+        the gap is NaN where a component of y is not finite.
+        """
+        out = np.empty(self.width)
+        cdef double[::1] state = out
+        cdef double[2] moved
+        cdef int i
+        if y.shape[0] != self.width or p.shape[0] != self.passed:
+            raise ValueError("wrong number of state components or parameters")
+        memcpy(&state[0], &y[0], self.width * sizeof(double))
+        status = self.unit.project(t, &state[0], &p[0], moved)
+        for i in range(self.width):
+            if not isfinite(y[i]):
+                moved[0] = NAN
+        return status, out, moved[0], moved[1]
+
+    def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
+              const double[::1] scale, double first_step, double max_step, long max_steps, int method,
+              bint dense, int on_change_point=0, bint may_stiffen=False):
+        """Begin a run; see Run.  on_change_point: 0 passes straight on, 1 stops before it."""
+        cdef Run run = Run.__new__(Run)
+        cdef const double[::1] tolerances
+        cdef mechc_options options
+        run.scene = self
+        run.unit = self.unit
+        run.method = method
+        run.piece = 1
+        if p.shape[0] != self.passed:
+            raise ValueError("wrong number of parameters")
+        run.p = np.array(p)
+        run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
+        if run.run == NULL:
+            raise MemoryError()
+        memset(run.run, 0, self.unit.run_size)
+        options.t0, options.t1 = t0, t1
+        options.y0, options.p = &y0[0], &p[0] if self.passed else NULL
+        options.rtol = rtol
+        options.atol = NULL
+        if atol is not None:
+            tolerances = atol
+            options.atol = &tolerances[0]
+        options.scale = &scale[0]
+        options.first_step, options.max_step = first_step, max_step
+        options.max_steps = max_steps
+        options.method, options.dense = method, dense
+        options.on_change_point = on_change_point
+        options.may_stiffen = may_stiffen
+        self.unit.start(run.run, &options)
+        return run
+
+
+cdef class Run:
+    """An integration under way or finished; owns the trajectory."""
+
+    cdef Scene scene
+    cdef const mechc_unit *unit  # beside `scene`, which the cycle collector may have cleared first
+    cdef mechc_run *run
+    cdef int method
+    cdef object p
+    cdef ptrdiff_t piece  # attempted steps until the next look at the clock
+
+    def __dealloc__(self):
+        if self.run != NULL:
+            self.unit.release(self.run)
+            PyMem_Free(self.run)
+
+    def advance(self, long steps):
+        """At most `steps` further attempted steps, and no more than fit into a moment.
+
+        Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the run
+        stays usable.
+        """
+        cdef int status = MECHC_RUNNING
+        cdef double started, before, now
+        cdef long some
+        with nogil:
+            started = before = seconds_now()
+            while status == MECHC_RUNNING and steps > 0 and before - started < LOOK:
+                some = min(self.piece, steps)
+                status = self.unit.advance(self.run, some)
+                steps -= some
+                now = seconds_now()
+                self.piece = next_piece(self.piece, now - before)
+                before = now
+        PyErr_CheckSignals()
+        return status
+
+    def extend(self, double t1, double inputs):
+        """Go on to t1, from the end of the run or while it is under way, with other inputs."""
+        if self.unit.extend == NULL:
+            raise ValueError("this scene has no inputs")
+        with nogil:
+            self.unit.extend(self.run, t1, inputs)
+
+    def read_with(self, double inputs):
+        """The inputs that :meth:`interpolate` takes, of the whole run."""
+        self.p[self.scene.parameters] = inputs
+
+    @property
+    def status(self):
+        return self.run.status
+
+    @property
+    def t(self):
+        """Time reached."""
+        return self.run.t
+
+    def stats(self):
+        """Counters and the least conditioning met."""
+        cdef mechc_stats s = self.run.stats
+        return {
+            "steps": s.steps,
+            "rejected": s.rejected,
+            "rhs_evaluations": s.rhs_evaluations,
+            "closure_iterations": s.closure_iterations,
+            "least_singular": s.least_singular,
+            "least_singular_time": s.least_singular_time,
+            "coordinate": s.coordinate,
+            "examined": s.examined,
+            "critical_gap": s.critical_gap,
+            "critical_time": s.critical_time,
+            "rounding": s.rounding,
+        }
+
+    def states(self):
+        """Accepted times (nt,) and states (nt, width), copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        t, y = np.empty(record.count), np.empty((record.count, self.scene.width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if record.count:
+            memcpy(&times[0], record.t, record.count * sizeof(double))
+            memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
+        return t, y
+
+    @property
+    def passages(self):
+        """Number of change points passed."""
+        return self.run.trajectory.crossing_count
+
+    @property
+    def count(self):
+        """Number of accepted states, the start among them."""
+        return self.run.trajectory.count
+
+    def times(self, ptrdiff_t first):
+        """Accepted times from the index `first` on, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = max(record.count - first, 0)
+        t = np.empty(left)
+        cdef double[::1] times = t
+        if left:
+            memcpy(&times[0], record.t + first, left * sizeof(double))
+        return t
+
+    def change_points(self):
+        """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).
+
+        A gap that is not 0 was within rounding of it.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t width = self.scene.coordinates + 2, i, j
+        rows = np.empty((record.crossing_count, width))
+        cdef double[:, ::1] view = rows
+        for i in range(record.crossing_count):
+            for j in range(width):
+                view[i, j] = record.crossings[i * width + j]
+        return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
+
+    def interpolate(self, const double[::1] t):
+        """Dense output at the times t, projected onto the constraints: (len(t), width)."""
+        out = np.empty((t.shape[0], self.scene.width))
+        cdef double[:, ::1] view = out
+        cdef double[::1] p = self.p
+        cdef const double *parameters = &p[0] if self.scene.passed else NULL
+        cdef ptrdiff_t done = 0, piece = 1, count = t.shape[0], some
+        cdef double started, before, now
+        while done < count:
+            with nogil:
+                started = before = seconds_now()
+                while done < count and before - started < LOOK:
+                    some = min(piece, count - done)
+                    self.unit.interpolate(
+                        self.method, &self.run.trajectory, parameters, some, &t[done],
+                        &view[done, 0],
+                    )
+                    done += some
+                    now = seconds_now()
+                    piece = next_piece(piece, now - before)
+                    before = now
+            PyErr_CheckSignals()
+        return out

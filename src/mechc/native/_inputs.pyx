@@ -1,0 +1,169 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""Inputs as compiled scenes find them: piecewise polynomials in C, functions called back."""
+
+from time import perf_counter
+
+import numpy as np
+
+from cpython.mem cimport PyMem_Calloc, PyMem_Free
+from libc.math cimport NAN, isfinite
+from libc.stdint cimport uintptr_t
+from libc.string cimport memcpy
+
+
+cdef extern from "abi/signals.h":
+    int MECHC_ADDRESS_BITS
+
+    ctypedef struct mechc_inputs:
+        void (*evaluate)(
+            const mechc_inputs *, int, int, double, const double *, const double *, double *
+        ) noexcept nogil
+        int needs_state
+
+    ctypedef struct mechc_signal:
+        ptrdiff_t first, last
+        int degree
+        const double *knots
+        const double *coefficients
+
+    ctypedef struct mechc_source:
+        const mechc_signal *signal
+        int order
+
+    ctypedef struct mechc_driven:
+        mechc_inputs head
+        const mechc_source *sources
+        void *caller
+        double (*call)(void *, int, double, const double *, const double *) noexcept nogil
+
+    double mechc_inputs_passed(const mechc_inputs *) noexcept nogil
+    void mechc_driven_evaluate(
+        const mechc_inputs *, int, int, double, const double *, const double *, double *
+    ) noexcept nogil
+
+
+cdef class Caller:
+    """Functions of t, or of t, q and u, that a run calls back.
+
+    ``functions``: for each value of the inputs (name, function, whether it takes the state) or
+    None.  After one has failed none is called any more and every value is NaN; ``failure`` is then
+    (name, time, the exception; None where the function gave no finite number).
+    """
+
+    cdef list functions
+    cdef int coordinates, speeds
+    cdef public object failure
+    cdef readonly long calls
+    cdef readonly double seconds
+    cdef readonly bint takes_state
+
+    def __init__(self, functions, int coordinates, int speeds):
+        self.functions = list(functions)
+        self.coordinates, self.speeds = coordinates, speeds
+        self.takes_state = any(f is not None and f[2] for f in self.functions)
+
+    def reset(self):
+        """Count anew, with no failure."""
+        self.failure, self.calls, self.seconds = None, 0, 0.0
+
+    cdef double value(self, int which, double t, const double *q, const double *u):
+        cdef double found = NAN
+        if self.failure is not None:
+            return NAN
+        name, function, takes_state = self.functions[which]
+        started = perf_counter()
+        try:
+            if takes_state:
+                found = function(
+                    t, array_of(q, self.coordinates), array_of(u, self.speeds)
+                )
+            else:
+                found = function(t)
+            if not isfinite(found):
+                self.failure = name, t, None
+        except BaseException as error:
+            self.failure = name, t, error
+            found = NAN
+        self.calls += 1
+        self.seconds += perf_counter() - started
+        return found
+
+
+cdef ptrdiff_t piece_of(const double[::1] knots, double t):
+    """The last piece that begins at t or before, or the first."""
+    cdef ptrdiff_t low = 0, high = knots.shape[0] - 1, middle
+    while low < high:
+        middle = high - (high - low) // 2
+        if t >= knots[middle]:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+cdef object array_of(const double *numbers, int count):
+    """A copy that the function called may keep."""
+    out = np.empty(count)
+    cdef double[::1] view = out
+    if count:
+        memcpy(&view[0], numbers, count * sizeof(double))
+    return out
+
+
+cdef double call_back(void *caller, int which, double t, const double *q, const double *u) noexcept with gil:
+    return (<Caller>caller).value(which, t, q, u)
+
+
+cdef class Inputs:
+    """The inputs of a run; ``number`` tells a compiled scene where they are.
+
+    Parameters
+    ----------
+    signals
+        Piecewise polynomials: knots (n,), coefficients (n, degree + 1) in powers of the time since
+        the knot.
+    sources
+        For each value (index of the signal or -1: called back, order of the derivative).
+    low, high
+        Times of which the pieces are used, the outer ones also beyond.
+    """
+
+    cdef mechc_driven driven
+    cdef mechc_signal *signals
+    cdef mechc_source *sources
+    cdef object arrays
+    cdef readonly Caller caller
+    cdef readonly double number
+
+    def __cinit__(self, signals, sources, Caller caller, double low, double high):
+        cdef const double[::1] knots
+        cdef const double[:, ::1] coefficients
+        cdef ptrdiff_t i
+        self.caller, self.arrays = caller, list(signals)
+        self.signals = <mechc_signal *>PyMem_Calloc(len(signals) + 1, sizeof(mechc_signal))
+        self.sources = <mechc_source *>PyMem_Calloc(len(sources) + 1, sizeof(mechc_source))
+        if self.signals == NULL or self.sources == NULL:
+            raise MemoryError()
+        for i, (knots, coefficients) in enumerate(self.arrays):
+            if knots.shape[0] < 1 or coefficients.shape[0] != knots.shape[0]:
+                raise ValueError("a signal needs a knot for every piece")
+            self.signals[i].degree = coefficients.shape[1] - 1
+            self.signals[i].knots, self.signals[i].coefficients = &knots[0], &coefficients[0, 0]
+            self.signals[i].first = piece_of(knots, low)
+            self.signals[i].last = piece_of(knots, high)
+        for i, (signal, order) in enumerate(sources):
+            if not -1 <= signal < len(self.arrays):
+                raise ValueError("no such signal")
+            self.sources[i].signal = &self.signals[<int>signal] if signal >= 0 else NULL
+            self.sources[i].order = order
+        self.driven.head.evaluate = mechc_driven_evaluate
+        self.driven.head.needs_state = caller.takes_state
+        self.driven.sources = self.sources
+        self.driven.caller, self.driven.call = <void *>caller, call_back
+        if <uintptr_t>&self.driven >> MECHC_ADDRESS_BITS:
+            raise MemoryError("an address of more than 52 bits")
+        self.number = mechc_inputs_passed(&self.driven.head)
+
+    def __dealloc__(self):
+        PyMem_Free(self.signals)
+        PyMem_Free(self.sources)

@@ -1,0 +1,1 @@
+"""Scenes without a C compiler."""

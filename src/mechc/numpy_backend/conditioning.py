@@ -1,0 +1,93 @@
+"""How near a run comes to where rows of J depend on each other: a change point may be there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechc.numpy_backend.linear import Rows
+from mechc.numpy_backend.projection import RUNNING, Manifold
+from mechc.system.parameters import Array
+
+AT_CHANGE_POINT, NEAR_CHANGE_POINT = 9, 11
+DEPENDENT = 1e-7  # of the largest singular value
+POOR = 1e-3  # of the conditioning at ordinary configurations: what doubles tell is lost from here
+FADING = 0.03
+HIDING = 0.5  # of the change over a step: so little left, it may have been zero between the stages
+BESIDE = 0.1  # rad, or units of the speeds: ordinary configurations are looked for so far away
+
+
+class Conditioning:
+    """The least singular value over the largest, along a run.
+
+    Rows that are redundant at every configuration do not count.  ``status`` is 0 unless the start
+    itself is at or beside a change point.
+    """
+
+    def __init__(self, manifold: Manifold, t: float, y: Array) -> None:
+        self.status, self.rank, self.usual = RUNNING, 0, 0.0
+        self.least_met, self.least_time = np.inf, t
+        self.first = self.last = self.end = 1.0
+        self.met: list[float] = []
+        self.leaving = False
+        if manifold.listing.rows:
+            self._begin(manifold, t, y)
+
+    def _begin(self, manifold: Manifold, t: float, y: Array) -> None:
+        q = y[: manifold.listing.coordinates]
+        changes = BESIDE * np.eye(manifold.listing.speeds)
+        beside = manifold.moved(t, q, np.vstack([changes, -changes, 0.0 * changes[:1]]))
+        assert beside.rows is not None
+        closed = beside.status == RUNNING
+        found = beside.rows.conditioning[closed]
+        if not closed[-1] or not len(found):
+            return  # the first stage says what is wrong
+        self.rank = int((found > DEPENDENT).sum(axis=1).max())
+        if not self.rank:
+            return
+        self.usual = float(np.median(found[:, self.rank - 1]))
+        self.first = self.last = float(found[-1, self.rank - 1])
+        if self.first <= DEPENDENT:
+            self.status = AT_CHANGE_POINT
+        elif self.first < POOR * self.usual:
+            self.status = NEAR_CHANGE_POINT
+
+    def meet(self, t: float, rows: Rows | None) -> None:
+        """Take note of a stage."""
+        if rows is None or not self.rank:
+            return
+        self.last = float(rows.conditioning[0, self.rank - 1])
+        self.met.append(self.last)
+        if self.last < self.least_met:
+            self.least_met, self.least_time = self.last, t
+
+    def begin_step(self) -> None:
+        self.met = [self.first]
+
+    def end_step(self) -> None:
+        """The last stage met was the step's end."""
+        self.end = self.last
+
+    def may_hide_a_zero(self) -> bool:
+        """Whether the values met could lie on both sides of a zero.
+
+        Away from one, over a step that begins where the last one left it, they cannot.
+        """
+        least, most = min(self.met), max(self.met)
+        if self.leaving and least == self.first:
+            return False
+        return least < HIDING * (most - least)
+
+    def poor(self) -> bool:
+        """Whether the rows are too nearly dependent to go on."""
+        return bool(self.rank) and min(self.met) < POOR * self.usual
+
+    def fading(self) -> bool:
+        return bool(self.rank) and min(self.met, default=1.0) < FADING * self.usual
+
+    def accept(self) -> None:
+        """The step stands."""
+        if not self.rank:
+            return
+        self.leaving = self.end > self.first
+        self.first = self.end
+        self.usual = max(self.usual, self.end)

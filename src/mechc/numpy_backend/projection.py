@@ -1,0 +1,125 @@
+"""States moved onto the constraints, and accelerations there, without C."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mechc.numpy_backend.equations import Equations, Place, accelerations, rows_of
+from mechc.numpy_backend.linear import EPS, Rows, diagonal, times
+from mechc.system.parameters import Array
+
+RUNNING, NOT_CLOSED, NOT_FINITE, SINGULAR_MASS = 0, 2, 4, 5
+ITERATIONS = 20
+
+
+class Closed(NamedTuple):
+    """Configurations (n, nq) with what is known there; status: 0 where the loops close."""
+
+    q: Array
+    place: Place
+    rows: Rows | None
+    status: Any
+    iterations: int
+
+
+class Manifold:
+    """The constraints of a scene with one set of parameters (np,)."""
+
+    def __init__(self, equations: Equations, p: Array) -> None:
+        self.equations, self.listing = equations, equations.listing
+        self.p = np.array(p, dtype=np.float64).reshape(1, -1)
+        self.k = equations.constants(self.p)
+
+    def at(self, t: Array, q: Array) -> tuple[Place, Rows | None]:
+        place = self.equations.place(t, q, self.p, self.k)
+        return place, rows_of(place) if self.listing.rows else None
+
+    def close(self, t: Array, q: Array) -> Closed:
+        """The nearest configurations that close the loops, by Gauss-Newton in the metric of M."""
+        q, before = q.copy(), np.full(len(q), np.inf)
+        for iteration in range(1, ITERATIONS + 1):
+            place, rows = self.at(t, q)
+            heavy = (diagonal(place.mass) > 0).all(axis=1)
+            if not self.listing.holonomic or rows is None:
+                status = np.where(heavy, RUNNING, SINGULAR_MASS)
+                return Closed(q, place, rows, status, iteration)
+            gap, rounding = _gap(place, q)
+            near = (gap <= 16 * rounding) & (gap >= 0.25 * before)
+            settled = (gap <= rounding) | near | ~np.isfinite(gap) | ~heavy
+            if settled.all() or iteration == ITERATIONS:
+                break
+            before = np.where(settled, before, gap)
+            step = rows.least_change(self._gap_values(place))
+            q[~settled] += self._displacement(t, q, step)[~settled]
+        status = np.where(settled, RUNNING, NOT_CLOSED)
+        status = np.where(np.isfinite(gap), status, NOT_FINITE)
+        return Closed(q, place, rows, np.where(heavy, status, SINGULAR_MASS), iteration)
+
+    def steady(self, closed: Closed, u: Array) -> Array:
+        """The nearest speeds that keep the constraints."""
+        if closed.rows is None:
+            return u
+        return np.asarray(u + closed.rows.least_change(-residual(closed.place, u)))
+
+    def accelerate(self, t: Array, u: Array, closed: Closed) -> Array:
+        """State rates (n, nq + nu) at closed configurations."""
+        q, p, k = closed.q, self.p, self.k
+        forcing, gamma = self.equations.terms(t, q, u, p, k, closed.place)
+        found, _ = accelerations(closed.place, forcing, gamma, closed.rows)
+        return np.hstack([self.equations.coordinate_rates(t, q, u, p, k), found])
+
+    def settle(self, t: Array, y: Array) -> tuple[Array, Closed]:
+        """States moved onto the constraints, position first."""
+        width = self.listing.coordinates
+        closed = self.close(t, y[:, :width])
+        return np.hstack([closed.q, self.steady(closed, y[:, width:])]), closed
+
+    def project(self, t: float, y: Array) -> tuple[int, Array, float, float]:
+        """One state (nq + nu,): status, state, largest gap and velocity residual before."""
+        time, width = np.array([t]), self.listing.coordinates
+        finite = bool(np.isfinite(y).all())
+        gap = float(np.abs(self.at(time, y[None, :width])[0].gap).max(initial=0.0))
+        closed = self.close(time, y[None, :width])
+        status = int(closed.status[0])
+        off = residual(closed.place, y[None, width:])
+        drift = float(np.abs(off).max(initial=0.0)) if status == RUNNING else 0.0
+        if status == RUNNING:
+            y = np.hstack([closed.q, self.steady(closed, y[None, width:])])[0]
+        else:
+            y = np.append(closed.q[0], y[width:])
+        return status, y, gap if finite else np.nan, drift
+
+    def moved(self, t: float, q: Array, changes: Array) -> Closed:
+        """Configurations a little beside one (nq,), each closed again: changes (n, nu)."""
+        rows = np.repeat(q[None], len(changes), axis=0)
+        time = np.array([t])
+        return self.close(time, rows + self._displacement(time, rows, changes))
+
+    def _gap_values(self, place: Place) -> Array:
+        """What the rows are to change by; constraints on the motion are not for closing."""
+        values = np.zeros((len(place.gap), self.listing.rows))
+        values[:, : self.listing.holonomic] = -place.gap
+        return values
+
+    def _displacement(self, t: Array, q: Array, step: Array) -> Array:
+        """What a step of the speeds (n, nu) is for the coordinates (n, nq)."""
+        if self.listing.identity_kinematics:
+            return step
+        still = np.zeros((len(q), self.listing.speeds))
+        flat = self.equations.written("kinematic_matrix", t, q, still, self.p, self.k)
+        return np.asarray(times(flat.reshape(len(q), q.shape[1], -1), step))
+
+
+def residual(place: Place, u: Array) -> Array:
+    """J u + b (n, nc)."""
+    return np.asarray(place.bias + times(place.jacobian, u))
+
+
+def _gap(place: Place, q: Array) -> tuple[Array, Array]:
+    """The largest gap (n,), and the rounding that it is measured against."""
+    size = place.gap.shape[1]
+    terms = np.abs(place.jacobian[:, :size]).sum(axis=2).max(axis=1)
+    turn = np.maximum(1.0, np.abs(q).max(axis=1))
+    return np.abs(place.gap).max(axis=1), 2 * EPS * terms * turn

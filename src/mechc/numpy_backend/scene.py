@@ -1,0 +1,116 @@
+"""A scene without C, for machines that have no compiler: ``backend="numpy"``.
+
+It does what :class:`mechc.native._driver.Scene` does for compiled code: outputs, projection,
+integration.  It passes no change points: see :mod:`mechc.numpy_backend.integrator`.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NoReturn
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.numpy_backend.equations import Equations, accelerations
+from mechc.numpy_backend.jacobian import jacobian
+from mechc.numpy_backend.projection import Manifold
+from mechc.system.parameters import Array
+
+BLOCK = 1024  # states at a time: what is computed on the way stays in the processor's cache
+
+
+class NumpyScene:
+    """A scene, by a listing of :mod:`mechc_codegen.emit.numpy`.
+
+    Its methods take and give what those of :class:`mechc.native._driver.Scene` do.
+    """
+
+    instruction_set = "numpy"
+    integrates = True
+    lanes = 1
+    methods = ("dop853",)
+
+    def __init__(self, listing: Any) -> None:
+        self.equations = Equations(listing)
+        self.metadata: str = listing.metadata
+        self.coordinates, self.speeds = listing.coordinates, listing.speeds
+        self.rows, self.holonomic = listing.rows, listing.holonomic
+        self.parameters, self.width = listing.parameters, listing.coordinates + listing.speeds
+        size = {
+            "rates": self.width, "mass_matrix": self.speeds**2, "forcing": self.speeds,
+            "constraint_jacobian": self.rows * self.speeds, "multipliers": self.rows,
+            "state_jacobian": self.width**2, "parameter_jacobian": self.width * self.parameters,
+            "own_state_jacobian": len(listing.names) * self.width,
+            "own_parameter_jacobian": len(listing.names) * self.parameters,
+        }  # fmt: skip
+        written = {
+            listing.names.get(name, name): listing.written[name][1] for name in listing.outputs
+        }
+        self._labels = {name: label for label, name in listing.names.items()}
+        self.outputs = written | {name: size[name] for name in listing.solved}
+
+    def _refuse(self, *_: Any) -> NoReturn:
+        raise MechcError(
+            "a model with backend='numpy' has no compiled code, which this needs (capsules, C "
+            "functions, batches, workers): install a C compiler and compile without backend"
+        )
+
+    capsule = property(_refuse)
+    bound = bound_along = _refuse
+
+    def complete(self, given: Any, values: Array) -> None:
+        """Fill the parameters that are not given with their defaults, in place."""
+        self.equations.functions.complete(given, values[None])
+
+    def complete_rows(self, given: Any, rows: Array) -> None:
+        """The same for every row."""
+        self.equations.functions.complete(given, rows)
+
+    def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+        """Output ``name`` of states (n, nq + nu), t and p once or once a state: (n, length)."""
+        out = np.empty((len(y), self.outputs[name]))
+        for first in range(0, len(y), BLOCK):
+            own = slice(first, first + BLOCK)
+            times, values = (x[own] if len(x) > 1 else x for x in (t, p))
+            out[own] = self._evaluate(self._labels.get(name, name), times, y[own], values)
+        return out
+
+    def _evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+        equations, k = self.equations, self.equations.constants(p)
+        state = (t, y[:, : self.coordinates], y[:, self.coordinates :], p, k)
+        listing = equations.listing
+        if name in listing.outputs and name not in listing.of_motion:
+            return equations.written(name, *state)
+        place = equations.place(t, state[1], p, k)
+        if name in ("mass_matrix", "constraint_jacobian"):
+            found = place.mass if name == "mass_matrix" else place.jacobian
+            return found.reshape(len(y), -1)
+        forcing, gamma = equations.terms(*state, place)
+        if name == "forcing":
+            return forcing
+        motion = accelerations(place, forcing, gamma)
+        if name == "multipliers":
+            return motion[1]
+        if name == "rates":
+            return np.hstack([equations.coordinate_rates(*state), motion[0]])
+        if name in listing.outputs:
+            return equations.written(name, *state, motion)
+        return jacobian(name, equations, state, place, motion)
+
+    def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
+        """The nearest state on the constraints: status, state, gap and velocity residual before."""
+        if len(y) != self.width:
+            raise ValueError(f"a state has {self.width} components")
+        manifold = Manifold(self.equations, p)
+        return manifold.project(t, np.array(y, dtype=np.float64))
+
+    def start(
+        self, t0: float, t1: float, y0: Array, p: Array, rtol: float, atol: Array | None,
+        scale: Array, first_step: float, max_step: float, max_steps: int, method: int,
+        dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
+    ) -> Any:  # fmt: skip
+        """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
+        from mechc.numpy_backend.integrator import NumpyRun, Settings
+
+        settings = Settings(t1, rtol, atol, max_step, max_steps, dense)
+        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, settings)

@@ -1,0 +1,1 @@
+"""Files, summaries, pictures and animations."""

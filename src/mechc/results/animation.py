@@ -1,0 +1,230 @@
+"""A motion as one self-contained HTML page that plays in a browser.
+
+Input: a Solution.  Output: HTML text, a file, or an object that a notebook shows.
+Invariant: the page loads nothing from anywhere, and text that users chose reaches it only as
+escaped JSON (shown through textContent) and an escaped title.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from string import Template
+from typing import Any, Final
+
+import numpy as np
+
+from mechc.errors import ValueOutOfBoundsError
+from mechc.results.sampling import (
+    Array,
+    PlaneView,
+    Run,
+    SolutionLike,
+    clean_text,
+    covered,
+    plane_view,
+    pretty_name,
+    sample,
+    shown_unit,
+)
+
+MOST_FRAMES: Final = 3000
+MOST_READOUTS: Final = 12
+RESOLUTION: Final = 1e-5  # of the mechanism's size
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A page that plays a motion; a notebook shows it as it is."""
+
+    html: str
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file, its folder made if missing; returns the path."""
+        target = Path(path)
+        if target.suffix.lower() not in (".html", ".htm"):
+            raise ValueOutOfBoundsError(
+                f"the animation is a page: save it as .html, not as {target.name!r}"
+            )
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(self.html, encoding="utf-8", newline="\n")
+        return target
+
+    def _repr_html_(self) -> str:
+        # Sandboxed: the page needs scripts, and nothing of the notebook around it.
+        return (
+            '<iframe sandbox="allow-scripts" title="Animation" width="100%" height="560" '
+            f'style="border:0" srcdoc="{html.escape(self.html, quote=True)}"></iframe>'
+        )
+
+
+def animate(sol: SolutionLike, *, fps: float = 60.0) -> Animation:
+    """The motion as an `Animation`: show it in a notebook, or `.save(path)` it."""
+    return Animation(animation_html(sol, fps=fps))
+
+
+def write_animation(sol: SolutionLike, path: str | Path, *, fps: float = 60.0) -> Path:
+    """Write the page to `path`, its folder made if missing; returns the path."""
+    return animate(sol, fps=fps).save(path)
+
+
+def animation_html(sol: SolutionLike, *, fps: float = 60.0) -> str:
+    """The page as text, ASCII only.
+
+    `fps` is frames per second of simulated time, at most 3000 frames in all; the page fills in
+    between frames, and opens at a given time with `#t=1.5` after its address.
+    Raises ValueOutOfBoundsError if `fps` is not a positive number.
+    """
+    run = sample(sol, _frame_count(sol, fps))
+    template = (
+        resources.files("mechc.results").joinpath("templates/animation.html").read_text("utf-8")
+    )
+    return Template(template).substitute(
+        title=_attribute_text(clean_text(sol.model.title or sol.model.name, 100)),
+        script_hash=_script_hash(template),
+        motion=_json_for_script(_motion(run, fps)),
+    )
+
+
+def _frame_count(sol: SolutionLike, fps: float) -> int:
+    if not (math.isfinite(fps) and fps > 0.0):
+        raise ValueOutOfBoundsError(
+            f"fps must be a positive number of frames per second, not {fps!r}"
+        )
+    first, last = covered(sol)
+    span = abs(last - first)
+    return max(2, math.ceil(min(span * fps, MOST_FRAMES - 1.0) - 1e-6) + 1)
+
+
+# --- what the page is given ------------------------------------------------------------------
+
+
+def _motion(run: Run, fps: float) -> dict[str, Any]:
+    run = _while_finite(run)
+    view = plane_view(run)
+    drawn = _drawn_points(run)
+    low, high = _box(view, drawn)
+    grain = RESOLUTION * (float((high - low).max()) or 1.0)
+    span = float(run.t[-1] - run.t[0])
+    step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
+    return {
+        "title": clean_text(run.model.title or run.model.name, 100),
+        "notes": [note for note in (view.note, _step_note(step, fps), _status_note(run)) if note],
+        "start": float(run.t[0]),
+        "step": step,
+        "frames": len(run.t),
+        "grain": grain,
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "names": [pretty_name(name) for name in drawn],
+        "tracks": [_track(view.path(name), low, grain) for name in drawn],
+        "links": [[drawn.index(name) for name in names] for _, names in run.model.skeleton],
+        "labels": [clean_text(label) for label, _ in run.model.skeleton],
+        "ground": [drawn.index(name) for name in run.model.ground],
+        "traced": [drawn.index(name) for name in run.model.traced],
+        "readouts": _readouts(run),
+        "untold": max(0, len(run.model.coordinates) - MOST_READOUTS),
+        "changes": list(run.change_times),
+        **_speeds(span),
+    }
+
+
+def _while_finite(run: Run) -> Run:
+    """The run up to where it left the numbers; its first frame is kept whatever it is."""
+    bad = ~np.isfinite(run.y).all(axis=1)
+    count = max(1, int(np.argmax(bad))) if bad.any() else len(run.t)
+    return Run(run.solution, run.t[:count], np.nan_to_num(run.y[:count]))
+
+
+def _drawn_points(run: Run) -> list[str]:
+    """The points that links, pivots and paths need, or all where a scene asks for none."""
+    model = run.model
+    wanted = [name for _, names in model.skeleton for name in names]
+    wanted += [*model.ground, *model.traced]
+    return [name for name in model.point_names if name in set(wanted)] or list(model.point_names)
+
+
+def _box(view: PlaneView, drawn: Sequence[str]) -> tuple[Array, Array]:
+    if not drawn:
+        return np.zeros(2), np.zeros(2)
+    positions = np.concatenate([view.path(name) for name in drawn])
+    return positions.min(axis=0), positions.max(axis=0)
+
+
+def _track(path: Array, low: Array, grain: float) -> list[list[int]]:
+    """One point's x and y over the frames, in whole grains from the box's corner."""
+    cells = np.rint((path - low) / grain).astype(np.int64)
+    return [cells[:, 0].tolist(), cells[:, 1].tolist()]
+
+
+def _readouts(run: Run) -> list[dict[str, Any]]:
+    readouts = []
+    for column, name in enumerate(run.model.coordinates[:MOST_READOUTS]):
+        unit = shown_unit(run.model.units.get(name, "1"))
+        values = unit.factor * run.y[:, column]
+        digits = 1 if unit.quantity == "angle" else _digits(values)
+        scaled = np.rint(values * 10.0**digits)
+        readouts.append(
+            {
+                "name": pretty_name(name),
+                "unit": unit.label,
+                "digits": digits,
+                "values": [int(value) for value in scaled],
+            }
+        )
+    return readouts
+
+
+def _digits(values: Array) -> int:
+    """Decimals that leave about four digits of the largest value."""
+    largest = float(np.abs(values).max(initial=0.0))
+    return int(np.clip(3 - math.floor(math.log10(largest)), 0, 9)) if largest > 0.0 else 3
+
+
+def _speeds(span: float) -> dict[str, Any]:
+    """The choice of speeds, with slower ones for runs that would be over in a blink."""
+    speeds = [0.1, 0.25, 0.5, 1.0, 2.0]
+    while 0.0 < span < 3.0 * speeds[0] and speeds[0] > 1e-6:
+        speeds.insert(0, float(f"{speeds[0] / 10.0:.6g}"))
+    slow_enough = [speed for speed in speeds if speed <= 1.0 and span >= 1.0 * speed]
+    usual = slow_enough[-1] if slow_enough else speeds[0]
+    return {"speeds": speeds, "speed": usual if span > 0.0 else 1.0}
+
+
+def _step_note(step: float, fps: float) -> str:
+    """Says so when the cap on frames made the step longer than asked for."""
+    return f"one frame every {1e3 * step:.3g} ms" if step * fps > 1.001 else ""
+
+
+def _status_note(run: Run) -> str:
+    failed = not getattr(run.solution.status, "ok", True)
+    return clean_text(str(run.solution.status), 240) if failed else ""
+
+
+# --- escaping --------------------------------------------------------------------------------
+
+
+def _json_for_script(value: Any) -> str:
+    """JSON that is safe inside <script>: no markup character and nothing beyond ASCII."""
+    text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    for character in "<>&":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
+
+
+def _attribute_text(text: str) -> str:
+    return html.escape(text, quote=True).encode("ascii", "xmlcharrefreplace").decode("ascii")
+
+
+def _script_hash(template: str) -> str:
+    """The content policy names the page's one script by its hash, so that no other can run."""
+    script = template.split("<script>", 1)[1].split("</script>", 1)[0]
+    digest = hashlib.sha256(script.encode("utf-8")).digest()
+    return "sha256-" + base64.b64encode(digest).decode("ascii")

@@ -1,0 +1,235 @@
+"""What a model is made of: operations kept and skipped, and what each stage of the build took."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from mechc.errors import AssemblyError, MissingParameterError
+from mechc.results.sampling import clean_text
+from mechc.results.summary import html_table
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+LONGEST = 4000  # characters of a cell
+Row = tuple[str, ...]
+Whole = Mapping[str, Any] | None  # operations with nothing fixed and all usual outputs
+PARTS = ("augmented_mass_matrix", "augmented_forcing", "constraint_gradient", "kinematic_matrix")
+STAGES = {
+    "read": "the SymPy object read",
+    "describe": "described as a mechanism",
+    "derive": "equations derived",
+    "differentiate": "constraints differentiated",
+    "optimize": "operations optimised",
+    "sensitivity": "Jacobians of the motion derived",
+    "emit": "functions written",
+    "first unit": "first unit compiled",
+    "compile": "the whole compiled",
+    "load": "loaded",
+}
+
+
+@dataclass(frozen=True)
+class Section:
+    """A table with a head, or without one pairs of what and how."""
+
+    heading: str
+    rows: tuple[Row, ...]
+    head: Row = ()
+
+    def text(self) -> list[str]:
+        """Lines, whatever line breaks and marks the names in it have."""
+        rows = [tuple(clean_text(cell, LONGEST) for cell in row) for row in self.rows]
+        lines = _aligned(self.head, rows) if self.head else map(_told, rows)
+        return ["", self.heading, *lines]
+
+    def html(self) -> str:
+        return f"<b>{escape(self.heading)}</b>{html_table(self.head or ('', ''), self.rows)}"
+
+
+class Report(str):
+    """Text, with tables of its own in a notebook."""
+
+    sections: tuple[Section, ...]
+    heading: str
+
+    @classmethod
+    def of(cls, title: str, sections: Iterable[Section]) -> Report:
+        kept = tuple(sections)
+        report = cls(
+            "\n".join([clean_text(title, LONGEST), *(line for s in kept for line in s.text())])
+        )
+        report.heading, report.sections = title, kept
+        return report
+
+    def _repr_html_(self) -> str:
+        return f"<b>{escape(self.heading)}</b>" + "".join(s.html() for s in self.sections)
+
+
+def model_report(model: Model, *, compare: bool = True) -> Report:
+    """What was kept, what fell away and why, in operations; what each stage of the build took.
+
+    Parameters
+    ----------
+    compare
+        Where parameters are fixed or outputs were not asked for: derive the scene once more
+        without that, so that what was saved can be told.  Takes as long as deriving did.
+
+    Returns
+    -------
+    Report
+        A text; in a notebook, tables.
+    """
+    whole = _whole(model) if compare else None
+    sections = [_operations(model, whole), _calls(model), _fallen(model, whole)]
+    if model.constraint_names:
+        sections.append(_redundant(model))
+    if model.build.get("seconds"):
+        sections.append(_build(model))
+    lanes = f", {model._scene.lanes} lanes" if model.backend == "c" else ""
+    return Report.of(f"{_heading(model)}, {model.instruction_set}{lanes}", sections)
+
+
+def _heading(model: Model) -> str:
+    """The title, with the name that code knows the model by where that is another."""
+    return model.title if model.name in model.title else f"{model.title} ({model.name})"
+
+
+def _whole(model: Model) -> Whole:
+    """Counted where that is another scene, and this process can derive it."""
+    other = model._data["fixed"] or model._data["skipped"]
+    return model._whole() if model._whole is not None and other else None
+
+
+def _operations(model: Model, whole: Whole) -> Section:
+    counts = model._data["operations"]
+    named = {n: c for n, c in counts["outputs"].items() if n not in PARTS}
+    own = set(model._data["own"])
+    rows: list[Row] = [
+        (name if name in own else name.replace("_", " "), str(before), str(after))
+        for name, (before, after) in named.items()
+    ]
+    rows.append(("all at once", str(counts["before"]), str(counts["after"])))
+    head: Row = ("output", "as derived", "compiled")
+    if whole is not None and model._data["fixed"]:
+        free = [str(whole["outputs"].get(name, ("", ""))[1]) for name in named]
+        rows = [(r[0], n, *r[1:]) for r, n in zip(rows, [*free, ""], strict=True)]
+        head = ("output", "with nothing fixed", *head[1:])
+    return Section("operations an evaluation (functions included)", tuple(rows), head)
+
+
+def _calls(model: Model) -> Section:
+    """What a run computes once, and what every right-hand side does."""
+    counts, rows = model._data["operations"], len(model.constraint_names)
+    solved = f"{len(model.speeds)} accelerations"
+    if rows:
+        solved += f" and {rows} constraint rows"
+    given = (("given with a run (inputs)", ", ".join(model.inputs)),) if model.inputs else ()
+    if links := model._data["walked"]:
+        solved += f", M and F by walking {links} links"
+    facts = (
+        ("once a run, of parameters alone", f"{counts['once_per_run']} operations, kept in "
+         f"{counts['constants']} constants"),
+        ("configuration", f"{counts['stages']['configuration']} operations"),
+        ("speeds", f"{counts['stages']['motion']} operations"),
+        ("solution", solved),
+        *given,
+    )  # fmt: skip
+    return Section("a right-hand side", facts)
+
+
+def _fallen(model: Model, whole: Whole) -> Section:
+    """What the scene does not need, and so is not in it."""
+    data = model._data
+    facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
+    if not model.constraint_names:
+        facts.append(("constraints", "none: no closing of loops, no projection, no multipliers"))
+    if data["fixed"]:
+        values = ", ".join(f"{name} = {value:g}" for name, value in data["fixed"].items())
+        facts.append(("fixed", values + _saved_by_fixing(data, whole)))
+    if data["skipped"]:
+        names = ", ".join(data["skipped"])
+        facts.append(("not in this scene", names + _saved_outputs(data, whole)))
+    return Section("what fell away", tuple(facts))
+
+
+def _loads(loads: Mapping[str, int]) -> str:
+    if not loads["given"]:
+        return "none"
+    return f"{loads['given']}, of which {loads['zero'] or 'none'} vanish"
+
+
+def _third_dimension(data: Mapping[str, Any]) -> str:
+    """By the elements that vanish for any state: in a plane all that point out of it do."""
+    vectors = ("points", "point_velocities", "linear_momenta", "angular_momenta")
+    zeros = data["operations"]["zeros"]
+    found = [zeros[name] for name in vectors if name in zeros]
+    zero, size = sum(z for z, _ in found), sum(n for _, n in found)
+    told = f"{zero} of {size} components of vectors are zero for any state" if size else ""
+    if data["planar"] is not None:
+        links = "three numbers a motion" if data["planar"] else "six numbers a motion"
+        told = f"{links} of a link; {told}" if told else f"{links} of a link"
+    return told or "no vectors were asked for"
+
+
+def _saved_by_fixing(data: Mapping[str, Any], whole: Whole) -> str:
+    if whole is None:
+        return ""
+    counts = data["operations"]
+    shared = [name for name in counts["outputs"] if name in whole["outputs"]]
+    free, left = (sum(c["outputs"][n][1] for n in shared) for c in (whole, counts))
+    once = whole["once_per_run"], counts["once_per_run"]
+    return (
+        f"; {free - left} of {free} operations of the outputs fell away, "
+        f"{once[0] - once[1]} of {once[0]} once a run"
+    )
+
+
+def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
+    if whole is None:
+        return ""
+    absent = {
+        n: c[1] for n, c in whole["outputs"].items() if n not in data["operations"]["outputs"]
+    }
+    return f"; {sum(absent.values())} operations" if absent else ""
+
+
+def _redundant(model: Model) -> Section:
+    """Which constraints follow from others, and from which."""
+    what = "redundant constraints"
+    try:
+        found = model.redundant_constraints()
+    except AssemblyError:
+        facts = [(what, "not known, the loops do not close with these parameters")]
+    except MissingParameterError:
+        facts = [(what, "ask model.redundant_constraints(params)")]
+    else:
+        facts = [(what, "multipliers are those of least norm" if found else "none")]
+        facts += [("", str(each)) for each in found]
+    return Section("constraints", tuple(facts))
+
+
+def _build(model: Model) -> Section:
+    seconds = dict(model.build["seconds"])
+    known = [name for name in STAGES if name in seconds]
+    facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
+    return Section("the build", tuple(facts))
+
+
+def _told(fact: Row) -> str:
+    return f"{fact[0]}: {fact[1]}" if fact[0] else f"  {fact[1]}"
+
+
+def _aligned(head: Row, rows: Sequence[Row]) -> list[str]:
+    """Columns aligned: the first to the left, numbers to the right."""
+    table = [head, *rows]
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    return ["  ".join(_cells(row, widths)) for row in table]
+
+
+def _cells(row: Row, widths: Sequence[int]) -> list[str]:
+    numbers = zip(row[1:], widths[1:], strict=True)
+    return [row[0].ljust(widths[0]), *(number.rjust(width) for number, width in numbers)]

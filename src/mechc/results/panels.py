@@ -1,0 +1,404 @@
+"""The panels that the pictures are put together from.
+
+Input: a Run and the cell of a figure's grid to draw in.  Output: that cell, filled with axes.
+Invariant: matplotlib is imported inside functions only; user text reaches it through `_plain`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Any, Final, cast
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.results.sampling import (
+    Array,
+    PlaneView,
+    Run,
+    ShownUnit,
+    clean_text,
+    plane_view,
+    power_of_ten,
+    pretty_name,
+    shown_unit,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.gridspec import SubplotSpec
+
+# Okabe and Ito's palette, in an order that keeps neighbours apart in grey too.
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
+MOST_LEGEND_LINES: Final = 12
+QUIET: Final = "#6b7280"
+
+
+# --- text, legends, colours ------------------------------------------------------------------
+
+
+@cache
+def _font() -> Any:
+    from matplotlib.font_manager import findfont, get_font
+
+    return get_font(findfont("DejaVu Sans"))
+
+
+def _plain(text: str) -> str:
+    """Text for matplotlib: no mathematics in it, and no glyph that the font lacks."""
+    shown = "".join(c if _font().get_char_index(ord(c)) else _spelt_out(c) for c in text)
+    return shown.replace("$", r"\$")
+
+
+def _spelt_out(character: str) -> str:
+    return f"U+{ord(character):04X}"
+
+
+def _legend(axes: Axes, handles: Sequence[Any], names: Iterable[str], **where: Any) -> None:
+    """A legend whose entries are user text: a leading underscore must not hide them."""
+    place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.02), **where}
+    legend = axes.legend(handles, [str(i) for i in range(len(handles))], **place)
+    for text, name in zip(legend.get_texts(), names, strict=True):
+        text.set_text(_plain(name))
+
+
+def _single(area: SubplotSpec) -> Axes:
+    axes: Axes = area.subgridspec(1, 1).subplots(squeeze=False)[0, 0]
+    return axes
+
+
+def _message(area: SubplotSpec, text: str) -> None:
+    axes = _single(area)
+    axes.set_axis_off()
+    axes.text(
+        0.5, 0.5, _plain(text), ha="center", va="center", wrap=True, color=QUIET,
+        transform=axes.transAxes,
+    )  # fmt: skip
+
+
+def _colours(count: int) -> list[Any]:
+    """The palette while it lasts, then an ordered ramp (both safe for the colour-blind)."""
+    if count <= len(COLOURS):
+        return list(COLOURS[:count])
+    from matplotlib import colormaps
+
+    ramp = colormaps["viridis"]
+    return [ramp(0.92 * i / (count - 1)) for i in range(count)]
+
+
+# --- axes against time -----------------------------------------------------------------------
+
+
+def _limits(values: Array, margin: float = 0.06) -> tuple[float, float]:
+    """Limits around finite values; a constant is not blown up to its rounding noise."""
+    finite = values[np.isfinite(values)]
+    if finite.size == 0:
+        return -1.0, 1.0
+    low, high = float(finite.min()), float(finite.max())
+    size = max(abs(low), abs(high))
+    if high - low <= 1e-9 * size or high == low:
+        return low - (0.1 * size or 1.0), high + (0.1 * size or 1.0)
+    return low - margin * (high - low), high + margin * (high - low)
+
+
+def _time_axes(area: SubplotSpec, run: Run, rows: int, columns: int = 1) -> list[Axes]:
+    grid = area.subgridspec(rows, columns).subplots(sharex=True, squeeze=False)
+    panels = list(grid.ravel())
+    for axes in grid[-1]:
+        axes.set_xlabel("time (s)")
+    first, last = float(run.t[0]), float(run.t[-1])
+    pad = 0.01 * (last - first) or 0.5
+    panels[0].set_xlim(first - pad, last + pad)
+    for axes in panels:
+        _mark_change_points(axes, run.change_times, label=axes in list(grid[0]))
+    return panels
+
+
+MOST_MARKED = 40  # beyond so many the lines say less than their number
+
+
+def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> None:
+    for time in times if len(times) <= MOST_MARKED else ():
+        axes.axvline(time, color="#9ca3af", linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+    if not (times and label):
+        return
+    top = axes.secondary_xaxis("top")
+    top.spines["top"].set_visible(False)
+    top.tick_params(length=3, labelsize=7, pad=1, colors=QUIET)
+    few = len(times) <= 6 and _are_apart(axes, times)
+    marked = times if len(times) <= MOST_MARKED else ()
+    top.set_ticks(marked, [f"{time:.4g}" for time in marked] if few else [""] * len(marked))
+    plural = "s" * (len(times) > 1)
+    text = f"change point{plural} at (s)" if few else f"{len(times)} change points"
+    top.set_xlabel(text, fontsize=7, color=QUIET)
+
+
+def _are_apart(axes: Axes, times: tuple[float, ...]) -> bool:
+    first, last = axes.get_xlim()
+    return bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
+
+
+def _curve(axes: Axes, t: Array, values: Array, colour: Any, **style: Any) -> Any:
+    style.setdefault("marker", "o" if len(t) == 1 else "")
+    return axes.plot(t, values, color=colour, markersize=4, **style)[0]
+
+
+def draw_coordinates(area: SubplotSpec, run: Run) -> None:
+    columns = range(len(run.model.coordinates))
+    _draw_quantities(area, run, run.model.coordinates, columns, "coordinates")
+
+
+def draw_speeds(area: SubplotSpec, run: Run) -> None:
+    first = len(run.model.coordinates)
+    columns = range(first, first + len(run.model.speeds))
+    _draw_quantities(area, run, run.model.speeds, columns, "speeds")
+
+
+def _draw_quantities(
+    area: SubplotSpec, run: Run, names: Sequence[str], columns: range, word: str
+) -> None:
+    groups: dict[str, list[tuple[str, int]]] = {}
+    for name, column in zip(names, columns, strict=True):
+        groups.setdefault(run.model.units.get(name, "1"), []).append((name, column))
+    if not groups:
+        return _message(area, f"This scene has no {word}.")
+    panels = _time_axes(area, run, len(groups))
+    for axes, (unit, members) in zip(panels, groups.items(), strict=True):
+        _draw_panel(axes, run, shown_unit(unit), members)
+    return None
+
+
+def _draw_panel(axes: Axes, run: Run, unit: ShownUnit, members: list[tuple[str, int]]) -> None:
+    values = unit.factor * run.y[:, [column for _, column in members]]
+    handles = [
+        _curve(axes, run.t, values[:, i], colour) for i, colour in enumerate(_colours(len(members)))
+    ]
+    shown = _evenly(len(members), MOST_LEGEND_LINES)
+    _legend(axes, [handles[i] for i in shown], [pretty_name(members[i][0]) for i in shown])
+    low, high = _limits(values)
+    axes.set_ylim(low, high)
+    if unit.quantity == "angle" and high - low > 30.0:
+        from matplotlib.ticker import MaxNLocator
+
+        axes.yaxis.set_major_locator(MaxNLocator(7, steps=[1, 1.8, 3, 4.5, 6, 9, 10]))
+    axes.set_ylabel(_plain(unit.quantity + f" ({unit.label})" * (unit.label != "")))
+
+
+def _evenly(count: int, most: int) -> list[int]:
+    """Indices of at most `most` of `count` items, the first and the last among them."""
+    if count <= most:
+        return list(range(count))
+    return [round(i * (count - 1) / (most - 1)) for i in range(most)]
+
+
+# --- energy and closure ----------------------------------------------------------------------
+
+
+def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
+    try:
+        kinetic = run.evaluate(run.model.kinetic_energy)
+        potential = run.evaluate(run.model.potential_energy)
+        total = run.evaluate(run.model.energy)
+        steps = np.asarray(run.solution.energy, dtype=float)
+    except MechcError as error:
+        return _message(area, clean_text(str(error), 300))
+    panels = _time_axes(area, run, 2 // columns, columns)
+    _draw_energies(panels[0], run, {"kinetic": kinetic, "potential": potential, "total": total})
+    _draw_energy_change(panels[1], run, total, steps, float(np.nanmax(kinetic, initial=0.0)))
+    return None
+
+
+def _draw_energies(axes: Axes, run: Run, energies: dict[str, Array]) -> None:
+    colours = (COLOURS[1], COLOURS[0], COLOURS[6])
+    handles = [
+        _curve(axes, run.t, values, colour)
+        for values, colour in zip(energies.values(), colours, strict=True)
+    ]
+    _legend(axes, handles, energies)
+    axes.set_ylim(_limits(np.concatenate(list(energies.values()))))
+    axes.set_ylabel("energy (J)")
+
+
+def _draw_energy_change(axes: Axes, run: Run, total: Array, steps: Array, kinetic: float) -> None:
+    """The drift, in parts of the largest kinetic energy: the potential's zero is arbitrary."""
+    reference = kinetic or abs(float(total[0])) or 1.0
+    start = float(steps[0] if len(steps) else total[0])
+    change, at_steps = (total - start) / reference, (steps - start) / reference
+    exponent = _exponent(np.concatenate([change, at_steps]))
+    change, at_steps = change * 10.0**-exponent, at_steps * 10.0**-exponent
+    line = _curve(axes, run.t, change, COLOURS[2], linewidth=0.8)
+    dots = _step_dots(axes, run, at_steps, COLOURS[6])
+    _legend(axes, [line, dots], ["dense output", "at steps"])
+    axes.set_ylim(_limits(np.concatenate([change, at_steps])))
+    base = "largest kinetic energy" if kinetic else "initial energy" if total[0] else "1 J"
+    parts = f"{power_of_ten(exponent)} of" if exponent else "relative to"
+    axes.set_ylabel(f"change of total energy\n({parts} {base})")
+
+
+def _exponent(values: Array) -> int:
+    """The power of ten that brings the largest value between 1 and 10; 0 if all are zero."""
+    largest = float(np.nanmax(np.abs(values), initial=0.0))
+    return int(np.floor(np.log10(largest))) if 1e-300 < largest < np.inf else 0
+
+
+def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
+    """Dots at the integrator's own steps, smaller where there are many."""
+    size = float(np.clip(40.0 / np.sqrt(max(len(values), 1)), 0.8, 3.5))
+    dots: dict[str, Any] = {"marker": "o", "linestyle": "", "markeredgewidth": 0.0}
+    return axes.plot(run.solution.t, values, color=colour, markersize=size, zorder=3, **dots)[0]
+
+
+def draw_closure(area: SubplotSpec, run: Run) -> None:
+    try:
+        position = run.evaluate(run.model.constraints)
+        velocity = run.evaluate(run.model.velocity_constraints)
+    except MechcError as error:
+        return _message(area, clean_text(str(error), 300))
+    if position.shape[-1] == 0 and velocity.shape[-1] == 0:
+        return _message(area, "This scene has no constraints: nothing to close.")
+    axes = _time_axes(area, run, 1)[0]
+    residuals = (
+        ("position (m)", position, run.solution.closure, COLOURS[0]),
+        ("velocity (m/s)", velocity, run.solution.velocity_closure, COLOURS[1]),
+    )
+    handles, names, everything = [], [], []
+    for name, between, at_steps, colour in residuals:
+        largest = np.abs(between).max(axis=-1, initial=0.0)
+        _curve(axes, run.t, _positive(largest), colour, linewidth=0.7, alpha=0.45)
+        handles.append(_step_dots(axes, run, _positive(at_steps), colour))
+        names.append(name)
+        everything += [largest, np.abs(at_steps)]
+    _scale_log(axes, np.concatenate(everything))
+    if zeros := _mark_zeros(axes, run):
+        handles.append(zeros)
+        names.append("exactly zero")
+    _legend(axes, handles, names)
+    axes.set_ylabel("largest closure residual")
+    return None
+
+
+def _positive(values: Array) -> Array:
+    """Magnitudes, with exact zeros left out: a log scale has no place for them."""
+    sizes = np.abs(np.asarray(values, dtype=float))
+    return np.where(sizes > 0.0, sizes, np.nan)
+
+
+def _scale_log(axes: Axes, values: Array) -> None:
+    sizes = values[np.isfinite(values) & (values > 0.0)]
+    low, high = (sizes.min(), sizes.max()) if sizes.size else (1e-17, 1e-15)
+    bottom = float(np.floor(np.log10(low))) - 1.0
+    top = max(float(np.ceil(np.log10(high))) + 0.3, bottom + 3.0)
+    axes.set_yscale("log")
+    axes.set_ylim(10.0**bottom, 10.0**top)
+
+
+def _mark_zeros(axes: Axes, run: Run) -> Any:
+    """Marks on the floor at the steps where a residual is exactly zero; None if there are none."""
+    residuals = np.array([run.solution.closure, run.solution.velocity_closure])
+    zero = (residuals == 0.0).any(axis=0)
+    if not zero.any():
+        return None
+    floor = np.full(int(zero.sum()), 0.03)
+    style: dict[str, Any] = {"marker": "v", "linestyle": "", "markersize": 4.0, "fillstyle": "none"}
+    style |= {"color": QUIET, "transform": axes.get_xaxis_transform()}
+    return axes.plot(run.solution.t[zero], floor, **style)[0]
+
+
+# --- paths -----------------------------------------------------------------------------------
+
+
+def draw_paths(area: SubplotSpec, run: Run) -> None:
+    try:
+        view = plane_view(run)
+    except MechcError as error:
+        return _message(area, clean_text(str(error), 300))
+    if not view.names:
+        return _message(area, "This scene names no points: nothing to draw.")
+    axes = _single(area)
+    handles, names = _draw_mechanism_at_ends(axes, run, view)
+    for name, colour in zip(run.model.traced, _colours(len(run.model.traced)), strict=True):
+        track = view.path(name)
+        handles.append(_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
+        names.append(f"path of {pretty_name(name)}")
+    shown = _evenly(len(handles), MOST_LEGEND_LINES)
+    _legend(axes, [handles[i] for i in shown], [names[i] for i in shown])
+    _frame_plane(axes, view)
+    return None
+
+
+def _draw_mechanism_at_ends(axes: Axes, run: Run, view: PlaneView) -> tuple[list[Any], list[str]]:
+    handles = [_draw_links(axes, run, view, 0, "#9ca3af", "-")]
+    names = [f"at the start, {run.t[0]:.4g} s"]
+    if len(run.t) > 1:
+        handles.append(_draw_links(axes, run, view, -1, "#4b5563", (0, (3, 1.6))))
+        names.append(f"at the end, {run.t[-1]:.4g} s")
+    for name in run.model.ground:
+        x, y = view.path(name)[-1]
+        axes.plot(x, y, marker=_pivot(), markersize=24, color=QUIET, fillstyle="none", zorder=2)
+    return handles, names
+
+
+def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, dash: Any) -> Any:
+    """The skeleton at one instant, or the bare points where a scene has no skeleton."""
+    style: dict[str, Any] = {"color": colour, "linestyle": dash, "linewidth": 1.6, "zorder": 2.5}
+    style |= {"marker": "o", "markersize": 4.5, "markerfacecolor": "white"}
+    polylines = [names for _, names in run.model.skeleton] or [(name,) for name in view.names]
+    lines = []
+    for names in polylines:
+        corners = np.array([view.path(name)[row] for name in names])
+        lines += axes.plot(corners[:, 0], corners[:, 1], **style)
+    return lines[0]
+
+
+@cache
+def _pivot() -> Any:
+    """The textbook sign of a pivot on ground: a triangle on a hatched line, its apex at 0, 0."""
+    from matplotlib.path import Path as Outline
+
+    strokes = [[(0, 0), (-0.42, -0.62), (0.42, -0.62), (0, 0)], [(-0.7, -0.62), (0.7, -0.62)]]
+    strokes += [[(x, -0.62), (x - 0.25, -0.92)] for x in (-0.4, -0.1, 0.2, 0.5)]
+    codes = [Outline.MOVETO if i == 0 else Outline.LINETO for s in strokes for i in range(len(s))]
+    return Outline([corner for stroke in strokes for corner in stroke], codes)
+
+
+def _frame_plane(axes: Axes, view: PlaneView) -> None:
+    axes.update_datalim(view.box)
+    axes.margins(0.1)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(f"{view.axes[0]} (m)")
+    axes.set_ylabel(f"{view.axes[1]} (m)")
+    if view.note:
+        axes.set_title(view.note, loc="left", fontsize=8, color=QUIET)
+
+
+# --- everything ------------------------------------------------------------------------------
+
+
+def draw_overview(area: SubplotSpec, run: Run) -> None:
+    grid, whole = area.subgridspec(2, 3), cast("Any", area.get_gridspec())
+    figure = whole.figure
+    parts = {
+        "Paths": (draw_paths, grid[0, 0]),
+        "Coordinates": (draw_coordinates, grid[0, 1]),
+        "Speeds": (draw_speeds, grid[0, 2]),
+        "Energy": (_draw_energy_wide, grid[1, :2]),
+        "Closure": (draw_closure, grid[1, 2]),
+    }
+    for name, (draw, cell) in parts.items():
+        drawn = len(figure.axes)
+        draw(cell, run)
+        _entitle(figure.axes[drawn], name)
+    heading = clean_text(run.model.title or run.model.name, 100)
+    status = run.solution.status
+    outcome = clean_text(getattr(status, "headline", str(status)), 180)
+    figure.suptitle(f"{_plain(heading)}\n{_plain(outcome)}", fontsize=11)
+
+
+def _entitle(axes: Axes, name: str) -> None:
+    note = axes.get_title(loc="left")
+    axes.set_title(f"{name}: {note}" if note else name, loc="left", fontsize=10, color="#222222")
+
+
+def _draw_energy_wide(area: SubplotSpec, run: Run) -> None:
+    draw_energy(area, run, columns=2)

@@ -1,0 +1,149 @@
+"""How a run is to be carried out: what was asked for, checked before anything is computed."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
+LOOSEST = 0.1  # rtol beyond this asks for nothing
+
+
+class Policy(NamedTuple):
+    """How a simulation is run; see :func:`mechc.simulation.simulate.simulate`."""
+
+    rtol: float
+    atol: Array | None
+    method: str
+    first_step: float
+    max_step: float
+    max_steps: int
+    dense: bool
+    on_change_point: str
+    stiff_switch: bool
+
+
+def checked_policy(
+    model: Model, *, rtol: float, atol: Any, method: str, first_step: float | None,
+    max_step: float, max_steps: int, dense: bool, on_change_point: str,
+) -> Policy:  # fmt: skip
+    """The policy of a run or a batch.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError
+        For a method or policy that does not exist and numbers that cannot be.
+    """
+    return Policy(
+        _checked_rtol(rtol),
+        _checked_atol(model, atol),
+        _chosen_method(model, method),
+        0.0 if first_step is None else _positive("first_step", first_step),
+        _positive("max_step", max_step, infinite=True),
+        checked_count("max_steps", max_steps),
+        dense,
+        checked_change_point(on_change_point),
+        method == "auto",
+    )
+
+
+def checked_change_point(policy: str) -> str:
+    """``"continue"``, ``"stop"`` or ``"raise"``."""
+    if policy not in ("continue", "stop", "raise"):
+        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
+    return policy
+
+
+def _chosen_method(model: Model, method: str) -> str:
+    without_c = model.backend == "numpy"
+    if method == "auto":
+        smooth = model._data.get("smooth", True) and not (model._driven and model._driven.called)
+        return "gauss8" if smooth and not without_c else "dop853"
+    if not isinstance(method, str) or method not in METHODS:
+        raise UnknownNameError("method", method, ("auto", *METHODS))
+    if without_c and method != "dop853":
+        raise ValueOutOfBoundsError(
+            f"method={method!r} is compiled code; backend='numpy' has 'dop853' alone"
+        )
+    return method
+
+
+def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
+    """(t0, t1), finite, in s; a number alone is t1."""
+    try:
+        first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
+        t0, t1 = float(first), float(last)
+    except (TypeError, ValueError):
+        raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
+    if not (math.isfinite(t0) and math.isfinite(t1)):
+        raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
+    return t0, t1
+
+
+def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
+    """Times within the span, in its direction; ends that are off by rounding become the ends."""
+    times = np.array(t_eval, dtype=np.float64)
+    slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
+    return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
+
+
+def _plainly_inside(times: Array, span: tuple[float, float], slack: float) -> bool:
+    """The usual case, fast: forwards, and each time an end or clear of both."""
+    if times.ndim != 1 or not len(times):
+        return False
+    inner = times[int(times[0] == span[0]) : -1 if times[-1] == span[1] else None]
+    clear = not len(inner) or (inner[0] - span[0] > slack and span[1] - inner[-1] > slack)
+    return bool(clear and (times[1:] > times[:-1]).all())
+
+
+def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
+    low, high = sorted(span)
+    times = np.where(np.abs(times - low) <= slack, low, times)
+    times = np.where(np.abs(times - high) <= slack, high, times)
+    if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
+        raise ValueOutOfBoundsError(
+            f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
+        )
+    direction = 1.0 if span[1] >= span[0] else -1.0
+    if (np.diff(times) * direction <= 0).any():
+        raise ValueOutOfBoundsError("t_eval must go strictly in the direction of t_span")
+    return times
+
+
+def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
+    if atol is None:
+        return None
+    values = np.broadcast_to(np.asarray(atol, dtype=np.float64), (model._scene.width,))
+    if not (np.isfinite(values) & (values > 0)).all():
+        raise ValueOutOfBoundsError("atol must be positive and finite in every component")
+    return np.ascontiguousarray(values)
+
+
+def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    if not number > 0 or (not infinite and not math.isfinite(number)):
+        raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
+    return number
+
+
+def _checked_rtol(rtol: float) -> float:
+    value = _positive("rtol", rtol)
+    if value > LOOSEST:
+        raise ValueOutOfBoundsError(f"rtol = {rtol:g} tolerates anything; {LOOSEST:g} at most")
+    return value
+
+
+def checked_count(name: str, value: float) -> int:
+    """A whole number above 0; infinity is as many as can be counted."""
+    return int(min(_positive(name, value, infinite=True), 2.0**62))

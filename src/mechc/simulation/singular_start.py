@@ -1,0 +1,222 @@
+"""The motion of one degree of freedom from a change point on, until it is well clear of it.
+
+On its branch the configuration is a smooth function q(x) of the distance x along the branch's
+tangent, whatever the Jacobian does at x = 0.  It is interpolated between configurations a little
+beside the change point on both sides, where the closure decides them; then
+q'^T M (q' x" + q" x'^2) = q'^T F is an equation without constraints, solved by Chebyshev
+collocation (Clenshaw & Norton 1963: Picard iteration of the integrated interpolant).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.polynomial import Chebyshev
+
+from mechc.assembly import tangent_branches as branches
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+
+REACH = 0.15  # of the curve, on both sides; rad, or of the model's length
+CLEAR = 0.08  # where the compiled integrators take over
+NODES, TIMES = 14, 20
+SHORTENED = 24
+ON_BRANCH = 1e-6  # of the speeds: those given must satisfy the closure to second order
+EPS = float(np.finfo(float).eps)
+FINISHED = 1
+
+
+@dataclass(frozen=True)
+class LeadIn:
+    """A finished run over a short span, as :class:`mechc.simulation.segments.Piece`."""
+
+    model: Model
+    t0: float
+    t: float
+    curve: _Curve
+    path: Chebyshev
+    evaluations: int
+    status: int = FINISHED
+    count: int = 2
+    passages: int = 0
+
+    def advance(self, steps: int) -> int:
+        """Nothing is left to do."""
+        return self.status
+
+    def stats(self) -> dict[str, Any]:
+        return {
+            "steps": 1, "rejected": 0, "rhs_evaluations": self.evaluations,
+            "closure_iterations": 0, "least_singular": np.inf, "least_singular_time": self.t0,
+            "coordinate": -1, "examined": 0, "critical_gap": np.inf, "critical_time": self.t0,
+            "rounding": 0.0,
+        }  # fmt: skip
+
+    def times(self, first: int) -> Array:
+        return np.array([self.t0, self.t])[first:]
+
+    def states(self) -> tuple[Array, Array]:
+        t = self.times(0)
+        return t, self.interpolate(t)
+
+    def change_points(self) -> tuple[Array, Array, Array]:
+        """None: the start is not a passage."""
+        return np.zeros(0), np.zeros((0, len(self.model.coordinates))), np.zeros(0)
+
+    def interpolate(self, t: Array) -> Array:
+        x = self.path(t)
+        speeds = self.curve.deriv()(x) * self.path.deriv()(t)[:, None]
+        return np.hstack([self.curve(x), speeds])
+
+
+class _Curve:
+    """A polynomial of x with values (n, nq)."""
+
+    def __init__(self, x: Array, q: Array) -> None:
+        self.parts = [
+            Chebyshev.fit(x, column, len(x) - 1, domain=[-REACH, REACH]) for column in q.T
+        ]
+
+    def __call__(self, x: Array) -> Array:
+        return np.stack([part(x) for part in self.parts], axis=-1)
+
+    def deriv(self, order: int = 1) -> _Curve:
+        other = object.__new__(_Curve)
+        other.parts = [part.deriv(order) for part in self.parts]
+        return other
+
+
+def lead_in(model: Model, y0: Array, values: Array, span: tuple[float, float]) -> LeadIn | None:
+    """The motion from a change point y0 on, along the branch that its speeds follow.
+
+    None where y0 is not one, is at rest, follows no branch, or where the mechanism has more than
+    one degree of freedom, constraints on its motion alone or constraints that depend on time.
+    """
+    width = len(model.coordinates)
+    at = branches.find(model, y0, values, span[0])
+    if at is None or not _supported(model, at, y0, values, span):
+        return None
+    u = y0[width:]
+    size = float(np.abs(u).max())
+    off = branches.second_order(model, at, u, values, span[0])
+    scale = model._parameters.length(values) * size**2
+    if size == 0 or np.abs(off).max() > ON_BRANCH * scale:
+        return None
+    curve = _branch(model, at, u, values, span[0])
+    return None if curve is None else _motion(model, curve, y0, values, span)
+
+
+def _supported(
+    model: Model, at: branches.ChangePoint, y0: Array, values: Array, span: tuple[float, float]
+) -> bool:
+    speeds = len(model.speeds)
+    still = np.append(at.q, np.zeros(speeds))
+    rank = branches.generic_rank(model, still, values, span[0])
+    moving = [model.velocity_constraints(still, values, t) for t in (span[0], sum(span) / 2)]
+    plain = model.rhs(span[0], y0, values)[: len(at.q)]
+    return (
+        rank == speeds - 1
+        and model._scene.rows == model._scene.holonomic
+        and not np.any(moving)
+        and np.array_equal(plain, y0[len(at.q) :])
+    )
+
+
+def _branch(
+    model: Model, at: branches.ChangePoint, u: Array, values: Array, t: float
+) -> _Curve | None:
+    """The branch through the change point with the tangent u, x from -REACH to REACH."""
+    scale = _coordinate_scale(model, values)
+    tangent = u / scale / np.linalg.norm(u / scale)
+    x = REACH * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    q = np.zeros((NODES, len(scale)))
+    for side in (1.0, -1.0):
+        bend = np.zeros(len(scale))
+        for i in sorted(np.flatnonzero(side * x > 0), key=lambda i: abs(x[i])):
+            guess = at.q + scale * tangent * x[i] + bend * x[i] ** 2
+            found = _closed(model, at, tangent, scale, x[i], guess, values, t)
+            if found is None:
+                return None
+            q[i] = found
+            bend = (found - at.q - scale * tangent * x[i]) / x[i] ** 2
+    curve = _Curve(x, q)
+    through = np.abs((curve(np.zeros(1))[0] - at.q) / scale).max()
+    return curve if through < 1e-10 else None  # else the two sides are of different branches
+
+
+def _coordinate_scale(model: Model, values: Array) -> Array:
+    units = [model.units[name] for name in model.coordinates]
+    length = model._parameters.length(values)
+    return np.array([1.0 if unit.startswith(("rad", "1")) else length for unit in units])
+
+
+def _closed(
+    model: Model, at: branches.ChangePoint, tangent: Array, scale: Array, x: float, q: Array,
+    values: Array, t: float,
+) -> Array | None:  # fmt: skip
+    """The closed configuration at the distance x along the tangent, near q."""
+    best, least = q, np.inf
+    for _ in range(12):
+        still = np.append(q, np.zeros(len(model.speeds)))
+        gap = model.constraints(still, values, t)
+        residual = np.append(gap, tangent @ ((q - at.q) / scale) - x)
+        size = float(np.abs(residual).max())
+        if size < least:
+            best, least = q, size
+        rows = np.vstack([model.constraint_jacobian(still, values, t) * scale, tangent])
+        q = q - scale * np.linalg.lstsq(rows, residual, rcond=1e-8)[0]
+    return best if least <= 64 * EPS * max(1.0, float(np.abs(scale).max())) else None
+
+
+def _motion(
+    model: Model, curve: _Curve, y0: Array, values: Array, span: tuple[float, float]
+) -> LeadIn | None:
+    width = len(model.coordinates)
+    slope = curve.deriv()(np.zeros(1))[0]
+    speed = float(slope @ y0[width:] / (slope @ slope))
+    length = min(CLEAR / abs(speed), abs(span[1] - span[0]))
+    for attempt in range(SHORTENED):
+        t1 = span[0] + np.copysign(length, span[1] - span[0])
+        if abs(span[1] - t1) < 1e-9 * length:
+            t1 = span[1]
+        path = _path(model, curve, speed, values, span[0], t1)
+        if path is not None:
+            last = float(abs(path(t1)))
+            if last >= 0.1 * CLEAR or t1 == span[1]:
+                evaluations = TIMES * (attempt + 1)
+                return LeadIn(model, span[0], float(t1), curve, path, evaluations)
+        length *= 0.7
+    return None
+
+
+def _path(
+    model: Model, curve: _Curve, speed: float, values: Array, t0: float, t1: float
+) -> Chebyshev | None:
+    """x(t) from the change point on; None where it leaves the curve or does not converge."""
+    grid = np.cos(np.pi * (np.arange(TIMES) + 0.5) / TIMES)
+    t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * grid
+    first, second = curve.deriv(), curve.deriv(2)
+    x, rate = speed * (t - t0), np.full(TIMES, speed)
+    change = np.inf
+    for _ in range(80):
+        if not np.abs(x).max() <= REACH:
+            return None
+        along, bend = first(x), second(x)
+        y = np.hstack([curve(x), along * rate[:, None]])
+        mass = model.mass_matrix(y, values, t)
+        force = model.forcing(y, values, t)
+        pull = force - (mass @ bend[:, :, None])[:, :, 0] * rate[:, None] ** 2
+        inertia = np.einsum("ni,nij,nj->n", along, mass, along)
+        acceleration = np.einsum("ni,ni->n", along, pull) / inertia
+        domain = sorted((t0, t1))
+        rates = Chebyshev.fit(t, acceleration, TIMES - 1, domain=domain).integ(lbnd=t0) + speed
+        path = rates.integ(lbnd=t0)
+        change, before = float(np.abs(path(t) - x).max()), change
+        x, rate = path(t), rates(t)
+        if change <= 4 * EPS * REACH or (change <= 1e-12 * REACH and change >= before):
+            return path
+    return None

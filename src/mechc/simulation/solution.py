@@ -1,0 +1,249 @@
+"""What a simulation gives back: times, states, dense output, histories, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.simulation.events import EventRecord
+from mechc.simulation.status import ChangePoint, Status
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.model import Model
+    from mechc.simulation.settings import Policy
+
+
+class Solution:
+    """A trajectory.
+
+    Attributes
+    ----------
+    model, params
+        What was simulated: the model, and the array (np,) of its parameters.
+    status
+        :class:`mechc.Status`: how it ended, in prose by ``str``.
+    stats
+        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
+        the constraints and its time, wall time in s, method.
+    t : (nt,)
+        Times in s: ``t_eval``, or the accepted steps.
+    events
+        An :class:`mechc.EventRecord` (times, states) for each event asked for.
+    y : (nt, nq + nu)
+        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        params: Array,
+        policy: Policy,
+        run: Any,
+        status: Status,
+        stats: dict[str, Any],
+        times: Array | None = None,
+        events: tuple[EventRecord, ...] = (),
+        stop: float | None = None,
+    ) -> None:
+        self.model, self.params, self.policy = model, params, policy
+        self.status = status
+        self.stats: Mapping[str, Any] = MappingProxyType(stats)
+        self.events = events
+        self._run, self._times, self._stop = run, times, stop
+        self._asked: tuple[Any, ...] = ()  # the events looked for
+
+    @cached_property
+    def _record(self) -> tuple[Array, Array]:
+        """Times and states as reported; t_eval beyond where the run ended falls away."""
+        if self._times is not None:
+            times = self._reached(self._times)
+            return times, self._run.interpolate(times)
+        t, y = self._run.states()
+        if self._stop is None:
+            return t, y
+        start, end = self.span
+        before = np.abs(t - start) < abs(end - start)
+        last = self._run.interpolate(np.array([end]))
+        return np.append(t[before], end), np.vstack([y[before], last])
+
+    def _reached(self, times: Array) -> Array:
+        """Of times in the direction of the run, those that it came to."""
+        start, end = self.span
+        if not len(times) or abs(times[-1] - start) <= abs(end - start):
+            return times
+        return times[np.abs(times - start) <= abs(end - start)]
+
+    @property
+    def t(self) -> Array:
+        return self._record[0]
+
+    @property
+    def y(self) -> Array:
+        return self._record[1]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (nt, nq)."""
+        return self.y[:, : len(self.model.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Speeds (nt, nu)."""
+        return self.y[:, len(self.model.coordinates) :]
+
+    def __getitem__(self, name: str) -> Array:
+        """History (nt,) of one coordinate or speed."""
+        return self.y[:, self.model.state_index(name)]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __call__(self, t: float | Array) -> Array:
+        """Dense output: states at any times of the run, on the constraints, (..., nq + nu).
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            For times the run did not reach.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        times = np.asarray(t, dtype=np.float64)
+        low, high = sorted(self.span)
+        if not ((times >= low) & (times <= high)).all():
+            raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
+        rows: Array = self._run.interpolate(np.ascontiguousarray(times.reshape(-1)))
+        return rows.reshape(*times.shape, rows.shape[1])
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Times between which the run has states, s."""
+        t = self._run.times(0)
+        return float(t[0]), float(t[-1]) if self._stop is None else self._stop
+
+    def continue_to(
+        self,
+        t_end: float,
+        *,
+        max_steps: int | None = None,
+        on_change_point: str | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Solution:
+        """This motion and what follows it until ``t_end``, as one new Solution.
+
+        Goes on from where the run ended, whatever ended it, with the same method, tolerances
+        and events (a terminal one counts anew).  The states are the accepted steps, whatever
+        ``t_eval`` was.
+
+        Parameters
+        ----------
+        t_end
+            In s, beyond the end of the run in its direction.
+        max_steps, on_change_point, progress
+            As in :func:`mechc.simulation.simulate.simulate`; those of this run when None.
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            If t_end lies on the other side of the run's end.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        from mechc.simulation.simulate import continued
+
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        return continued(
+            self, t_end, max_steps=max_steps, on_change_point=on_change_point, progress=progress
+        )
+
+    # -- histories, computed when asked for ---------------------------------------------------
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic plus potential energy (nt,), J; NaN where the model does not know it."""
+        if not self.model.knows_energy:
+            return np.full(len(self.t), np.nan)
+        return self.model.energy(self.y, self.params, self.t)
+
+    @cached_property
+    def closure(self) -> Array:
+        """Largest gap of the configuration constraints (nt,), m."""
+        return _largest(self.model.constraints(self.y, self.params, self.t))
+
+    @cached_property
+    def velocity_closure(self) -> Array:
+        """Largest residual of the velocity constraints (nt,), m/s."""
+        return _largest(self.model.velocity_constraints(self.y, self.params, self.t))
+
+    @property
+    def energy_drift(self) -> float:
+        """Largest departure of the energy from its first value, relative to the largest T.
+
+        NaN where the model does not know the energy.
+        """
+        if not self.model.knows_energy:
+            return float("nan")
+        largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
+        departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
+        return departure / largest if largest > 0 else departure
+
+    @cached_property
+    def change_points(self) -> tuple[ChangePoint, ...]:
+        """Change points passed (or, with "stop", met), in order: time and configuration."""
+        times, configurations, gaps = self._run.change_points()
+        end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
+        return tuple(
+            ChangePoint(float(t), tuple(q.tolist()), float(gap))
+            for t, q, gap in zip(times, configurations, gaps, strict=True)
+            if abs(t - self.span[0]) <= end
+        )
+
+    # -- what people see ----------------------------------------------------------------------
+
+    def to_xarray(self) -> Any:
+        """Everything as an ``xarray.Dataset`` over time."""
+        from mechc.results.files import to_dataset
+
+        return to_dataset(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
+        from mechc.results.files import save
+
+        return save(self, Path(path))
+
+    def plot(self) -> Any:
+        """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
+        from mechc.results.figures import overview
+
+        return overview(self)
+
+    def animate(self, *, fps: float = 60.0) -> Any:
+        """The motion, as an object that displays itself and has ``save(path)``."""
+        from mechc.results.animation import animate
+
+        return animate(self, fps=fps)
+
+    def __repr__(self) -> str:
+        return f"<mechc.Solution of {self.model.name}: {len(self)} states, {self.status.headline}>"
+
+    def _repr_html_(self) -> str:
+        from mechc.results.summary import solution_html
+
+        return solution_html(self)
+
+
+def _largest(residuals: Array) -> Array:
+    if residuals.shape[-1] == 0:
+        return np.zeros(len(residuals))
+    return np.asarray(np.abs(residuals).max(axis=-1))

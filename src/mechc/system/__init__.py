@@ -1,0 +1,1 @@
+"""Data, parameters and compiled functions of a scene."""

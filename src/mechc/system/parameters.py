@@ -1,0 +1,173 @@
+"""Parameter values: names to an array, defaults that follow, bounds that hold."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
+from mechc.native._driver import largest_of, strictly_within
+
+Array = NDArray[np.float64]
+Parameters = Mapping[str, Any] | Array | None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A named number: unit, description, bounds (finite ones excluded unless ``closed``)."""
+
+    name: str
+    unit: str
+    description: str
+    lower: float
+    upper: float
+    closed: bool
+
+    @classmethod
+    def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
+        lower = -math.inf if data["lower"] is None else data["lower"]
+        upper = math.inf if data["upper"] is None else data["upper"]
+        return cls(data["name"], data["unit"], data["description"], lower, upper, data["closed"])
+
+    @property
+    def bounds_in_words(self) -> str:
+        """For people: ``> 0``, ``>= 0``, ``between 0 and 1`` or ``any``."""
+        sign = "=" if self.closed else ""
+        words = []
+        if math.isfinite(self.lower):
+            words.append(f">{sign} {self.lower:g}")
+        if math.isfinite(self.upper):
+            words.append(f"<{sign} {self.upper:g}")
+        return " and ".join(words) or "any"
+
+    def check(self, value: Array) -> None:
+        """Raise :class:`ValueOutOfBoundsError` unless every value is finite and within bounds."""
+        inside = np.isfinite(value) & (value >= self.lower) & (value <= self.upper)
+        if not self.closed:
+            inside &= (value > self.lower) & (value < self.upper)
+        if not np.all(inside):
+            bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
+            unit = f" {self.unit}" if self.unit != "1" else ""
+            raise ValueOutOfBoundsError(
+                f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
+                + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
+            )
+
+
+class ParameterSet:
+    """The parameters of one scene."""
+
+    def __init__(self, quantities: tuple[Quantity, ...], scene: Any) -> None:
+        self.quantities = quantities
+        self.names = tuple(q.name for q in quantities)
+        self.index = {name: i for i, name in enumerate(self.names)}
+        self._scene = scene
+        self._lower = np.array([q.lower for q in quantities], dtype=np.float64)
+        self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
+        self._open = [(q.lower, q.upper) for q in quantities]
+        in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
+        self._lengths = np.array(in_metres, dtype=np.intp)
+        self.missing: tuple[str, ...] = ()
+        nothing = np.zeros(len(self.names), np.uint8)
+        self.defaults = self._completed(np.zeros(len(self.names)), nothing)
+        self.defaults.flags.writeable = False
+        self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
+
+    def resolve(self, params: Parameters) -> Array:
+        """All values, shape (..., np): those given, the others by default.
+
+        A default that follows others (an inertia that follows mass and length) follows those
+        given.
+        """
+        if params is None or (isinstance(params, dict) and not params):
+            if self.missing:
+                self._refuse_missing(self.defaults)
+            return self.defaults
+        if isinstance(params, Mapping):
+            return self._from_names(params)
+        return self._from_array(np.array(params, dtype=np.float64, order="C"))
+
+    def length(self, values: Array) -> float:
+        """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
+        return largest_of(values, self._lengths) or 1.0
+
+    def _from_names(self, params: Mapping[str, Any]) -> Array:
+        if {*map(type, params.values())} == {float}:
+            return self._from_floats(params)
+        given = {name: self._checked(name, value) for name, value in params.items()}
+        shape = np.broadcast_shapes(*(value.shape for value in given.values()))
+        values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
+        for name, value in given.items():
+            values[..., self.index[name]] = value
+            flags[self.index[name]] = 1
+        return self._completed(values, flags)
+
+    def _from_floats(self, params: Mapping[str, float]) -> Array:
+        """The usual case, fast."""
+        values, flags = np.zeros(len(self.names)), np.zeros(len(self.names), np.uint8)
+        for name, value in params.items():
+            i = self.index.get(name, -1)
+            if i < 0 or not self._open[i][0] < value < self._open[i][1]:
+                self._checked(name, value)
+            values[i] = value
+            flags[i] = 1
+        return self._completed(values, flags)
+
+    def _checked(self, name: str, value: Any) -> Array:
+        if name not in self.index:
+            raise UnknownNameError("parameter", name, self.names)
+        array = _as_array(name, value)
+        self.quantities[self.index[name]].check(array)
+        return array
+
+    def _from_array(self, values: Array) -> Array:
+        if values.ndim == 0 or values.shape[-1] != len(self.names):
+            raise ValueOutOfBoundsError(
+                f"an array of parameters needs all {len(self.names)} of them along its last "
+                f"axis ({', '.join(self.names)}), not the shape {values.shape}"
+            )
+        rows = values.reshape(math.prod(values.shape[:-1]), len(self.names))
+        if not strictly_within(rows, self._lower, self._upper):
+            for i, quantity in enumerate(self.quantities):
+                quantity.check(values[..., i])
+        return values
+
+    def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
+        """The values that are not flagged as given filled in, in place."""
+        if values.ndim == 1:
+            self._scene.complete(flags, values)
+        elif self.names:
+            self._scene.complete_rows(flags, values.reshape(-1, len(self.names)))
+        if self.missing and np.isnan(values).any():
+            self._refuse_missing(values)
+        return values
+
+    def _refuse_missing(self, values: Array) -> None:
+        rows = values.reshape(-1, len(self.names))
+        names = ", ".join(n for i, n in enumerate(self.names) if np.isnan(rows[:, i]).any())
+        raise MissingParameterError(
+            f"these parameters have no default and need a value: {names}. Give them with params, "
+            "or once and for all with mechc.compile(..., defaults={...})"
+        )
+
+
+def _as_array(name: str, value: Any) -> Array:
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+
+
+def is_table(array: object, width: int) -> bool:
+    """Whether it is an array (n, width) of doubles, row after row in memory."""
+    return (
+        isinstance(array, np.ndarray)
+        and array.shape[1:] == (width,)
+        and array.dtype == np.float64
+        and array.flags.c_contiguous
+    )

@@ -1,0 +1,57 @@
+"""Values as people type them: ``theta_0=85deg``, ``l_3=3500mm``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from mechc.errors import MechcError
+from mechc.system.parameters import Quantity
+
+TURN = math.pi / 180
+UNITS: dict[str, dict[str, float]] = {
+    "rad": {"rad": 1.0, "deg": TURN, "°": TURN},
+    "rad/s": {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+}
+_TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*")
+
+
+def split_assignment(text: str) -> tuple[str, str]:
+    """``name=value`` in two."""
+    name, sign, value = text.partition("=")
+    if not sign or not name.strip() or not value.strip():
+        raise MechcError(f"{text!r} should read NAME=VALUE, for instance l_3=3.5")
+    return name.strip(), value.strip()
+
+
+def read_value(text: str, quantity: Quantity) -> float:
+    """A typed number in SI units; without a unit it is in the quantity's own.
+
+    Raises
+    ------
+    MechcError
+        If it is not a number, or the unit is not one of the quantity's.
+    """
+    match = _TYPED.fullmatch(text)
+    if match is None:
+        raise MechcError(f"{quantity.name}: {text!r} is not a number")
+    number, unit = match.groups()
+    known = UNITS.get(quantity.unit, {quantity.unit: 1.0})
+    if unit and unit not in known:
+        raise MechcError(
+            f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; use {_choices(known)}"
+        )
+    return float(number) * (known[unit] if unit else 1.0)
+
+
+def read_seconds(text: str) -> float:
+    """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
+    return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False))
+
+
+def _choices(units: Iterable[str]) -> str:
+    return " or ".join(units)

@@ -1,0 +1,78 @@
+"""Functions with corners and jumps in the equations: their values, slopes, and motions."""
+
+import numpy as np
+import pytest
+from sympy import (
+    Abs,
+    And,
+    Eq,
+    Heaviside,
+    Max,
+    Min,
+    Ne,
+    Not,
+    Or,
+    Piecewise,
+    Rational,
+    Symbol,
+    lambdify,
+    sign,
+    sin,
+)
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from tests.support import scenes
+
+q, u = dynamicsymbols("q u")
+f = Symbol("f")
+CORNERED = {
+    "stop": Piecewise((-50 * (q - 1), q > 1), (-50 * (q + 1), q < -1), (0, True)),
+    "saturated": Max(-f, Min(f, 3 * q)),
+    "dry": -f * sign(u) + Abs(q * u),
+    "late": Heaviside(q - f) + Heaviside(u, Rational(1, 4)),
+    "within": Piecewise((sin(q), And(q >= 0, Or(u < f, Ne(q, u)))), (u**2, True)),
+    "otherwise": Piecewise((f, Not(Or(q > u, Eq(q, -2)))), (q / f, True)),
+    "three": Max(q, u, f * q * u) + Min(q, u, f),
+}
+
+
+@pytest.mark.parametrize("backend", ["c", "numpy"])
+@pytest.mark.parametrize("label", CORNERED)
+def test_what_has_corners_is_computed_as_sympy_does(label, backend):
+    expression = CORNERED[label]
+    parameter = scenes.bead_with(expression, default=1.25)
+    asked = {} if backend == "c" else {"backend": "numpy"}
+    model = mechc.compile(parameter, outputs=("state_jacobian", {"own": expression}), **asked)
+    exact = lambdify((q, u, f), expression, "numpy")
+    states = np.random.default_rng(1).uniform(-3, 3, (200, 2))
+    states[:3] = [[0.0, 0.0], [1.25, 1.25], [-2.0, 0.5]]  # on corners
+    expected = np.array([exact(*state, 1.25) for state in states], dtype=float)
+    np.testing.assert_allclose(model.rhs(0.0, states)[:, 1], expected, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(model.output("own", states), expected, rtol=1e-13, atol=1e-14)
+    jacobian, h = model.state_jacobian(states)[:, 1], 1e-6
+    for k in range(2):
+        step = h * np.eye(2)[k]
+        sides = [model.rhs(0.0, states + s * step)[:, 1] for s in (-1, 1)]
+        away = np.abs(sides[1] - sides[0]) < 0.01  # from jumps
+        away[:3] = False
+        away &= np.abs(sides[1] + sides[0] - 2 * expected) < 1e-9  # and from corners
+        slope = (sides[1] - sides[0]) / (2 * h)
+        assert away.sum() > 150
+        np.testing.assert_allclose(jacobian[away, k], slope[away], atol=1e-7)
+
+
+def test_a_mass_between_stops_bounces_as_the_closed_form_says():
+    """Half a period on a stop, a free flight, and so on: the period is known."""
+    model = mechc.compile(scenes.bead_with(CORNERED["stop"]), outputs=())
+    speed, omega = 2.0, np.sqrt(50.0)
+    period = 2 * (2.0 / speed) + 2 * np.pi / omega
+    sol = model.simulate(3 * period, [0.0, speed], rtol=1e-10)
+    assert sol.t[-1] == pytest.approx(3 * period)
+    np.testing.assert_allclose(sol.y[-1], [0.0, speed], atol=1e-7)
+    assert sol.y[:, 0].max() == pytest.approx(1 + speed / omega, abs=2e-2)
+
+
+def test_a_piecewise_without_a_last_value_is_refused():
+    with pytest.raises(mechc.MechcError, match=r"add a last pair \(value, True\)"):
+        mechc.compile(scenes.bead_with(Piecewise((q, q > 1))))

@@ -1,0 +1,127 @@
+"""Objects of SymPy's, compiled: what is asked for, what is refused, what is kept."""
+
+import numpy as np
+import pytest
+from sympy import Symbol, sin
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from mechc.compilation import cache
+from mechc.compilation import on_demand as jit
+from mechc.errors import MissingParameterError, UnavailableOutputError
+from tests.support.sympy_objects import four_bar_kane, four_bar_system, slider
+
+t = dynamicsymbols._t
+
+
+VALUES = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.5, "g": 9.81}
+
+
+@pytest.fixture(scope="module")
+def four_bar():
+    """By Kane's method, with everything that can be asked for."""
+    power = -sum(Symbol("rho") * l for l in map(Symbol, ("l_0", "l_1"))) * dynamicsymbols("u_0")
+    outputs = ("energy", "points", "momenta", "multipliers", {"power": power, "wave": sin(t)})
+    return mechc.compile(four_bar_kane(), outputs=outputs, name="four-bar")
+
+
+def test_parameters_without_a_value_are_asked_for_by_name(four_bar):
+    assert four_bar.defaults == {}
+    with pytest.raises(MissingParameterError, match=r"need a value: g, l_0, l_1, l_2, l_3, rho\."):
+        four_bar.rhs(0.0, np.zeros(6))
+    given = {k: v for k, v in VALUES.items() if k not in ("rho", "g")}
+    with pytest.raises(MissingParameterError, match=r"need a value: g, rho\. Give them"):
+        four_bar.assemble({"q_0": 1.0}, params=given)
+
+
+def test_energy_power_and_momenta_balance(four_bar):
+    """T + V from a KanesMethod holds: its rate along the motion vanishes."""
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES)
+    rates, h = four_bar.rhs(0.0, y, VALUES), 1e-5
+    energies = [four_bar.energy(y + s * h * rates, VALUES) for s in (-2, -1, 1, 2)]
+    slope = (energies[0] - 8 * energies[1] + 8 * energies[2] - energies[3]) / (12 * h)
+    assert abs(slope) < 1e-8 * four_bar.kinetic_energy(y, VALUES)
+    momenta = four_bar.momenta(y, VALUES)
+    assert momenta.linear.shape == (3, 3)
+    velocities = four_bar.point_velocities(y, VALUES)
+    masses = VALUES["rho"] * np.array([VALUES[f"l_{k}"] for k in range(3)])
+    np.testing.assert_allclose(momenta.linear, masses[:, None] * velocities, rtol=1e-13)
+
+
+def test_outputs_of_ones_own_are_evaluated_by_name(four_bar):
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES)
+    power = four_bar.output("power", np.array([y, y]), VALUES)
+    np.testing.assert_allclose(power, -1.5 * 3.0 * 2.0, rtol=1e-14)
+    assert four_bar.output("wave", y, VALUES, t=0.5) == pytest.approx(np.sin(0.5), rel=1e-15)
+
+
+def test_a_system_with_a_constraint_too_many_moves_as_it_does_without(four_bar):
+    """KanesMethod cannot express it; a System that is not formed can."""
+    model = mechc.compile(four_bar_system(redundant=True), outputs=("multipliers",))
+    assert len(model.constraint_names) == 3
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES)
+    expected = four_bar.rhs(0.0, y, VALUES)
+    np.testing.assert_allclose(model.rhs(0.0, y, VALUES), expected, rtol=1e-12)
+    forces = model.constraint_jacobian(y, VALUES).T @ model.multipliers(y, VALUES)
+    jacobian = four_bar.constraint_jacobian(y, VALUES)
+    np.testing.assert_allclose(forces, jacobian.T @ four_bar.multipliers(y, VALUES), rtol=1e-11)
+
+
+def test_fixed_parameters_fall_away_and_take_operations_with_them(four_bar):
+    fixed = mechc.compile(four_bar_kane(), fix={"g": 0, "l_3": 3.5}, outputs=())
+    assert fixed.parameters == ("l_0", "l_1", "l_2", "rho")
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES)
+    left = {name: VALUES[name] for name in fixed.parameters}
+    expected = four_bar.rhs(0.0, y, VALUES | {"g": 0.0})
+    np.testing.assert_allclose(fixed.rhs(0.0, y, left), expected, rtol=1e-13)
+    operations = [m._data["operations"]["outputs"]["forcing"][1] for m in (fixed, four_bar)]
+    assert operations[0] < operations[1]
+    report = fixed.report()
+    assert "fixed: g = 0, l_3 = 3.5" in report
+    assert "not in this scene: energy, momenta, points, multipliers" in report
+    with pytest.raises(mechc.UnknownNameError):
+        fixed.rhs(0.0, y, VALUES)
+
+
+def test_what_was_not_asked_for_or_is_not_known_says_so():
+    spring = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.x), defaults={"k": 2.0})
+    assert spring.defaults == {"k": 2.0}
+    y = [0.1, 0.2, 0.3, 0.4]
+    with pytest.raises(UnavailableOutputError, match=r"load on P has a potential cannot be seen"):
+        spring.energy(y, {"m": 1.0})
+    with pytest.raises(UnavailableOutputError, match=r"compile with outputs=\(..., 'points'\)"):
+        spring.points(y, {"m": 1.0})
+    assert spring.kinetic_energy(y, {"m": 2.0}) == pytest.approx(0.25)
+
+
+def test_a_run_without_a_known_energy_is_told_and_shown(monkeypatch, tmp_path):
+    monkeypatch.undo()
+    spring = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.x), defaults={"k": 2.0})
+    sol = spring.simulate(np.pi, [1.0, 0.0, 0.0, 1.0], {"m": 0.5}, rtol=1e-10)
+    np.testing.assert_allclose(sol.y[-1], [1.0, np.pi, 0.0, 1.0], atol=1e-8)
+    assert np.isnan(sol.energy).all()
+    assert np.isnan(sol.energy_drift)
+    assert "energy is not known" in sol._repr_html_()
+    sol.plot()
+    assert sol.save(tmp_path / "run.csv").exists()
+
+
+def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path):
+    monkeypatch.undo()
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(jit, "_compiled", {})
+    asked = {"defaults": {"m": 2.0}, "fix": {"c": 0.5}}
+
+    def damped():
+        return slider(lambda q, u, N: -Symbol("c") * u[0] * N.x)
+
+    first = mechc.compile(damped(), **asked)
+    assert first.capsule
+    assert len(cache.entries()) == 1
+    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(jit, "_built", lambda *_: pytest.fail("derived again"))
+    again = mechc.compile(damped(), **asked)
+    assert again is not first
+    y = [0.0, 0.0, 3.0, 0.0]
+    assert again.rhs(0.0, y)[2] == first.rhs(0.0, y)[2] == pytest.approx(-0.75)
+    assert set(again.build["seconds"]) == {"read", "load"}

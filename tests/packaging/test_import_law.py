@@ -1,0 +1,119 @@
+"""The import law: data flows one way through the compiler, and the runtime stays light."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from graphlib import TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from tests.support import ROOT
+
+COMPILER = {
+    ".".join(p.relative_to(ROOT / "codegen").with_suffix("").parts).removesuffix(".__init__"): p
+    for p in (ROOT / "codegen").rglob("*.py")
+}
+RUNTIME = sorted((ROOT / "src" / "mechc").rglob("*.py"))
+
+# A folder of the compiler -> the folders that it may import; of those in DATA, that module alone.
+COMPILER_LAW = {
+    "errors": set[str](),
+    "description": {"errors"},
+    "library": {"errors", "description"},
+    "convert": {"errors", "description"},
+    "derive": {"errors", "description"},
+    "frontend": {"errors", "description", "convert", "derive"},
+    "ir": {"errors", "description", "derive"},
+    "emit": {"errors", "description", "derive", "ir"},
+    "extension": {"emit"},
+    "typeset": {"errors", "description", "derive"},
+}
+DATA = {
+    ("ir", "derive"): "derive.equations",
+    ("emit", "derive"): "derive.equations",
+    ("emit", "ir"): "ir.program",
+    ("extension", "emit"): "emit.instruction_sets",
+    ("frontend", "derive"): "derive.joint_reactions",
+}
+DOORS = {"__init__", "compiler"}
+
+
+def imported(path: Path, *, top_level: bool = False) -> Iterator[str]:
+    """Modules that a file imports, by full name; only those of the module's own level or all."""
+    tree = ast.parse(path.read_text("utf-8"))
+    guarded = {id(n) for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f)}
+    for node in ast.walk(tree):
+        if top_level and id(node) in guarded:
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: imports are written in full"
+            yield str(node.module)
+
+
+def part(module: str) -> str:
+    """mechc_codegen.ir.passes.fold -> ir."""
+    return [*module.split("."), "__init__"][1]
+
+
+@pytest.mark.parametrize("module", COMPILER)
+def test_a_folder_imports_what_comes_before_it(module: str) -> None:
+    mine = part(module)
+    if mine in DOORS:
+        return
+    for other in imported(COMPILER[module]):
+        if not other.startswith("mechc_codegen") or part(other) == mine:
+            continue
+        assert part(other) in COMPILER_LAW[mine], f"{module} imports {other}"
+        if only := DATA.get((mine, part(other))):
+            assert other == f"mechc_codegen.{only}", f"{module} imports a function of a stage"
+
+
+def test_the_compiler_knows_sympy_and_the_standard_library_only() -> None:
+    """And one module a library of templates, for the pages that it prints."""
+    for name, path in COMPILER.items():
+        pages = {"jinja2", "markupsafe"} if name == "mechc_codegen.typeset.page" else set()
+        roots = {m.split(".")[0] for m in imported(path)}
+        assert roots <= {"sympy", "mechc_codegen", *pages, *sys.stdlib_module_names}, path
+
+
+def test_no_module_is_imported_by_what_it_imports() -> None:
+    within = {
+        name: {m for m in imported(path) if m in COMPILER} - {"mechc_codegen"}
+        for name, path in COMPILER.items()
+    }
+    order = list(TopologicalSorter(within).static_order())
+    assert order.index("mechc_codegen.errors") < order.index("mechc_codegen.compiler")
+
+
+def test_only_one_folder_knows_the_compiler_and_only_inside_functions() -> None:
+    for path in RUNTIME:
+        assert not any(m.startswith("mechc_codegen") for m in imported(path, top_level=True)), path
+        if path.parent.name != "compilation":
+            assert not any(m.startswith("mechc_codegen") for m in imported(path)), path
+
+
+@pytest.mark.parametrize("lines", [
+    "import mechc",
+    "import mechc; mechc.mechanisms()",
+    "from mechc.cli.commands import main; main(['list'])",
+    "import mechc; mechc.load('four_bar').rhs(0.0, [1.0] * 6)",
+])  # fmt: skip
+def test_the_runtime_loads_light(lines: str) -> None:
+    heavy = [
+        *("sympy", "scipy.integrate", "matplotlib", "xarray", "mechc_codegen", "Cython"),
+        *("jinja2", "markupsafe"),
+    ]
+    script = f"import sys; {lines}; print([m for m in {heavy} if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.splitlines()[-1] == "[]", done.stderr
+
+
+def test_the_law_covers_every_folder() -> None:
+    """Renaming a folder must not quietly take it out of this test."""
+    assert {part(name) for name in COMPILER} == {*COMPILER_LAW, *DOORS}

@@ -1,1 +1,0 @@
-"""The reference problems as mechanisms: each file reads like the problem's derivation."""

@@ -1,0 +1,86 @@
+"""Batches on a Dask cluster of real processes on this machine."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+import mechc
+
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.filterwarnings("default")  # of distributed's own and its sockets
+
+
+@pytest.fixture(scope="module")
+def client(tmp_path_factory):
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            local_directory=str(tmp_path_factory.mktemp("dask")),
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):  # fmt: skip
+        yield client
+
+
+def request(members, seconds):
+    start = mechc.Assembly({"theta_0": np.linspace(0.9, 1.9, members)})
+    return (seconds, start, {"l_3": 3.5}), {
+        "reduce": ["max(theta_2)"], "method": "gauss8", "rtol": 1e-8, "chunk": 20,
+    }  # fmt: skip
+
+
+def same(a, b):
+    assert set(a.arrays) == set(b.arrays)
+    for name in a.arrays:
+        assert np.array_equal(a[name], b[name], equal_nan=True), name
+
+
+def test_a_cluster_returns_the_same_arrays(model, client, tmp_path):
+    arguments, options = request(90, 0.5)
+    here = model.simulate_batch(*arguments, **options)
+    same(here, model.simulate_batch(*arguments, **options, client=client))
+    streamed = model.simulate_batch(*arguments, **options, client=client, out=tmp_path / "b")
+    same(here, streamed)
+
+
+def test_a_killed_worker_loses_nothing(model, client, monkeypatch):
+    """Killed after the first chunk came back, with others under way."""
+    from mechc.batch import simulate as batch
+
+    arguments, options = request(1200, 3.0)
+    killed = []
+
+    def kill(self, done):
+        if 0 < done < 600 and not killed:
+            killed.append(next(iter(client.run(os.getpid).values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch.CountBar, "update_count", kill)
+        there = model.simulate_batch(*arguments, **options, client=client)
+    assert killed
+    same(model.simulate_batch(*arguments, **options), there)
+
+
+def test_what_travels_is_a_description(model):
+    """No compiled object and no code: a name, options, numbers."""
+    import pickle
+
+    from mechc.batch.cluster import described
+
+    place = described(model)
+    assert place == {
+        "name": "four_bar", "options": {}, "instruction_set": model.instruction_set, "key": None
+    }  # fmt: skip
+    assert b"PyCapsule" not in pickle.dumps(place)
+
+
+def test_a_scene_that_is_not_in_the_cache_is_refused(model):
+    from mechc.compilation.on_demand import compiled_before
+
+    with pytest.raises(mechc.MechcError, match="not in the cache"):
+        compiled_before("0" * 64, "mine")
+    with pytest.raises(mechc.MechcError, match="not the key"):
+        compiled_before("../../etc", "mine")

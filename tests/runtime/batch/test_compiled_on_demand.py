@@ -1,0 +1,57 @@
+"""Batches of a scene of one's own: without loops, oddly named, in another process by its key."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import mechc
+from tests.support.pendulums import pendulum
+
+AGAIN = """
+import sys, numpy as np
+from mechc.batch.spec import Assembly
+from mechc.compilation.on_demand import compiled_before
+model = compiled_before(sys.argv[1], "odd")
+batch = model.simulate_batch(1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
+print(batch.y.tobytes().hex())
+"""
+START = mechc.Assembly({"q/$x": np.linspace(0, 1, 5)})
+
+
+@pytest.fixture(scope="module")
+def model():
+    return mechc.compile(pendulum(name="odd", angle="q/$x", speed="u ̇"))
+
+
+def test_a_pendulum_needs_no_loop_and_keeps_its_energy(model):
+    batch = model.simulate_batch(
+        1.0, START, {"l": [1.0, 1.5, 2.0, 2.5, 3.0]}, reduce="range(energy)"
+    )
+    assert batch.counts == {"finished": 5}
+    assert (batch["range(energy)"] < 1e-7).all()
+    starts = np.column_stack([np.linspace(0, 1, 5), np.zeros(5)])
+    same = model.simulate_batch(1.0, starts, {"l": [1.0, 1.5, 2.0, 2.5, 3.0]})
+    assert np.array_equal(batch.y, same.y)
+
+
+def test_odd_names_are_stored_and_read_again(model, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("zarr")
+    batch = model.simulate_batch(1.0, START, out=tmp_path / "batch", reduce=["max(kinetic_energy)"])
+    assert batch.to_xarray()["q__x"].attrs["long_name"] == "q/$x"
+    data = xarray.open_zarr(tmp_path / "batch" / "data.zarr", consolidated=False)
+    assert np.array_equal(data.reduction_0, batch["max(kinetic_energy)"])
+    again = mechc.open(tmp_path / "batch")
+    assert again.model is model
+    assert np.array_equal(again.y, batch.y)
+    with pytest.raises(mechc.MechcError, match="the model 'four_bar' has others"):
+        mechc.open(tmp_path / "batch", mechc.load("four_bar"))
+
+
+def test_another_process_finds_it_by_its_key_alone(model):
+    batch = model.simulate_batch(1.0, START)
+    command = [sys.executable, "-c", AGAIN, model.build["key"]]
+    told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    assert told.strip() == batch.y.tobytes().hex()

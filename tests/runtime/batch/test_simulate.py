@@ -1,0 +1,292 @@
+"""Batches: each member is the run that simulate makes, whatever lies around it."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import mechc
+
+TIMES = np.linspace(0, 2, 9)
+REDUCTIONS = ("max(theta_2)", "min(omega_0)", "mean(theta_1)", "first(theta_0 > 100deg)")
+
+
+@pytest.fixture(scope="module", params=["gauss8", "dop853"])
+def method(request):
+    """Stages of one trajectory in the lanes, or trajectories abreast."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """Twelve members that can be assembled, and one that cannot: (Assembly, parameters)."""
+    draw = np.random.default_rng(5)
+    theta, length = draw.uniform(0.8, 2.0, 13), draw.uniform(3.3, 3.7, 13)
+    theta[6], length[6] = 0.0, 4.5 + 2  # the coupler cannot reach
+    return mechc.Assembly({"theta_0": theta}, {"omega_0": 0.3}), {"l_3": length, "m_1": 2.5}
+
+
+@pytest.fixture(scope="module")
+def batch(model, drawn, method):
+    start, params = drawn
+    return model.simulate_batch(
+        2.0, start, params, t_eval=TIMES, reduce=REDUCTIONS, method=method, threads=1
+    )
+
+
+def one(params, member):
+    return {n: float(v[member]) if np.ndim(v) else v for n, v in params.items()}
+
+
+def test_a_member_is_the_run_that_simulate_makes_to_the_last_bit(model, drawn, batch, method):
+    _, params = drawn
+    for member in np.flatnonzero(batch.ok):
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        assert np.array_equal(sol.y[-1], batch.y[member])
+        assert np.array_equal(sol(TIMES), batch["y_eval"][member])
+        assert batch["steps"][member] == sol.stats["steps"]
+        assert batch["rhs_evaluations"][member] == sol.stats["rhs_evaluations"]
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "radau5"])
+def test_every_method_is_the_same_in_a_batch(model, regular, method):
+    params, start = regular
+    batch = model.simulate_batch((0, -1), start, params, method=method, rtol=1e-7)
+    sol = model.simulate((0, -1), start, params, method=method, rtol=1e-7)
+    assert np.array_equal(sol.y[-1], batch.y[0])
+
+
+def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model):
+    """l_3 = 4 m passes one; beside it runs leave the lanes, each when it must, and come back."""
+    length = np.concatenate([np.linspace(3.5, 4.5, 11), 4 + np.logspace(-3, -7, 5), [4.0, 4.0]])
+    theta = np.radians(np.linspace(75, 100, len(length)))
+    start = mechc.Assembly({"theta_0": theta})
+    asked = {"method": "dop853", "rtol": 1e-8}
+    batch = model.simulate_batch(10.0, start, {"l_3": length}, threads=1, **asked)
+    dense = model.simulate_batch(
+        10.0, start, {"l_3": length}, t_eval=[5.0], reduce="max(theta_2)", threads=2, **asked
+    )
+    assert batch["change_points"][-1] >= 4
+    for name in ("y", "t", "status", "steps", "rejected", "rhs_evaluations", "least_singular"):
+        assert np.array_equal(batch[name], dense[name]), name
+    for member in range(len(batch)):
+        sol = model.simulate(10.0, batch["y0"][member], {"l_3": length[member]}, **asked)
+        assert np.array_equal(sol.y[-1], batch.y[member])
+        assert sol.stats["rejected"] == batch["rejected"][member]
+        assert len(sol.change_points) == batch["change_points"][member]
+
+
+def test_members_start_as_assemble_would_have_them(model, drawn, batch):
+    start, params = drawn
+    for member in np.flatnonzero(batch.ok):
+        theta = start.coordinates["theta_0"][member]
+        y0 = model.assemble({"theta_0": theta}, {"omega_0": 0.3}, params=one(params, member))
+        np.testing.assert_allclose(batch["y0"][member], y0, atol=1e-13)
+
+
+def test_near_dead_points_too_what_assemble_prefers_is_taken(model):
+    """Both assemblies are close to each other there; the wrong one would be another motion."""
+    theta = np.radians(np.linspace(20, 178, 24))
+    # the coupler and rocker, 2 and 3 m, nearly stretched: crank tip and far pivot 5 m apart
+    stretched = np.cos(np.pi - theta)
+    length = np.sqrt(25 - 1 + stretched**2) - stretched
+    length *= 1 - np.logspace(-1, -9, 24)
+    batch = model.simulate_batch(0.0, mechc.Assembly({"theta_0": theta}), {"l_3": length})
+    assert batch.ok.all()
+    for y0, angle, far in zip(batch["y0"], theta, length, strict=True):
+        alone = model.assemble({"theta_0": angle}, params={"l_3": far})
+        np.testing.assert_allclose(y0, alone, atol=1e-10 / np.sin(alone[1] - alone[2]))
+
+
+@pytest.mark.parametrize("instruction_set", ["baseline", "avx2"])
+def test_a_batch_equals_single_runs_on_every_instruction_set(instruction_set, drawn, batch, method):
+    try:
+        model = mechc.load("four_bar", instruction_set=instruction_set)
+    except ValueError:
+        pytest.skip(f"no {instruction_set} here")
+    start, params = drawn
+    narrow = model.simulate_batch(2.0, start, params, method=method)
+    for member in np.flatnonzero(narrow.ok)[:4]:
+        sol = model.simulate(2.0, narrow["y0"][member], one(params, member), method=method)
+        assert np.array_equal(sol.y[-1], narrow.y[member])
+    np.testing.assert_allclose(narrow.y[narrow.ok], batch.y[batch.ok], atol=1e-7)
+
+
+def test_a_member_that_cannot_be_assembled_has_a_status_and_harms_nobody(batch):
+    assert batch.counts == {"finished": 12, "not assembled": 1}
+    assert batch.status(6).code == "not assembled"
+    assert batch["miss"][6] == pytest.approx(6.5 - 6.0, rel=1e-9)  # 1 + 2 + 3 m reach 6 m
+    assert np.isnan(batch["y_eval"][6]).all()
+    assert np.isnan(batch["max(theta_2)"][6])
+    assert "1 not assembled" in batch.warnings[0]
+
+
+def test_results_do_not_depend_on_threads_chunks_or_order(model, drawn, batch, method):
+    start, params = drawn
+    order = np.random.default_rng(0).permutation(13)
+    turned = mechc.Assembly({"theta_0": start.coordinates["theta_0"][order]}, start.speeds)
+    again = model.simulate_batch(
+        2.0, turned, params | {"l_3": params["l_3"][order]}, t_eval=TIMES, reduce=REDUCTIONS,
+        method=method, threads=3, chunk=5,
+    )  # fmt: skip
+    for name, values in batch.arrays.items():
+        assert np.array_equal(values[order], again[name], equal_nan=True), name
+
+
+def test_reductions_are_those_of_the_dense_output(model, drawn, batch, method):
+    _, params = drawn
+    t = np.linspace(0, 2, 20_001)
+    for member in np.flatnonzero(batch.ok):
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        y = sol(t)
+        high, low = batch["max(theta_2)"][member], batch["min(omega_0)"][member]
+        assert y[:, 2].max() - 1e-9 <= high <= y[:, 2].max() + 1e-6
+        assert y[:, 3].min() - 1e-4 <= low <= y[:, 3].min() + 1e-9
+        assert batch["mean(theta_1)"][member] == pytest.approx(
+            np.trapezoid(y[:, 1], t) / 2, abs=1e-7
+        )
+        level = np.radians(100)
+        up = np.flatnonzero((y[:-1, 0] < level) & (y[1:, 0] >= level))
+        when = batch["first(theta_0 > 100deg)"][member]
+        if len(up):
+            assert t[up[0]] - 1e-9 <= when <= t[up[0] + 1] + 1e-9
+            assert sol(when)[0] == pytest.approx(level, abs=1e-9)
+        else:
+            assert np.isnan(when)
+
+
+def test_outputs_are_reduced_and_kept(model, regular, method):
+    params, start = regular
+    asked = ("range(energy)", "max(norm(multipliers))", "max(abs(points[3, 1]))", "final(theta_0)")
+    batch = model.simulate_batch(
+        2.0, start, params, t_eval=TIMES, states=False, outputs=["points"], reduce=asked,
+        method=method,
+    )  # fmt: skip
+    sol = model.simulate(2.0, start, params, method=method)
+    y = sol(np.linspace(0, 2, 20_001))
+    assert "y_eval" not in batch.arrays
+    assert np.array_equal(batch["points"][0], model.points(sol(TIMES), params))
+    assert batch["range(energy)"][0] < 1e-6
+    reaction = np.linalg.norm(model.multipliers(y, params), axis=1).max()
+    assert batch["max(norm(multipliers))"][0] == pytest.approx(reaction, rel=1e-5)
+    height = np.abs(model.points(y, params)[:, 3, 1]).max()
+    assert batch["max(abs(points[3,1]))"][0] == pytest.approx(height, abs=1e-6)
+    assert batch["final(theta_0)"][0] == sol["theta_0"][-1]
+
+
+def test_change_points_are_counted_and_warned_about_once(model, method):
+    start = model.assemble({"theta_0": np.radians(85)})
+    batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), method=method)
+    sol = model.simulate(3.0, start, method=method)
+    assert (batch["change_points"] == len(sol.change_points)).all()
+    assert len(sol.change_points) > 0
+    assert len(batch.warnings) == 1
+    stopped = model.simulate_batch(3.0, start, method=method, on_change_point="stop")
+    assert stopped.status(0).code == "stopped at a change point"
+
+
+def test_a_start_that_is_open_or_not_finite_has_a_status(model, regular, method):
+    params, start = regular
+    starts = np.tile(start, (3, 1))
+    starts[1, 1] += 1e-3
+    starts[2, 4] = np.nan
+    batch = model.simulate_batch(1.0, starts, params, method=method)
+    assert batch["status"].tolist() == [1, 111, 111]
+
+
+def test_the_dataset_names_dimensions_and_parameters(batch, drawn):
+    data = batch.to_xarray()
+    assert dict(data.sizes) == {"member": 13, "state": 6, "time": 9}
+    assert np.array_equal(data.l_3, drawn[1]["l_3"])
+    assert data.l_3.attrs["units"] == "m"
+    assert data["max_theta_2_"].attrs == {"long_name": "max(theta_2)", "units": "rad"}
+    assert float(data.y.sel(state="omega_1")[0]) == batch.y[0, 4]
+
+
+def test_a_crossing_ends_a_member_and_what_is_reduced_ends_with_it(model, drawn):
+    start, params = drawn
+    level = np.radians(100)
+
+    def event(t, y):
+        return y[0] - level
+
+    asked = {"reduce": ["max(theta_0)", "mean(theta_1)", "final(theta_0)"], "t_eval": TIMES}
+    batch = model.simulate_batch(2.0, start, params, until="theta_0 > 100deg", **asked)
+    assert batch.counts["stopped by an event"] > 0
+    for member in np.flatnonzero(batch.ok):
+        sol = model.simulate(
+            2.0, batch["y0"][member], one(params, member),
+            events=[mechc.Event(event, direction=1, terminal=True)],
+        )  # fmt: skip
+        assert batch.status(member).code == sol.status.code
+        end = sol.t[-1]
+        assert batch.t[member] == pytest.approx(end, abs=1e-9)
+        np.testing.assert_allclose(batch.y[member], sol.y[-1], atol=1e-7)
+        known = end >= TIMES
+        assert np.isfinite(batch["y_eval"][member][known]).all()
+        assert np.isnan(batch["y_eval"][member][~known]).all()
+        t = np.linspace(0, end, 20_001)
+        y = sol(t)
+        assert batch["max(theta_0)"][member] == pytest.approx(y[:, 0].max(), abs=1e-6)
+        mean = np.trapezoid(y[:, 1], t) / end
+        assert batch["mean(theta_1)"][member] == pytest.approx(mean, abs=1e-7)
+        assert batch["final(theta_0)"][member] == batch.y[member, 0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"reduce": "max(theta_9)"}, "theta_2"),
+        ({"reduce": "__import__('os')"}, "no reduction is called"),
+        ({"reduce": "max(theta_2) + 1"}, "not a reduction"),
+        ({"reduce": "max(points)"}, r"points\[0,0\]"),
+        ({"reduce": "max(points[9,0])"}, "shape"),
+        ({"reduce": "first(theta_0 > 3 parsec)"}, "rad or deg"),
+        ({"reduce": "first(theta_0)"}, "level"),
+        ({"until": "max(theta_0)"}, "level"),
+        ({"params": {"l_3": [3.5, 3.6], "m_1": [1.0, 2.0, 3.0]}}, "counted differently"),
+        ({"params": {"l_3": [3.5, -1.0]}}, "l_3"),
+        ({"outputs": ["points"]}, "t_eval"),
+        ({"on_change_point": "raise"}, "does not raise"),
+        ({"threads": 0}, "threads"),
+    ],
+)
+def test_what_cannot_be_is_refused_before_anything_runs(model, regular, arguments, complaint):
+    params, start = regular
+    with pytest.raises((mechc.MechcError, ValueError), match=complaint):
+        model.simulate_batch(1.0, start, **({"params": params} | arguments))
+
+
+def test_loops_with_a_choice_need_a_guess(model):
+    with pytest.raises(mechc.AssemblyError, match="guess"):
+        model.simulate_batch(1.0, mechc.Assembly({}), {"l_3": [3.5, 3.6]})
+
+
+def test_a_guess_chooses_the_assembly(model, method):
+    theta, params = np.array([1.0, 1.2]), {"l_3": 3.5}
+    guess = {"theta_1": -1.0}
+    batch = model.simulate_batch(
+        0.0, mechc.Assembly({"theta_0": theta}, guess=guess), params, method=method
+    )
+    for y, angle in zip(batch["y0"], theta, strict=True):
+        alone = model.assemble({"theta_0": angle}, guess=guess, params=params)
+        np.testing.assert_allclose(y, alone, atol=1e-13)
+
+
+def test_ctrl_c_keeps_what_is_done(model, regular, monkeypatch, method):
+    from mechc.batch import simulate as batch
+
+    params, start = regular
+    looks = itertools.count()
+
+    def interrupt(self, done):
+        if next(looks) == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch.CountBar, "update_count", interrupt)
+    cut = model.simulate_batch(
+        1.0, np.tile(start, (40, 1)), params, method=method, chunk=10, threads=2
+    )
+    assert not cut.complete
+    assert 0 < cut.counts["finished"] < 40
+    assert cut.counts["not run"] == 40 - cut.counts["finished"]

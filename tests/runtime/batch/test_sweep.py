@@ -1,0 +1,153 @@
+"""``mechc sweep``: what varies, how it is drawn, what is told, written and drawn."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.batch.sweep import plan, read_variation, run_sweep
+from mechc.batch.sweep_maps import draw_map
+from mechc.cli.commands import main
+
+GRID = ("sweep", "four_bar", "--vary", "l_3=3.8:4.2:3", "--vary", "theta_0=60deg:120deg:4",
+        "--t-end", "1", "--method", "gauss8", "--reduce", "max(theta_2)")  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def told(capsys, *arguments):
+    assert main([*arguments, "--json"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    return json.loads(said.out)
+
+
+def test_a_grid_is_every_combination_and_json_writes_nothing(capsys, here):
+    data = told(capsys, *GRID)
+    assert data["members"] == 12
+    assert data["shape"] == [3, 4]
+    assert data["outcomes"] == {"finished": 12}
+    assert data["vary"]["theta_0"] == pytest.approx([np.pi / 3, 2 * np.pi / 3])
+    found = data["reductions"]["max(theta_2)"]
+    model = mechc.load("four_bar")
+    params = {"l_3": found["max_at"]["l_3"]}
+    y0 = model.assemble({"theta_0": found["max_at"]["theta_0"]}, params=params)
+    sol = model.simulate(1.0, y0, params, method="gauss8")
+    assert found["max"] == pytest.approx(sol(np.linspace(0, 1, 5001))[:, 2].max(), abs=1e-6)
+    assert list(here.iterdir()) == []
+
+
+def test_it_writes_data_and_maps_and_goes_on_from_them(capsys, here):
+    pytest.importorskip("zarr")
+    assert main([*GRID, "--out", "found"]) == 0
+    assert "12 members (3 x 4)" in capsys.readouterr().out
+    assert {p.name for p in (here / "found").iterdir()} == {"batch", "map_0.png", "map_0.svg"}
+    assert mechc.open(here / "found" / "batch")["max(theta_2)"].shape == (12,)
+    assert main([*GRID, "--out", "found"]) == 0
+    capsys.readouterr()
+    assert main([*GRID, "--rtol", "1e-6", "--out", "found"]) == 2
+    assert "rtol is 1e-09, not 1e-06" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "lhs"])
+def test_drawn_members_fill_the_ranges_and_repeat_with_the_seed(sampling):
+    model = mechc.load("four_bar")
+    variations = [read_variation(model, "l_3=3.4:4.6"), read_variation(model, "m_1=1000g:3kg")]
+    first, again, other = (plan(variations, sampling, 100, seed) for seed in (1, 1, 2))
+    for name, low, high in (("l_3", 3.4, 4.6), ("m_1", 1.0, 3.0)):
+        column = first.columns[name]
+        assert column.shape == (100,)
+        assert ((column >= low) & (column <= high)).all()
+        assert column.min() < low + 0.1 * (high - low)
+        assert column.max() > high - 0.1 * (high - low)
+        assert np.array_equal(column, again.columns[name])
+        assert not np.array_equal(column, other.columns[name])
+
+
+def legend(figure):
+    shown = figure.axes[0].get_legend()
+    return {text.get_text() for text in shown.get_texts()} if shown else set()
+
+
+def test_the_map_shows_what_cannot_be_assembled_and_change_points():
+    model = mechc.load("four_bar")
+    chosen = plan([read_variation(model, text) for text in ("l_3=3:5:3", "theta_0=60deg:180deg:3")])
+    batch = run_sweep(
+        model, chosen, 3.0, ["max(theta_2)"], params={}, start={}, guess={}, method="gauss8"
+    )
+    assert batch.counts["not assembled"] == 2  # l_3 = 5 m at 120 and 180 degrees
+    assert (batch["change_points"] > 0).reshape(3, 3)[1].any()  # l_3 = 4 m
+    figure = draw_map(batch, chosen, "max(theta_2)")
+    assert legend(figure) >= {"cannot be assembled", "met a change point"}
+    drawn = figure.axes[0].collections[0].get_array()
+    np.testing.assert_allclose(
+        np.ma.filled(drawn, np.nan).reshape(3, 3),
+        np.degrees(np.where(batch.ok, batch["max(theta_2)"], np.nan)).reshape(3, 3),
+    )
+
+
+def test_colours_span_the_members_that_met_no_change_point():
+    """At l_3 = 4 m the reaction grows without bound, and says nothing of the others."""
+    model = mechc.load("four_bar")
+    chosen = plan([read_variation(model, v) for v in ("l_3=3.8:4.2:3", "theta_0=80deg:90deg:2")])
+    reaction = "max(norm(multipliers))"
+    batch = run_sweep(model, chosen, 3.0, [reaction], params={}, start={}, guess={}, rtol=1e-8)
+    met = batch["change_points"] > 0
+    colours = draw_map(batch, chosen, reaction).axes[0].collections[0].norm
+    assert met.any()
+    assert colours.vmax == batch[reaction][~met].max() < 1e-3 * batch[reaction][met].max()
+
+
+def test_what_is_printed_has_units_and_degrees(capsys):
+    assert main([*GRID, "--out", "found"]) == 0
+    printed = capsys.readouterr().out
+    assert re.search(r"max\(theta_2\): -?[\d.]+° \.\.\. -?[\d.]+°", printed)
+    assert re.search(r"largest at l_3 = [\d.]+ m, theta_0 = [\d.]+°", printed)
+
+
+def test_one_variation_is_a_line_and_drawn_ones_are_points():
+    model = mechc.load("four_bar")
+    line = plan([read_variation(model, "l_3=3.4:3.6:5")])
+    cloud = plan([read_variation(model, t) for t in ("l_3=3.4:3.6", "omega_0=0:1")], "lhs", 20)
+    for chosen in (line, cloud):
+        batch = run_sweep(
+            model, chosen, 0.5, ["mean(energy)"], params={}, start={}, guess={}, method="gauss8"
+        )
+        assert batch.ok.all()
+        figure = draw_map(batch, chosen, "mean(energy)")
+        assert figure.axes[0].has_data()
+        assert legend(figure) == set()
+
+
+@pytest.mark.parametrize(
+    ("options", "complaint"),
+    [
+        ((), "nothing varies"),
+        (("--vary", "l_3=3.4:4.6"), "needs a count"),
+        (("--vary", "l_3=3.4"), "LOW:HIGH:COUNT"),
+        (("--vary", "l_3=3.4:4.6:0"), "not a count"),
+        (("--vary", "l_3=3.4:nan:3"), "finite"),
+        (("--vary", "l_3=-1:1:3"), "l_3"),
+        (("--vary", "l_9=3.4:4.6:3"), "l_3"),
+        (("--vary", "l_3=3.4:4.6:3", "--vary", "l_3=3.4:4.6:3"), "varies twice"),
+        (("--vary", "l_3=3.4:4.6:3", "--set", "l_3=3.5"), "varies and is fixed"),
+        (("--vary", "l_3=3.4:4.6:3", "--sample", "sobol"), "only a grid"),
+        (("--vary", "l_3=3.4:4.6", "--sample", "dice"), "no sampling"),
+        (("--vary", "l_3=3.4:4.6:3", "--count", "9"), "leave --count out"),
+        (("--vary", "l_3=3.4:4.6:3", "--reduce", "max(theta_2"), "not a reduction"),
+        (("--vary", "l_3=1:2:99999", "--vary", "l_2=1:2:99999"), "too many"),
+        (("--vary", "l_3=3.4:4.6:3", "--threads", "some"), "whole number"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, options, complaint):
+    assert main(["sweep", "four_bar", "--json", *options]) == 2
+    said = capsys.readouterr()
+    assert complaint in said.err
+    assert said.err.count("\n") == 1
+    assert said.out == ""

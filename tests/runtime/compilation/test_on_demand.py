@@ -1,0 +1,330 @@
+"""Compiling on demand: once, found again by the next process, honest about the compiler."""
+
+import os
+import stat
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.compilation import cache, toolchain
+from mechc.compilation import on_demand as jit
+from mechc.compilation.pending import Pending
+from mechc.errors import CompilerError, MechcError, UnknownNameError
+from tests.support import ROOT
+from tests.support.pendulums import pendulum
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    """A cache folder of the test's own, and a process that remembers nothing."""
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(jit, "Pending", Pending)
+    monkeypatch.setattr(jit, "_compiled", {})
+    return tmp_path
+
+
+def compiler_script(folder, monkeypatch, body, name="cc"):
+    """A compiler of our own making, which ``$CC`` names."""
+    script = folder / name
+    script.write_text(f"#!/bin/sh\n{body}\n")
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    monkeypatch.setenv("CC", str(script))
+    toolchain.version.cache_clear()
+    return script
+
+
+ANSWER_VERSION = 'if [ "$1" = --version ]; then gcc --version; exit; fi'
+
+
+def test_one_that_was_compiled_moves_as_it_should():
+    model = mechc.compile(pendulum())
+    assert model.coordinates == ("q",)
+    assert model.constraints(np.zeros(2)).shape == (0,)
+    assert model.constraint_jacobian(np.zeros((3, 2))).shape == (3, 0, 1)
+    sol = model.simulate(2.367841947576237449303, model.assemble({"q": 0.0}), rtol=1e-10)
+    assert sol.status.ok
+    assert sol.closure.max() == 0.0
+    np.testing.assert_allclose(sol.y[-1], [0.0, 0.0], atol=1e-8)  # one exact period
+    assert sol.energy_drift < 1e-10
+    stages = {"read", "describe", "derive", "differentiate", "optimize", "sensitivity", "emit"}
+    assert set(model.build["seconds"]) == stages | {"first unit", "compile"}
+    assert min(model.build["seconds"].values()) >= 0.0
+    assert "compile: " in model.report()
+
+
+def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
+    """Rates and outputs do not wait for the integrators; what integrates does."""
+    begin = threading.Event()
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    model = mechc.compile(pendulum(4.0))
+    first = model.rhs(0.0, [0.3, 0.1]), model.energy([0.3, 0.1])
+    assert first[0][1] == pytest.approx(-4.0 * np.cos(0.3), rel=1e-14)
+    assert cache.entries() == []
+    with pytest.raises(UnknownNameError):
+        model._evaluate("nothing", [0.3, 0.1], None, 0.0)
+    begin.set()
+    assert model.simulate(1.0, [0.3, 0.1]).status.ok
+    assert len(cache.entries()) == 1
+    np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
+
+
+def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
+    """The first unit is kept; the whole is made when something needs it."""
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *_: time.sleep(60))
+    first = mechc.compile(pendulum(4.25))
+    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(jit, "_make_first", lambda *_: pytest.fail("compiled again"))
+    again = mechc.compile(pendulum(4.25))
+    np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
+    assert set(again.build["seconds"]) == {"read", "load"}
+    monkeypatch.setattr(jit, "_make", make)
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "elsewhere"))
+    assert again.simulate(1.0, [0.3, 0.1]).status.ok
+
+
+def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, monkeypatch):
+    def fail(*_):
+        raise CompilerError("out of cheese")
+
+    monkeypatch.setattr(jit, "_make", fail)
+    model = mechc.compile(pendulum(4.5))
+    assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-4.5)
+    for _ in range(2):
+        with pytest.raises(CompilerError, match="out of cheese"):
+            model.simulate(1.0, [0.3, 0.1])
+
+
+@pytest.mark.filterwarnings("ignore:.*fork:DeprecationWarning")
+def test_a_forked_process_makes_its_own(fresh, monkeypatch):
+    """The thread that compiles is not there in the child, which must not wait for it."""
+    begin = threading.Event()
+    make = jit._make
+    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    pending = Pending(lambda: begin.wait(60))
+    child = os.fork()
+    if child == 0:
+        begin.set()
+        os._exit(0 if pending.result() else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+    begin.set()
+    assert pending.result()
+
+
+def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
+    model = mechc.compile(pendulum())
+    assert model.capsule
+    monkeypatch.setattr(jit, "_make", lambda *_: pytest.fail("compiled again"))
+    assert mechc.compile(pendulum()) is model
+
+
+RUN = """
+import mechc
+from mechc.compilation import on_demand as jit
+from tests.support.pendulums import pendulum
+made = []
+inner = jit._make
+jit._make = lambda *arguments: (made.append(1), inner(*arguments))
+model = mechc.compile(pendulum({gravity}))
+model.capsule  # waits for the whole of it
+print(len(made), float(model.rhs(0.0, [0.3, 0.1])[1]))
+"""
+
+
+def process(gravity):
+    script = RUN.format(gravity=gravity)
+    return subprocess.Popen(
+        [sys.executable, "-W", "error", "-c", script],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+
+
+def outcome(running):
+    out, _ = running.communicate(timeout=120)
+    assert running.returncode == 0
+    made, rate = out.split()
+    return int(made), float(rate)
+
+
+def test_processes_at_once_compile_once_and_later_ones_load(fresh):
+    with process(3.0) as first, process(3.0) as second:
+        cold = outcome(first), outcome(second)
+    assert sorted(made for made, _ in cold) == [0, 1]
+    with process(3.0) as third:
+        made, rate = outcome(third)
+    assert made == 0
+    assert rate == cold[0][1] == cold[1][1] == pytest.approx(-3.0 * np.cos(0.3))
+    assert len(cache.entries()) == 1
+
+
+def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch):
+    model = mechc.compile(pendulum(5.0))
+    assert model.capsule, "waits for the whole of it"
+    key = model.build["key"]
+    shared = cache.cache_folder() / key / cache.SHARED_OBJECT
+    assert {path.name for path in shared.parent.iterdir()} == {"scene.so", "scene.seal"}
+    whole = shared.read_bytes()
+    replaced = shared.with_name("new")  # the one in place is mapped into this process
+    replaced.write_bytes(whole[: len(whole) // 2])
+    replaced.rename(shared)
+    monkeypatch.setattr(jit, "_compiled", {})
+    model = mechc.compile(pendulum(5.0))
+    assert model.capsule
+    assert model.build["key"] == key
+    assert len(shared.read_bytes()) > len(whole) // 2
+    assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-5.0)
+
+
+def keys_under(monkeypatch, *commands):
+    """The cache key of one pendulum under each compiler command; nothing is compiled."""
+    keys = []
+    monkeypatch.setattr(cache, "find", lambda key: keys.append(key) or (_ for _ in ()).throw(
+        MechcError("stop")
+    ))  # fmt: skip
+    for command in commands:
+        monkeypatch.setenv("CC", command)
+        with pytest.raises(MechcError, match="stop"):
+            mechc.compile(pendulum(6.0))
+    return keys
+
+
+def test_the_compiler_and_its_flags_decide_the_key(fresh, monkeypatch):
+    """Flags in $CC change the binary although the version stays."""
+    plain, again, flagged = keys_under(monkeypatch, "gcc", "gcc", "gcc -O0")
+    assert plain == again != flagged
+
+
+def test_another_compiler_version_is_another_key(fresh, monkeypatch):
+    script = compiler_script(fresh, monkeypatch, "echo one 1.0")
+    (first,) = keys_under(monkeypatch, str(script))
+    compiler_script(fresh, monkeypatch, "echo one 1.1")
+    (second,) = keys_under(monkeypatch, str(script))
+    assert first != second
+
+
+def test_the_processor_decides_the_key(fresh, monkeypatch):
+    (here,) = keys_under(monkeypatch, "gcc")
+    monkeypatch.setattr(jit, "_processor", lambda: "another")
+    (there,) = keys_under(monkeypatch, "gcc")
+    assert here != there
+
+
+def without_compiler(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+
+
+def test_without_a_compiler_the_error_says_what_to_install(fresh, monkeypatch):
+    """Also with a warm cache: the compiler's version is part of what an entry is found by."""
+    without_compiler(monkeypatch)
+    with pytest.raises(CompilerError, match=r"no C compiler .* install gcc or clang") as error:
+        mechc.compile(pendulum())
+    assert "apt install gcc" in str(error.value)
+    assert "set CC" in str(error.value)
+    with pytest.raises(CompilerError):
+        mechc.load("four_bar", friction=True)
+
+
+def test_without_a_compiler_the_shipped_model_runs(monkeypatch):
+    without_compiler(monkeypatch)
+    model = mechc.load("four_bar")
+    assert model.simulate(0.1, model.assemble({"theta_0": 1.0})).status.ok
+
+
+def test_a_compiler_that_fails_is_quoted(fresh, monkeypatch):
+    failing = f"{ANSWER_VERSION}\necho 'cc1: out of cheese' >&2; exit 3"
+    script = compiler_script(fresh, monkeypatch, failing)
+    with pytest.raises(CompilerError) as error:
+        mechc.compile(pendulum(7.0))
+    told = str(error.value)
+    assert "exit 3" in told
+    assert f"{script} -std=gnu11 -O" in told
+    assert "cc1: out of cheese" in told
+    assert cache.entries() == []
+
+
+def test_a_compiler_that_cannot_be_run_is_told(fresh, monkeypatch):
+    """No traceback from the operating system: the file is there but is no program."""
+    script = fresh / "cc"
+    script.write_bytes(b"\x00\x01")
+    script.chmod(0o700)
+    monkeypatch.setenv("CC", str(script))
+    with pytest.raises(CompilerError, match=f"cannot run {script}"):
+        mechc.compile(pendulum(8.0))
+
+
+def test_other_things_are_not_compiled():
+    with pytest.raises(TypeError, match=r"takes a mechc.Mechanism, or .*, not str"):
+        mechc.compile("four_bar")
+
+
+HOSTILE = {
+    "name": "</script>",
+    "angle": 'q"; system("true"); "',
+    "speed": "a/b",
+    "mass": "$\\frac",
+    "length": "int main(){}",
+}
+
+
+@pytest.fixture(scope="module")
+def hostile():
+    return mechc.compile(pendulum(9.0, **HOSTILE))
+
+
+def test_hostile_names_compile_to_a_model_that_knows_them(hostile):
+    assert hostile.name == HOSTILE["name"]
+    assert hostile.coordinates == (HOSTILE["angle"],)
+    assert hostile.parameters == (HOSTILE["mass"], HOSTILE["length"])
+    rate = hostile.rhs(0.0, [0.0, 0.0], {HOSTILE["length"]: 2.0})[1]
+    assert rate == pytest.approx(-4.5)
+
+
+def test_hostile_names_reach_tables_and_files_whole(hostile, tmp_path):
+    sol = hostile.simulate(0.5, hostile.assemble({HOSTILE["angle"]: 0.0}))
+    path = sol.save(tmp_path / "run.nc")
+    assert sol.to_xarray()["a_b"].attrs["long_name"] == "a/b"
+    assert sol.save(tmp_path / "run.csv").read_text("utf-8").startswith("t [s],")
+    assert "</script>" not in sol._repr_html_() + hostile._repr_html_()
+    assert "<!--" not in sol.animate().html
+    np.testing.assert_allclose(mechc.open(path).y, sol.y, rtol=1e-12)
+
+
+def test_a_file_whose_mechanism_is_not_at_hand_is_opened_with_it(hostile, fresh, tmp_path):
+    sol = hostile.simulate(0.5, hostile.assemble({HOSTILE["angle"]: 0.0}))
+    path = sol.save(tmp_path / "run.nc")
+    with pytest.raises(MechcError, match=r"not a shipped one and not in the cache.*mechc.open"):
+        mechc.open(path)
+    np.testing.assert_allclose(mechc.open(path, hostile).y, sol.y, rtol=1e-12)
+    with pytest.raises(MechcError, match="the model 'four_bar' has others"):
+        mechc.open(path, mechc.load("four_bar"))
+
+
+def test_emission_is_the_same_text_whatever_the_hash_seed():
+    script = (
+        "from tests.support.pendulums import pendulum\n"
+        "from mechc_codegen.compiler import build_scene\n"
+        "print(sorted(build_scene(pendulum()).texts.items()))"
+    )
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", script], capture_output=True, check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
+        ).stdout
+        for seed in ("1", "2")
+    }  # fmt: skip
+    assert len(texts) == 1
+
+
+def test_a_compiler_that_does_not_exist_is_told_by_name(fresh, monkeypatch):
+    monkeypatch.setenv("CC", "no-such-cc -O3")
+    with pytest.raises(CompilerError, match=r"CC = 'no-such-cc -O3'.*no command 'no-such-cc'"):
+        mechc.compile(pendulum())

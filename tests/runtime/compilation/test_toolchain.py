@@ -1,0 +1,91 @@
+"""What tells one compiler from another, without running it where its file says it."""
+
+import os
+import shutil
+import stat
+from pathlib import Path
+
+import pytest
+
+from mechc.compilation import toolchain
+from mechc.errors import CompilerError
+
+
+@pytest.fixture(autouse=True)
+def nothing_remembered():
+    toolchain.version.cache_clear()
+    yield
+    toolchain.version.cache_clear()
+
+
+@pytest.fixture
+def never_run(monkeypatch):
+    monkeypatch.setattr(toolchain, "_output", lambda command: pytest.fail(f"ran {command}"))
+
+
+def program(path, content):
+    path.parent.mkdir(exist_ok=True)
+    path.write_bytes(content)
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    return str(path)
+
+
+ELF = b"\x7fELF" + bytes(100) + b"build one"
+
+
+def test_a_compiler_of_this_machine_is_told_without_running_it(never_run):
+    gcc = shutil.which("gcc")
+    if gcc is None:
+        pytest.skip("no gcc here")
+    assert str(Path(gcc).resolve()) in toolchain.identity(["gcc"])
+
+
+def test_another_build_size_or_time_is_another_compiler(tmp_path, never_run):
+    path = tmp_path / "x86_64-linux-gnu-gcc-12"
+    program(path, ELF)
+    os.utime(path, (1, 1))
+    told = {toolchain.identity([str(path)])}
+    for content, time in ((ELF[:-3] + b"two", 1), (ELF + b"more", 1), (ELF, 2)):
+        path.write_bytes(content)
+        os.utime(path, (time, time))
+        told.add(toolchain.identity([str(path)]))
+    assert len(told) == 4
+
+
+def test_a_link_is_told_by_what_it_leads_to(tmp_path, never_run):
+    one, other = (program(tmp_path / f"gcc-{n}", ELF + bytes([n])) for n in (12, 13))
+    link = tmp_path / "cc"
+    link.symlink_to(one)
+    before = toolchain.identity([str(link)])
+    link.unlink()
+    link.symlink_to(other)
+    assert before != toolchain.identity([str(link)])
+
+
+def test_what_only_passes_on_to_a_compiler_is_asked(tmp_path, monkeypatch):
+    """A script called gcc, or ccache behind a link called gcc, stays the same file all along."""
+    (tmp_path / "bin").mkdir()
+    script = program(tmp_path / "gcc", b"#!/bin/sh\necho one 1.0\n")
+    ccache = tmp_path / "bin" / "gcc"
+    ccache.symlink_to(program(tmp_path / "ccache", b"#!/bin/sh\necho one 1.0\n"))
+    for command in (script, str(ccache)):
+        assert "one 1.0" in toolchain.identity([command])
+
+
+@pytest.mark.parametrize("name", toolchain._STEERING)
+def test_what_steers_a_compiler_from_outside_is_part_of_it(name, tmp_path, monkeypatch):
+    command = [program(tmp_path / "gcc", ELF)]
+    monkeypatch.delenv(name, raising=False)
+    plain = toolchain.identity(command)
+    monkeypatch.setenv(name, "/elsewhere")
+    assert toolchain.identity(command) != plain
+
+
+def test_flags_in_the_command_are_part_of_it(tmp_path):
+    command = [program(tmp_path / "gcc", ELF)]
+    assert toolchain.identity(command) != toolchain.identity([*command, "-O0"])
+
+
+def test_a_compiler_that_is_gone_meanwhile_is_told(tmp_path):
+    with pytest.raises(CompilerError, match="cannot run"):
+        toolchain.identity([str(tmp_path / "gcc")])

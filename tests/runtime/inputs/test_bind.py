@@ -1,0 +1,368 @@
+"""Inputs that are given with a run, against closed forms and against the same as expressions."""
+
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from sympy import Rational, Symbol, sin
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    dynamicsymbols,
+)
+
+import mechc
+
+t = dynamicsymbols._t
+TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
+VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
+MASS, END = 2.0, 3.1
+
+
+def slider():
+    """A mass on a spring, pushed by the input F."""
+    q, u, push = dynamicsymbols("q u F")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    load = (push - Symbol("k") * q) * frame.x
+    kane.kanes_equations([Particle("body", point, Symbol("m"))], [(point, load)])
+    return kane, {"power": push * u}
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    kane, power = slider()
+    defaults = {"m": MASS, "k": 0.0}
+    return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
+
+
+def closed_form(signal, end=END):
+    """Position and speed of the free mass from rest: Gauss-Legendre on each piece, exact there."""
+    nodes, weights = np.polynomial.legendre.leggauss(5)
+    q = u = 0.0
+    for low, high in pairwise(TIMES):
+        s = 0.5 * (low + high) + 0.5 * (high - low) * nodes
+        force = 0.5 * (high - low) * weights * signal(s) / MASS
+        u, q = u + force.sum(), q + (force * (end - s)).sum()
+    return np.array([q, u])
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
+def test_a_mass_pushed_by_samples_follows_the_closed_form(pushed, kind, method):
+    signal = mechc.Signal(TIMES, VALUES, kind)
+    sol = pushed.simulate(END, [0.0, 0.0], inputs={"F": signal}, method=method, rtol=1e-8)
+    np.testing.assert_allclose(sol.y[-1], closed_form(signal), atol=3e-8)
+    assert sol.status.code == "finished"
+    assert set(signal.breaks(1e-8)) <= set(sol.t)
+    assert len(signal.breaks(1e-8)) >= 2
+    assert sol.stats["steps"] < (40 if method in ("gauss8", "dop853") else 700)
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic", "quintic"])
+def test_the_error_follows_the_tolerance_over_kinks_and_jumps(pushed, kind):
+    signal, stiffness = mechc.Signal(TIMES, VALUES, kind), {"k": 60.0}
+
+    def end(rtol, **policy):
+        return pushed.simulate(
+            END, [0.1, 0.0], stiffness, inputs={"F": signal}, rtol=rtol, **policy
+        ).y[-1]
+
+    exact = end(1e-14, method="gauss8")
+    for method in ("gauss8", "dop853"):
+        errors = [np.abs(end(rtol, method=method) - exact).max() for rtol in (1e-5, 1e-8, 1e-11)]
+        assert errors[0] < 2e-5
+        assert errors[1] < 2e-8
+        assert errors[2] < 2e-11
+
+
+def test_a_pulse_after_a_long_rest_is_not_stepped_over(pushed):
+    times, values = np.linspace(0, 100, 10001), np.zeros(10001)
+    values[5000:5003] = 1.0  # 0.03 s in 100
+    for kind, impulse in (("previous", 0.03), ("linear", 0.03), ("cubic", 0.03)):
+        signal = mechc.Signal(times, values, kind)
+        for method in ("gauss8", "dop853"):
+            sol = pushed.simulate(100, [0.0, 0.0], inputs={"F": signal}, method=method, rtol=1e-6)
+            assert sol["u"][-1] == pytest.approx(impulse / MASS, rel=1e-6)
+            assert sol.stats["steps"] < 200
+
+
+def test_samples_of_a_smooth_function_cost_no_steps(pushed):
+    times = np.linspace(0, 10, 5001)
+    signal = mechc.Signal(times, np.cos(times))
+    sol = pushed.simulate(10, [0.0, 0.0], inputs={"F": signal}, rtol=1e-9)
+    assert sol.stats["steps"] < 60
+    assert sol["q"][-1] == pytest.approx((1 - np.cos(10)) / MASS, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
+def test_runs_backwards_and_in_two_parts_are_the_same_motion(pushed, kind):
+    driven = pushed.with_inputs({"F": mechc.Signal(TIMES, VALUES, kind)})
+    whole = driven.simulate(END, [0.2, 0.1], rtol=1e-10)
+    back = driven.simulate((END, 0.0), whole.y[-1], rtol=1e-10)
+    np.testing.assert_allclose(back.y[-1], [0.2, 0.1], atol=1e-9)
+    first = driven.simulate(0.5, [0.2, 0.1], rtol=1e-10)  # ends at a knot
+    rest = first.continue_to(END)
+    np.testing.assert_allclose(rest.y[-1], whole.y[-1], atol=1e-9)
+    between = np.linspace(0.0, END, 57)
+    np.testing.assert_allclose(rest(between), whole(between), atol=1e-8)
+
+
+def test_a_jump_has_the_value_of_its_own_side(pushed):
+    """Accelerations of a forward run and of one backwards, both beside the jump at 0.5 s."""
+    driven = pushed.with_inputs({"F": mechc.Signal([0.0, 0.5, 1.0], [2.0, 6.0, 0.0], "previous")})
+    forwards = driven.simulate((0.0, 1.0), [0.0, 0.0], rtol=1e-10)
+    backwards = driven.simulate((1.0, 0.0), forwards.y[-1], rtol=1e-10)
+    for sol in (forwards, backwards):
+        for side, force in ((-1e-3, 2.0), (1e-3, 6.0)):
+            slope = (sol(0.5 + side)[1] - sol(0.5)[1]) / side
+            assert slope == pytest.approx(force / MASS, rel=1e-9)
+    assert driven.rhs(0.5, [0.0, 0.0])[1] == 3.0  # by itself, what follows the jump
+
+
+def test_numbers_and_functions_are_inputs_too(pushed):
+    y = [0.3, 0.2]
+    assert pushed.rhs(0.0, y, inputs={"F": 3.0})[1] == 1.5
+    assert pushed.rhs(0.5, y, inputs={"F": np.sin})[1] == pytest.approx(np.sin(0.5) / 2)
+    spring = pushed.with_inputs({"F": lambda t, q, u: t - 8.0 * q[0] + u[0]})
+    assert spring.rhs(1.0, y)[1] == pytest.approx((1.0 - 2.4 + 0.2) / 2)
+    many = spring.rhs(np.array([0.0, 1.0, 2.0]), np.array([y] * 3))
+    np.testing.assert_allclose(many[:, 1], (np.arange(3) - 2.2) / 2)
+    assert pushed.kinetic_energy(y) == pytest.approx(0.04)  # holds no input
+
+
+def test_a_spring_called_back_is_the_spring_compiled(pushed):
+    sol = pushed.simulate(5.0, [1.0, 0.0], inputs={"F": lambda t, q, u: -8.0 * q[0]}, rtol=1e-10)
+    compiled = pushed.simulate(5.0, [1.0, 0.0], {"k": 8.0}, inputs={"F": 0.0}, rtol=1e-10)
+    np.testing.assert_allclose(sol.y[-1], compiled.y[-1], atol=1e-9)
+    assert sol.y[-1, 0] == pytest.approx(np.cos(10.0), abs=1e-8)
+    assert not compiled.status.warnings
+    assert "The input F is a Python function" in str(sol.status)
+
+
+def test_the_error_follows_the_tolerance_over_the_kinks_of_a_function(pushed):
+    """A spring with a stop: between its kinks the motion is in closed form, piece by piece."""
+
+    def stopped(time, q, u):
+        return min(max(-8.0 * q[0], -4.0), 4.0)
+
+    driven = pushed.with_inputs({"F": stopped})
+    sol = driven.simulate(3.0, [2.0, 0.0], rtol=1e-9)
+    assert sol.stats["method"] == "dop853"
+    fall = np.sqrt(1.5)  # from 2 m to 0.5 m at -2 m/s2
+    rate, phase = 2.0, 3.0 - fall
+    turn = np.arctan(0.5 * rate / (2.0 * fall)) * 2 / rate  # from 0.5 m to -0.5 m
+    assert turn < phase
+    speed, left = 2.0 * fall, phase - turn
+    q = -0.5 - speed * left + left**2
+    assert sol["q"][-1] == pytest.approx(q, abs=3e-8)
+
+
+def test_several_signals_break_a_run_at_the_knots_of_each():
+    q, u, f, g = dynamicsymbols("q u f g")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    kane.kanes_equations([Particle("body", point, 1)], [(point, f * g * frame.x)])
+    model = mechc.compile(kane, name="product")
+    assert model.inputs == ("f", "g")
+    steps = mechc.Signal([0.0, 0.7, 2.0], [1.0, 3.0, 0.0], "previous", outside="hold")
+    line = mechc.Signal([0.0, 1.1, 2.0], [0.0, 1.1, 1.1], "linear")
+    sol = model.simulate(2.0, [0.0, 0.0], inputs={"f": steps, "g": line}, rtol=1e-10)
+    assert {0.7, 1.1} <= set(sol.t)
+    speed = 0.5 * 0.7**2 + 3.0 * (0.5 * (1.1**2 - 0.7**2) + 1.1 * 0.9)
+    assert sol["u"][-1] == pytest.approx(speed, abs=1e-10)
+    with pytest.raises(mechc.MissingInputError, match=r"no value: g\. Give each"):
+        model.simulate(2.0, [0.0, 0.0], inputs={"f": steps})
+
+
+def test_outputs_histories_and_files_know_the_inputs(pushed, tmp_path):
+    signal = mechc.Signal(TIMES, VALUES, "linear")
+    sol = pushed.simulate(END, [0.0, 0.5], inputs={"F": signal}, rtol=1e-10)
+    power = sol.model.output("power", sol.y, t=sol.t)
+    np.testing.assert_allclose(power, signal(sol.t) * sol["u"], rtol=1e-13)
+    assert sol.save(tmp_path / "run.nc").exists()
+    assert sol.save(tmp_path / "run.csv").exists()
+    assert sol.to_xarray()["q"].shape == sol.t.shape
+    assert "finished" in sol._repr_html_()
+    assert "given with a run (inputs): F" in pushed.report()
+
+
+def test_events_are_found_across_kinks(pushed):
+    signal = mechc.Signal([0.0, 1.0, 2.0, 3.0], [2.0, -6.0, 2.0, 2.0], "previous")
+    event = mechc.Event(lambda t, y: y[1] + 1.0, direction=-1, terminal=True)
+    sol = pushed.simulate(3.0, [0.0, 0.0], inputs={"F": signal}, events=[event], rtol=1e-10)
+    assert sol.status.code == "stopped by an event"
+    assert sol.events[0].t[0] == pytest.approx(1.0 + 2.0 / 3.0, abs=1e-11)
+
+
+# -- motion that is prescribed ------------------------------------------------------------------
+
+DEFAULTS = {"m": 2.0, "g": 9.81, "l": 1.0}
+
+
+def crane():
+    """A bob on a rod whose pivot is moved by the input r: holonomic, it needs r' and r''."""
+    x, y, u, v, r = dynamicsymbols("x y u_x u_y r")
+    m, g, l = (Symbol(name) for name in DEFAULTS)
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    bob = origin.locatenew("P", x * frame.x + y * frame.y)
+    bob.set_vel(frame, u * frame.x + v * frame.y)
+    closed = (x - r) ** 2 + y**2 - l**2
+    kane = KanesMethod(
+        frame, [x], [u], kd_eqs=[x.diff(t) - u, y.diff(t) - v], q_dependent=[y], u_dependent=[v],
+        configuration_constraints=[closed], velocity_constraints=[closed.diff(t)],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("bob", bob, m)], [(bob, -m * g * frame.y)])
+    return kane
+
+
+MOVED = (
+    lambda t: 0.3 * np.sin(2 * t),
+    lambda t: 0.6 * np.cos(2 * t),
+    lambda t: -1.2 * np.sin(2 * t),
+)
+
+
+@pytest.fixture(scope="module")
+def driven():
+    return mechc.compile(crane(), name="crane", defaults=DEFAULTS)
+
+
+@pytest.fixture(scope="module")
+def expected():
+    """The same motion with r as an expression."""
+    wave = Rational(3, 10) * sin(2 * t)
+    model = mechc.compile(crane(), name="moved", defaults=DEFAULTS, inputs={"r": wave})
+    return model.simulate(4.0, start(model), rtol=1e-10)
+
+
+def start(model):
+    return model.assemble({"x": 0.5}, {"u_x": 0.0}, guess={"y": -0.8})
+
+
+def test_prescribed_motion_by_functions_is_that_of_the_expression(driven, expected):
+    model = driven.with_inputs({"r": MOVED})
+    y0 = start(model)
+    np.testing.assert_allclose(y0, expected.y[0], atol=1e-14)
+    sol = model.simulate(4.0, y0, rtol=1e-10)
+    np.testing.assert_allclose(sol.y[-1], expected.y[-1], atol=1e-12)
+    assert sol.closure.max() < 1e-14
+    assert sol.velocity_closure.max() < 1e-13
+
+
+def test_prescribed_motion_by_splines_converges_to_it(driven, expected):
+    times = np.linspace(-0.5, 4.5, 501)
+    for kind, error in (("cubic", 1e-7), ("quintic", 1e-10)):
+        model = driven.with_inputs({"r": mechc.Signal(times, MOVED[0](times), kind)})
+        sol = model.simulate(4.0, start(model), rtol=1e-10)
+        np.testing.assert_allclose(sol.y[-1], expected.y[-1], atol=error)
+        assert sol.closure.max() < 1e-14
+        between = np.linspace(0.0, 4.0, 101)
+        assert np.abs(model.constraints(sol(between), t=between)).max() < 1e-14
+
+
+def test_an_input_whose_rates_are_needed_must_give_them(driven):
+    times = np.linspace(0.0, 5.0, 51)
+    for given, told in (
+        (MOVED[0], r"up to order 2.*give 3 functions"),
+        (mechc.Signal(times, np.sin(times), "linear"), r"'cubic' or 'quintic'"),
+        (mechc.Signal(times, np.sin(times), outside="hold"), r"without outside='hold'"),
+        ((lambda t, q, u: q[0],) * 3, r"function of time alone"),
+    ):
+        with pytest.raises(mechc.ValueOutOfBoundsError, match=told):
+            driven.with_inputs({"r": given})
+
+
+# -- what goes wrong ----------------------------------------------------------------------------
+
+
+def test_inputs_without_a_value_are_asked_for_by_name(pushed):
+    for ask in (
+        lambda: pushed.rhs(0.0, [0.0, 0.0]),
+        lambda: pushed.simulate(1.0, [0.0, 0.0]),
+        lambda: pushed.output("power", [0.0, 0.0]),
+    ):
+        with pytest.raises(mechc.MissingInputError, match=r"no value: F\. Give each as a number"):
+            ask()
+    with pytest.raises(mechc.UnknownNameError, match="no input is called 'f'; known are F"):
+        pushed.simulate(1.0, [0.0, 0.0], inputs={"f": 1.0})
+    with pytest.raises(mechc.UnknownNameError, match="no input is called 'torque'"):
+        mechc.load("four_bar").simulate(1.0, np.zeros(6), inputs={"torque": 1.0})
+
+
+@pytest.mark.parametrize("value", ["3", np.nan, None, Symbol("x"), [1.0, 2.0], {}])
+def test_what_is_no_input_is_refused(pushed, value):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="the input F must be a finite number"):
+        pushed.simulate(1.0, [0.0, 0.0], inputs={"F": value})
+
+
+def test_a_function_of_other_arguments_is_refused(pushed):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match=r"of t, or of t, q and u; it takes \(a"):
+        pushed.with_inputs({"F": lambda a, b: 0.0})
+
+
+def test_a_run_beyond_the_samples_is_refused_unless_they_are_held(pushed):
+    signal = mechc.Signal([0.0, 1.0, 2.0], [1.0, 1.0, 3.0], "linear")
+    for span in (2.5, (-0.5, 1.0)):
+        with pytest.raises(mechc.ValueOutOfBoundsError, match="F is sampled from 0 to 2 s, but"):
+            pushed.simulate(span, [0.0, 0.0], inputs={"F": signal})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="needed at 3 s"):
+        pushed.rhs(3.0, [0.0, 0.0], inputs={"F": signal})
+    held = mechc.Signal([0.0, 1.0, 2.0], [1.0, 1.0, 3.0], "linear", outside="hold")
+    sol = pushed.simulate((-1.0, 4.0), [0.0, 0.0], inputs={"F": held}, rtol=1e-10)
+    assert sol["u"][-1] == pytest.approx((1.0 + 1.0 + 2.0 + 6.0) / MASS, abs=1e-10)
+    assert held(-5.0) == 1.0
+    assert held(7.0) == 3.0
+
+
+def test_a_function_that_fails_ends_the_run_and_is_told(pushed):
+    def broken(time):
+        return 1.0 / (time < 0.6)
+
+    with pytest.raises(mechc.InputError, match=r"F failed at t = .*ZeroDivisionError") as caught:
+        pushed.simulate(1.0, [0.0, 0.0], inputs={"F": broken}, max_step=0.05)
+    sol = caught.value.solution
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+    assert sol.status.code == "input failed"
+    assert 0.5 < sol.t[-1] <= 0.6
+    np.testing.assert_allclose(sol["u"][-1], sol.t[-1] / MASS, rtol=1e-9)
+    with pytest.raises(mechc.InputError, match="gave no finite number"):
+        pushed.rhs(0.0, [0.0, 0.0], inputs={"F": lambda t: np.inf})
+    with pytest.raises(mechc.InputError, match="TypeError"):
+        pushed.rhs(0.0, [0.0, 0.0], inputs={"F": lambda t: "much"})
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+
+
+def test_ctrl_c_in_a_function_keeps_what_was_computed(pushed):
+    def interrupted(time):
+        if time > 0.5:
+            raise KeyboardInterrupt
+        return 1.0
+
+    sol = pushed.simulate(1.0, [0.0, 0.0], inputs={"F": interrupted}, max_step=0.05)
+    assert sol.status.code == "interrupted"
+    assert 0.4 < sol.t[-1] <= 0.5
+
+
+def test_batches_and_c_functions_refuse_what_is_given_with_a_run(pushed):
+    with pytest.raises(mechc.MechcError, match=r"a batch takes no inputs.*has F: compile it"):
+        pushed.simulate_batch(1.0, np.zeros((3, 2)))
+    with pytest.raises(mechc.MechcError, match="rates needs F, which are given with a run"):
+        pushed.c_function("rates")
+    assert pushed.c_function("kinetic_energy").width == 1
+
+
+def test_without_compiled_code_inputs_must_be_expressions():
+    with pytest.raises(mechc.MechcError, match="given with a run need compiled code"):
+        mechc.compile(slider()[0], backend="numpy")

@@ -1,0 +1,225 @@
+"""Promises of mechc.animate: one page, true to the motion, closed to the network and to markup."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import re
+from dataclasses import dataclass, replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mechc.errors import ValueOutOfBoundsError
+from mechc.results import animation as animate
+from tests.support import fake_linkage
+from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+
+EVIL = "</script><img src=x onerror=alert(1)>\u2028'\"&${x}$x"
+
+
+class Page(HTMLParser):
+    """The tags and scripts of a page, as a browser's parser would find them."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.attributes: list[tuple[str, str | None]] = []
+        self.scripts: list[str] = []
+        self.inside = False
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.attributes += attrs
+        if tag == "script":
+            self.scripts.append("")
+            self.inside = True
+
+    def handle_endtag(self, tag: str) -> None:
+        self.inside = self.inside and tag != "script"
+
+    def handle_data(self, data: str) -> None:
+        if self.inside:
+            self.scripts[-1] += data
+
+
+def motion(sol: FakeSolution, **policy: Any) -> dict[str, Any]:
+    data: dict[str, Any] = json.loads(Page(animate.animation_html(sol, **policy)).scripts[0])
+    return data
+
+
+def evil_run() -> FakeSolution:
+    points = (EVIL, "p_1", "p_2", "\ud800", "a", "b", "c")
+    return fake_linkage.run(
+        name=EVIL,
+        title=EVIL,
+        coordinates=(EVIL, "$\\frac", "\u202eabc"),
+        point_names=points,
+        skeleton=((EVIL, points[:2]),),
+        ground=(EVIL,),
+        traced=("\ud800",),
+        units={EVIL: EVIL},
+    )
+
+
+def test_frames_are_sixty_a_second_of_simulated_time() -> None:
+    data = motion(fake_linkage.run(2.5))
+    assert data["frames"] == 151
+    assert data["step"] == pytest.approx(1 / 60, rel=1e-12)
+    assert data["notes"] == []
+
+
+def test_long_runs_are_capped_and_say_the_frame_step() -> None:
+    data = motion(fake_linkage.run(120.0))
+    assert data["frames"] == animate.MOST_FRAMES
+    assert data["notes"] == ["one frame every 40 ms"]
+
+
+def test_frames_hold_the_motion_to_the_stated_resolution() -> None:
+    data = motion(fake_linkage.run(1.0))
+    times = data["start"] + data["step"] * np.arange(data["frames"])
+    true = fake_linkage.joints(fake_linkage.exact_state(times)[:, :3])[:, 2, :2]
+    index = data["names"].index("p₂")
+    cells = np.array(data["tracks"][index]).T
+    seen = np.array(data["low"]) + data["grain"] * cells
+    size = max(np.subtract(data["high"], data["low"]))
+    assert np.abs(seen - true).max() <= 0.5000001e-5 * size
+
+
+def test_readouts_are_degrees_with_one_decimal() -> None:
+    first = motion(fake_linkage.run(1.0))["readouts"][0]
+    assert (first["name"], first["unit"], first["digits"]) == ("θ₀", "°", 1)
+    assert first["values"][0] == 850
+
+
+def test_links_pivots_and_traces_point_at_the_right_tracks() -> None:
+    data = motion(fake_linkage.run(1.0))
+    names = data["names"]
+    assert [[names[i] for i in link] for link in data["links"]] == [
+        ["O", "p₁"], ["p₁", "p₂"], ["p₂", "p₃"],
+    ]  # fmt: skip
+    assert [names[i] for i in data["ground"]] == ["O", "p₃"]
+    assert [names[i] for i in data["traced"]] == ["p₁", "p₂", "g₁"]
+    assert "g₀" not in names
+
+
+def test_change_points_reach_the_page() -> None:
+    sol = replace(fake_linkage.run(), change_points=(FakeChangePoint(1.25), FakeChangePoint(3.0)))
+    assert motion(sol)["changes"] == [1.25, 3.0]
+    assert motion(fake_linkage.run())["changes"] == []
+
+
+def test_speeds_offered() -> None:
+    usual = motion(fake_linkage.run(20.0))
+    assert (usual["speeds"], usual["speed"]) == ([0.1, 0.25, 0.5, 1.0, 2.0], 1.0)
+    brief = motion(fake_linkage.run(0.03))
+    assert brief["speed"] == 0.01
+    assert brief["speeds"][0] == 0.01
+
+
+def test_names_cannot_break_out_of_the_page() -> None:
+    text = animate.animation_html(evil_run())
+    page = Page(text)
+    assert text.isascii()
+    assert page.tags.count("script") == 2
+    assert "img" not in page.tags
+    assert not {"<", ">", "&"} & set(page.scripts[0])
+    assert json.loads(page.scripts[0])["title"].startswith("</script><img src=x")
+
+
+def test_user_text_is_never_read_as_markup_by_the_script() -> None:
+    script = Page(animate.animation_html(fake_linkage.run())).scripts[1]
+    for gate in ("innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "eval("):
+        assert gate not in script
+
+
+def test_the_page_asks_nothing_of_the_network_and_runs_only_its_own_script() -> None:
+    text = animate.animation_html(fake_linkage.run())
+    page = Page(text)
+    assert not {name for name, _ in page.attributes} & {"src", "href", "srcset"}
+    assert "url(" not in text
+    assert "@import" not in text
+    policy = next(value or "" for name, value in page.attributes if "default-src" in (value or ""))
+    digest = base64.b64encode(hashlib.sha256(page.scripts[1].encode()).digest()).decode()
+    assert "default-src 'none'" in policy
+    assert f"script-src 'sha256-{digest}'" in policy
+
+
+def test_every_placeholder_is_filled() -> None:
+    text = animate.animation_html(fake_linkage.run())
+    assert not re.search(r"\$(title|motion|script_hash)\b", text)
+
+
+def test_a_notebook_shows_the_same_page_in_a_sandbox(tmp_path: Path) -> None:
+    animation = animate.animate(fake_linkage.run(1.0))
+    frame = dict(Page(animation._repr_html_()).attributes)
+    assert frame["srcdoc"] == animation.html
+    assert frame["sandbox"] == "allow-scripts"
+    path = animation.save(tmp_path / "new" / "motion.html")
+    assert path.read_bytes().decode("ascii") == animation.html
+    written = animate.write_animation(fake_linkage.run(1.0), tmp_path / "again.html")
+    assert written.read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_senseless_frame_rate_is_refused(fps: float) -> None:
+    with pytest.raises(ValueOutOfBoundsError, match="fps must be a positive number"):
+        animate.animation_html(fake_linkage.run(), fps=fps)
+
+
+@pytest.mark.parametrize(
+    ("sol", "frames"),
+    [
+        pytest.param(replace(fake_linkage.run(), t=np.array([0.7])), 1, id="single sample"),
+        pytest.param(replace(fake_linkage.run(), t=np.array([0.0, 1e-12])), 2, id="short run"),
+        pytest.param(replace(fake_linkage.run(), t=np.array([2.0, 1.0])), 61, id="backward"),
+        pytest.param(
+            fake_linkage.run(1.0, point_names=(), skeleton=(), ground=(), traced=()),
+            61,
+            id="no points",
+        ),
+        pytest.param(
+            fake_linkage.run(1.0, skeleton=(), ground=(), traced=()), 61, id="no skeleton"
+        ),
+    ],
+)
+def test_odd_runs_still_make_a_page(sol: FakeSolution, frames: int) -> None:
+    data = motion(sol)
+    assert data["frames"] == frames
+    assert all(len(axis) == frames for track in data["tracks"] for axis in track)
+
+
+def test_a_spatial_mechanism_says_how_it_is_seen() -> None:
+    tilt = ((1.0, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, 0.9, 1.0))
+    assert motion(fake_linkage.run(1.0, tilt=tilt))["notes"] == [
+        "spatial motion, projected on x and z"
+    ]
+
+
+@dataclass(frozen=True)
+class Overflowing(FakeSolution):
+    """A run whose last half is not numbers."""
+
+    def __call__(self, t: Any, /) -> Any:
+        return np.where(np.asarray(t)[:, None] > 0.5, np.nan, super().__call__(t))
+
+
+@dataclass(frozen=True)
+class Failed:
+    ok: bool = False
+
+    def __str__(self) -> str:
+        return "The run stopped: overflow."
+
+
+def test_a_run_that_failed_is_played_up_to_there_and_says_so() -> None:
+    sol = fake_linkage.run(1.0)
+    data = motion(Overflowing(sol.model, sol.t, status=Failed()))
+    assert data["frames"] == 31
+    assert data["notes"] == ["The run stopped: overflow."]

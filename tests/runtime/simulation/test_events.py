@@ -1,0 +1,197 @@
+"""Events: transversal zeros found, several in a step, located on the dense output."""
+
+import math
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.errors import ValueOutOfBoundsError
+from mechc.simulation.events import EventFinder
+from tests.support import fake_linkage
+
+PARAMS = {"l_3": 3.5}
+HALF_PERIOD = 1.6607240639610833  # from the quadrature of the regular four-bar
+
+
+@pytest.fixture(scope="module")
+def model():
+    return mechc.load("four_bar")
+
+
+@pytest.fixture(scope="module")
+def start(model):
+    return model.assemble({"theta_0": np.radians(85)}, params=PARAMS)
+
+
+def test_the_turning_point_is_found_where_the_quadrature_has_it(model, start):
+    turning = mechc.Event(lambda t, y: y[3], direction=-1)
+    sol = model.simulate(20, start, PARAMS, rtol=1e-12, events=[turning])
+    (found,) = sol.events
+    assert found.t[0] == pytest.approx(HALF_PERIOD, abs=1e-11)
+    assert np.diff(found.t) == pytest.approx(2 * HALF_PERIOD, abs=1e-10)
+    assert np.degrees(found.y[:, 0]) == pytest.approx(412.48633345706614, abs=1e-8)
+
+
+def test_several_zeros_in_one_step_are_found_and_located(model, start):
+    rapid = lambda t, y: math.sin(150 * t)  # noqa: E731
+    sol = model.simulate(5, start, PARAMS, rtol=1e-6, events=[rapid])
+    exact = np.pi / 150 * np.arange(1, int(5 * 150 / np.pi) + 1)
+    assert len(exact) > 2 * sol.stats["steps"]
+    assert sol.events[0].t == pytest.approx(exact, abs=1e-12)
+
+
+def test_a_pair_of_zeros_between_two_samples_is_found(model, start):
+    dip = lambda t, y: (t - 1.2345) ** 2 - 1e-8  # noqa: E731
+    sol = model.simulate(3, start, PARAMS, rtol=1e-6, events=[dip])
+    assert sol.events[0].t == pytest.approx([1.2344, 1.2346], abs=1e-9)
+
+
+def test_states_at_events_close_the_loop(model, start):
+    crossing = lambda t, y: math.sin(5 * y[0])  # noqa: E731
+    sol = model.simulate(10, start, PARAMS, events=[crossing])
+    assert len(sol.events[0].t) > 20
+    assert np.abs(model.constraints(sol.events[0].y, PARAMS)).max() < 1e-13
+    assert np.abs(np.sin(5 * sol.events[0].y[:, 0])).max() < 1e-11
+
+
+@pytest.mark.parametrize("end", [20.0, -20.0], ids=["forwards", "backwards"])
+def test_a_terminal_event_ends_the_run_there(model, start, end):
+    turning = mechc.Event(lambda t, y: y[3], terminal=True)
+    ticking = lambda t, y: math.sin(20 * t)  # noqa: E731
+    sol = model.simulate((0, end), start, PARAMS, rtol=1e-11, events=[turning, ticking])
+    assert sol.status.code == "stopped by an event"
+    assert sol.status.ok
+    assert abs(sol.t[-1]) == pytest.approx(HALF_PERIOD, abs=1e-9)
+    assert sol.span[1] == sol.t[-1]
+    assert sol.y[-1, 3] == pytest.approx(0, abs=1e-9)
+    assert len(sol.events[1].t) == int(20 * HALF_PERIOD / np.pi)
+    with pytest.raises(ValueOutOfBoundsError, match="covers"):
+        sol(math.copysign(2.0, end))
+
+
+def test_scipys_attributes_are_understood(model, start):
+    def rising(t, y):
+        return y[0] - 4.0
+
+    rising.direction = 1
+    rising.terminal = False
+    sol = model.simulate(2 * HALF_PERIOD, start, PARAMS, events=[rising])
+    both = model.simulate(2 * HALF_PERIOD, start, PARAMS, events=[lambda t, y: y[0] - 4.0])
+    assert len(sol.events[0].t) == 1
+    assert len(both.events[0].t) == 2
+    assert both.events[0].t[0] == sol.events[0].t[0]
+
+
+def test_reported_times_stop_at_a_terminal_event(model, start):
+    turning = mechc.Event(lambda t, y: y[3], terminal=True, direction=-1)
+    times = np.linspace(0, 5, 51)
+    sol = model.simulate(5, start, PARAMS, events=[turning], t_eval=times)
+    assert np.array_equal(sol.t, times[times <= HALF_PERIOD])
+
+
+def test_what_is_no_function_is_refused(model, start):
+    with pytest.raises(ValueOutOfBoundsError, match="a function of t and y, not 3"):
+        model.simulate(1, start, PARAMS, events=[3])
+
+
+@pytest.mark.parametrize("end", [30.0, -30.0])
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+def test_directions_are_those_of_time_as_the_run_goes(model, start, end, direction):
+    wave = mechc.Event(lambda t, y: math.sin(7 * t), direction=direction)
+    sol = model.simulate((0, end), start, PARAMS, rtol=1e-7, events=[wave])
+    exact = np.sign(end) * np.pi / 7 * np.arange(1, int(30 * 7 / np.pi) + 1)
+    along = np.cos(7 * exact) * np.sign(end)  # growing as the run goes
+    wanted = exact if direction == 0 else exact[along * direction > 0]
+    assert sol.events[0].t == pytest.approx(wanted, abs=1e-12)
+
+
+def test_zeros_late_in_time_are_located_to_a_few_units_of_the_last_place(model, start):
+    late = 1e5
+    wave = lambda t, y: math.sin(7 * (t - late))  # noqa: E731
+    sol = model.simulate((late, late + 5), start, PARAMS, events=[wave])
+    exact = late + np.pi / 7 * np.arange(1, int(35 / np.pi) + 1)
+    assert np.abs(sol.events[0].t - exact).max() <= 4 * math.ulp(late)
+
+
+def test_the_nth_zero_can_be_terminal(model, start):
+    third = mechc.Event(lambda t, y: math.sin(7 * t), terminal=3, direction=-1)
+    sol = model.simulate(20, start, PARAMS, events=[third])
+    assert sol.status.code == "stopped by an event"
+    assert sol.t[-1] == pytest.approx(5 * np.pi / 7, abs=1e-12)
+    assert len(sol.events[0].t) == 3
+
+
+def test_states_at_events_are_those_of_the_exact_motion(model, start):
+    """Where the crank passes 150 degrees: on the manifold, and as the closed form has it."""
+    target = np.radians(150)
+    passing = mechc.Event(lambda t, y: y[0] - target)
+    sol = model.simulate(10, start, PARAMS, rtol=1e-11, events=[passing])
+    record = sol.events[0]
+    assert len(record.t) == 6
+    exact = fake_linkage.exact_state(record.t)
+    np.testing.assert_allclose(record.y, exact, rtol=0, atol=1e-8)
+    np.testing.assert_allclose(record.y[:, 0], target, rtol=0, atol=1e-11)
+    assert np.abs(model.constraints(record.y, PARAMS)).max() < 1e-13
+    assert np.abs(model.velocity_constraints(record.y, PARAMS)).max() < 1e-13
+
+
+class CountingRun:
+    """A run of many steps that counts the times it copies."""
+
+    def __init__(self, run):
+        self.run, self.copied = run, 0
+
+    def __getattr__(self, name):
+        return getattr(self.run, name)
+
+    def times(self, first):
+        times = self.run.times(first)
+        self.copied += len(times)
+        return times
+
+    def states(self):
+        self.copied += self.run.count
+        return self.run.states()
+
+
+def test_the_work_for_events_grows_with_the_steps_alone(model, start):
+    values = model._parameters.resolve(PARAMS)
+    run = model._scene.start(
+        0.0, 400.0, start, values, 1e-6, None, np.ones(6), 0.0, np.inf, 10**6, 0, True
+    )
+    counting = CountingRun(run)
+    finder = EventFinder([lambda t, y: y[3]], counting, 6)
+    looks = 0
+    while run.advance(50) == 0:
+        finder.look()
+        looks += 1
+    finder.look()
+    assert looks > 100
+    assert counting.copied <= run.count + 2 * looks + 4
+
+
+@pytest.mark.parametrize(
+    ("fail", "told"),
+    [
+        (lambda: 1 / 0, "ZeroDivisionError: division by zero"),
+        (lambda: math.nan, "gave NaN"),
+        (lambda: None, "TypeError"),
+    ],
+)
+def test_a_failing_event_function_keeps_the_run(model, start, fail, told):
+    def thermostat(t, y):
+        return fail() if t > 3.0 else math.sin(7 * t)
+
+    with pytest.raises(
+        mechc.EventError, match=f"event function thermostat .*t = 3.*{told}|NaN"
+    ) as e:
+        model.simulate(10, start, PARAMS, events=[thermostat])
+    sol = e.value.solution
+    assert sol.status.code == "event failed"
+    assert not sol.status.ok
+    assert "thermostat" in str(sol.status)
+    assert sol.t[-1] > 3.0
+    assert len(sol.events[0].t) >= 5
+    assert (e.value.__cause__ is None) == (told == "gave NaN")
+    np.testing.assert_allclose(sol(2.0), fake_linkage.exact_state(2.0), atol=1e-6)

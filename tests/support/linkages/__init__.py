@@ -1,0 +1,1 @@
+"""Random linkages: as plain data, as mechanisms and SymPy objects, and by textbook formulas."""

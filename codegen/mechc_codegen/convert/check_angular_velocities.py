@@ -47,7 +47,7 @@ def refuse_other_angular_velocities(
     turns = _Turns(source, rates)
     claims = [c for c in _claims(source.frame, _frames(source, bodies)) if turns.takes(c)]
     if claims:
-        for numbers in turns.at_random_motions([rates.plain(e) for e in motion]):
+        for numbers in turns.at_random_motions([rates.in_symbols(e) for e in motion]):
             for claim in claims:
                 _compare(claim, turns, numbers)
 
@@ -149,10 +149,10 @@ class _Turns:
     def at_random_motions(self, motion: Sequence[Expr]) -> Iterator[Numbers]:
         """All entries in motions that the constraints allow, orientations being rotations."""
         plain = {
-            key: [self._rates.plain(e.xreplace(self._moving)) for e in entries]
+            key: [self._rates.in_symbols(e.xreplace(self._moving)) for e in entries]
             for key, entries in self._entries.items()
         }
-        closed = [self._rates.plain(e) for e in self._source.configuration]
+        closed = [self._rates.in_symbols(e) for e in self._source.configuration]
         closed += self._lengths(plain)
         flow = Flow(self._rates, motion, [])
         evaluate = evaluator(

@@ -10,7 +10,9 @@ from .script import Script, published
 t = me.dynamicsymbols._t
 
 
-@published("J. Hauser, S. Sastry, G. Meyer, Nonlinear control design for slightly non-minimum (1992)")
+@published(
+    "J. Hauser, S. Sastry, G. Meyer, Nonlinear control design for slightly non-minimum (1992)"
+)
 def planar_aircraft() -> Script:
     x, y, theta, vx, vy, w, u1, u2 = me.dynamicsymbols("x y theta v_x v_y omega u_1 u_2")
     m, J, eps, g = sm.symbols("m J epsilon g")
@@ -59,15 +61,24 @@ def quadrotor_by_euler_angles() -> Script:
     kane = me.KanesMethod(N, q, u, kdes)
     kane.kanes_equations([drone], loads)
     constants = {
-        **{m: 0.65, Ix: 7.5e-3, Iy: 7.5e-3, Iz: 1.3e-2, l: 0.23, b: 3.13e-5, d: 7.5e-7},
-        **{kd: 0.05, g: 9.81},
+        m: 0.65,
+        Ix: 7.5e-3,
+        Iy: 7.5e-3,
+        Iz: 1.3e-2,
+        l: 0.23,
+        b: 3.13e-5,
+        d: 7.5e-7,
+        kd: 0.05,
+        g: 9.81,
     }
     start = dict.fromkeys([*q, *u], 0.0) | {z: 1.0, phi: 0.1, theta: -0.1, u[3]: 0.2, u[5]: 0.3}
     speeds = dict(zip(Om, (226.0, 226.5, lambda time: 226.2, 226.0), strict=True))
     return Script(kane, constants, start, 2.0, speeds)
 
 
-@published("E. Fresk, G. Nikolakopoulos, Full quaternion based attitude control for a quadrotor (2013)")
+@published(
+    "E. Fresk, G. Nikolakopoulos, Full quaternion based attitude control for a quadrotor (2013)"
+)
 def quadrotor_by_quaternions() -> Script:
     x, y, z = me.dynamicsymbols("x y z")
     e = me.dynamicsymbols("q0:4")
@@ -232,7 +243,9 @@ def falling_cat() -> Script:
     )
 
 
-@published("D. R. Crist, J. G. Eisley, Motion and stability of a spinning spring-mass system (1970)")
+@published(
+    "D. R. Crist, J. G. Eisley, Motion and stability of a spinning spring-mass system (1970)"
+)
 def elastic_tether_in_orbit() -> Script:
     R, nu, L, phi = me.dynamicsymbols("R nu L phi")
     m1, m2, k, L0, mu = sm.symbols("m_1 m_2 k L_0 mu", positive=True)

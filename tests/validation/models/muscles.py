@@ -34,9 +34,7 @@ def five_link_walker() -> Script:
     for k in range(5):
         G = roots[k].locatenew(f"G{k + 1}", signs[k] * c[k] * frames[k].y)
         G.v2pt_theory(roots[k], N, frames[k])
-        bodies.append(
-            me.RigidBody(f"B{k + 1}", G, frames[k], m[k], (me.inertia(N, 0, 0, I[k]), G))
-        )
+        bodies.append(me.RigidBody(f"B{k + 1}", G, frames[k], m[k], (me.inertia(N, 0, 0, I[k]), G)))
         loads.append((G, -m[k] * g * N.y))
     for k, (i, j) in enumerate(((0, 1), (1, 2), (2, 3), (3, 4))):
         loads += [(frames[i], -tau[k] * N.z), (frames[j], tau[k] * N.z)]
@@ -47,12 +45,16 @@ def five_link_walker() -> Script:
     constants = {g: 9.81}
     for symbols, numbers in zip((m, l, c, I), values, strict=True):
         constants |= dict(zip(symbols, numbers, strict=True))
-    start = dict(zip([*q, *u], [0.1, -0.05, -0.1, 0.4, 0.1, -1.0, -0.8, 0.1, 1.0, 0.5], strict=True))
+    start = dict(
+        zip([*q, *u], [0.1, -0.05, -0.1, 0.4, 0.1, -1.0, -0.8, 0.1, 1.0, 0.5], strict=True)
+    )
     torques = dict(zip(tau, (5.0, lambda time: 20.0, -4.0, 1.0), strict=True))
     return Script(kane, constants, start, 0.5, torques)
 
 
-@published("A. Goswami, B. Espiau, A. Keramane, Limit cycles in a passive compass gait biped (1997)")
+@published(
+    "A. Goswami, B. Espiau, A. Keramane, Limit cycles in a passive compass gait biped (1997)"
+)
 def compass_gait() -> Script:
     ns, s = me.dynamicsymbols("theta_ns theta_s")
     m, mH, a, b, g = sm.symbols("m m_H a b g")
@@ -118,7 +120,9 @@ def spring_mass_runner() -> Script:
     return Script(kane, constants, {x: -0.35, y: 0.93, vx: 5.0, vy: -0.8}, 0.14)
 
 
-@published("F. E. Zajac, Muscle and tendon, Crit. Rev. Biomed. Eng. 17 (1989): activation of an arm")
+@published(
+    "F. E. Zajac, Muscle and tendon, Crit. Rev. Biomed. Eng. 17 (1989): activation of an arm"
+)
 def arm_with_activation_dynamics() -> Script:
     q1, q2, u1, u2 = me.dynamicsymbols("q1 q2 u1 u2")
     a = me.dynamicsymbols("a1:5")
@@ -148,10 +152,22 @@ def arm_with_activation_dynamics() -> Script:
     loads = [(G1, -m1 * g * N.y), (G2, -m2 * g * N.y), (A, (t1 - t2) * N.z), (B, t2 * N.z)]
     kane = me.KanesMethod(N, [q1, q2], [u1, u2], [q1.diff() - u1, q2.diff() - u2])
     kane.kanes_equations([upper, lower], loads)
-    rates = {ai: (ei - (beta + (1 - beta) * ei) * ai) / tau_act for ai, ei in zip(a, e, strict=True)}
+    rates = {
+        ai: (ei - (beta + (1 - beta) * ei) * ai) / tau_act for ai, ei in zip(a, e, strict=True)
+    }
     constants = {
-        **{m1: 2.1, m2: 1.6, l1: 0.3, c1: 0.14, c2: 0.17, I1: 0.02, I2: 0.03, g: 9.81},
-        **{T0: 40.0, tau_act: 0.015, beta: 0.3, umax: 20.0},
+        m1: 2.1,
+        m2: 1.6,
+        l1: 0.3,
+        c1: 0.14,
+        c2: 0.17,
+        I1: 0.02,
+        I2: 0.03,
+        g: 9.81,
+        T0: 40.0,
+        tau_act: 0.015,
+        beta: 0.3,
+        umax: 20.0,
     }
     start = {q1: -0.5, q2: 0.8, u1: 0.0, u2: 0.0} | dict.fromkeys(a, 0.05)
     excitations = dict(zip(e, (0.3, 0.05, lambda time: 0.25, 0.02), strict=True))

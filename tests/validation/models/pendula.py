@@ -141,7 +141,9 @@ def elastic_pendulum() -> Script:
     return Script(kane, constants, {r: 0.7, theta: 0.4, vr: 0.0, omega: 0.3}, 5.0)
 
 
-@published("K. Furuta et al. (1992); B. Cazzolato, Z. Prime, On the Dynamics of the Furuta Pendulum")
+@published(
+    "K. Furuta et al. (1992); B. Cazzolato, Z. Prime, On the Dynamics of the Furuta Pendulum"
+)
 def furuta_pendulum() -> Script:
     q1, q2, u1, u2, tau = me.dynamicsymbols("theta_1 theta_2 omega_1 omega_2 tau")
     m1, m2, l1, l2, L1, J1, J2, b1, b2, g = sm.symbols("m_1 m_2 l_1 l_2 L_1 J_1 J_2 b_1 b_2 g")
@@ -167,8 +169,16 @@ def furuta_pendulum() -> Script:
     kane = me.KanesMethod(N, [q1, q2], [u1, u2], [q1.diff() - u1, q2.diff() - u2])
     kane.kanes_equations([arm, rod], loads)
     constants = {
-        **{m1: 0.3, m2: 0.075, l1: 0.15, l2: 0.148, L1: 0.278, J1: 2.5e-2, J2: 1.0e-3},
-        **{b1: 1e-4, b2: 2.8e-4, g: 9.81},
+        m1: 0.3,
+        m2: 0.075,
+        l1: 0.15,
+        l2: 0.148,
+        L1: 0.278,
+        J1: 2.5e-2,
+        J2: 1.0e-3,
+        b1: 1e-4,
+        b2: 2.8e-4,
+        g: 9.81,
     }
     start = {q1: 0.0, q2: 2.8, u1: 0.5, u2: 0.0}
     return Script(kane, constants, start, 3.0, {tau: 0.01})
@@ -247,7 +257,9 @@ def wilberforce_pendulum() -> Script:
     return Script(lagrange, constants, {z: 0.1, theta: 0.0, zd: 0.0, thetad: 0.0}, 20.0)
 
 
-@published("M. W. Spong, P. Corke, R. Lozano, Nonlinear control of the Reaction Wheel Pendulum (2001)")
+@published(
+    "M. W. Spong, P. Corke, R. Lozano, Nonlinear control of the Reaction Wheel Pendulum (2001)"
+)
 def reaction_wheel_pendulum() -> Script:
     q1, q2, tau = me.dynamicsymbols("q1 q2 tau")
     m1, m2, lc, l1, I1, I2, g = sm.symbols("m1 m2 lc l1 I1 I2 g")

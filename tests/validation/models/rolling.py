@@ -33,7 +33,9 @@ def rolling_disc() -> Script:
     return Script(kane, {r: 0.3, m: 2.0, g: 9.81}, start, 3.0)
 
 
-@published("J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems (1972): disc, multipliers")
+@published(
+    "J. I. Neimark, N. A. Fufaev, Dynamics of Nonholonomic Systems (1972): disc, multipliers"
+)
 def rolling_disc_by_lagrange() -> Script:
     x, y, psi, theta, phi = q = me.dynamicsymbols("x y psi theta phi")
     m, R, A, C, g = sm.symbols("m R A C g")
@@ -242,8 +244,17 @@ def wheeled_inverted_pendulum() -> Script:
     )  # fmt: skip
     kane.kanes_equations(bodies, loads)
     constants = {
-        **{Mb: 35.0, Mw: 5.0, R: 0.25, b: 0.2, cz: 0.3, Ixx: 2.1, Iyy: 1.9, Izz: 1.6},
-        **{Iw: 0.16, Id: 0.08, g: 9.81},
+        Mb: 35.0,
+        Mw: 5.0,
+        R: 0.25,
+        b: 0.2,
+        cz: 0.3,
+        Ixx: 2.1,
+        Iyy: 1.9,
+        Izz: 1.6,
+        Iw: 0.16,
+        Id: 0.08,
+        g: 9.81,
     }
     start = {x: 0, y: 0, th: 0.1, al: 0.05, p1: 0, p2: 0, a: 0.0, w1: 2.0, w2: 2.4}
     return Script(kane, constants, start, 1.0, {T1: 0.8, T2: lambda time: 0.7})

@@ -90,7 +90,9 @@ def rattleback() -> Script:
     mu = [N.z.dot(axis) for axis in R]
     eps = sm.sqrt((a * mu[0]) ** 2 + (b * mu[1]) ** 2 + (c * mu[2]) ** 2)
     P, O, S = me.Point("P"), me.Point("O"), me.Point("S")
-    O.set_pos(P, sum((k**2 * x / eps * e for k, x, e in zip((a, b, c), mu, R, strict=True)), 0 * R.x))
+    O.set_pos(
+        P, sum((k**2 * x / eps * e for k, x, e in zip((a, b, c), mu, R, strict=True)), 0 * R.x)
+    )
     S.set_pos(O, -h * R.z)
     P.set_vel(N, 0)
     O.v2pt_theory(P, N, R)
@@ -100,8 +102,17 @@ def rattleback() -> Script:
     kane = me.KanesMethod(N, [alpha, beta, gamma], [w1, w2, w3], kd)
     kane.kanes_equations([stone], [(S, -M * g * N.z), (R, -s * R.ang_vel_in(N))])
     constants = {
-        **{a: 0.2, b: 0.03, c: 0.02, h: 0.01, M: 1.0, g: 9.81, s: 0.0},
-        **{A: 2e-4, B: 1.6e-3, C: 1.7e-3, D: -2e-5},
+        a: 0.2,
+        b: 0.03,
+        c: 0.02,
+        h: 0.01,
+        M: 1.0,
+        g: 9.81,
+        s: 0.0,
+        A: 2e-4,
+        B: 1.6e-3,
+        C: 1.7e-3,
+        D: -2e-5,
     }
     start = dict(zip([alpha, beta, gamma, w1, w2, w3], [0.0087, 0.0087, 0, 0, 0, -5], strict=True))
     return Script(kane, constants, start, 0.6)

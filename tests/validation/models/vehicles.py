@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sin
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -52,7 +54,9 @@ def car_with_a_trailer() -> Script:
     return Script(kane, constants, start, 5.0, {F: 300.0, S: lambda time: 0.05})
 
 
-@published("G. Campion, G. Bastin, B. d'Andrea-Novel, Structural properties ... mobile robots (1996)")
+@published(
+    "G. Campion, G. Bastin, B. d'Andrea-Novel, Structural properties ... mobile robots (1996)"
+)
 def tricycle() -> Script:
     x, y, theta, beta, p1, p2, p3 = me.dynamicsymbols("x y theta beta phi_1:4")
     xd, yd, thetad, betad, w1, w2, w3 = me.dynamicsymbols("x y theta beta phi_1:4", 1)
@@ -121,7 +125,9 @@ def skateboard() -> Script:
     return Script(kane, constants, start, 3.0)
 
 
-@published("R. N. Arnold, L. Maunder, Gyrodynamics and its Engineering Applications (1961): monorail")
+@published(
+    "R. N. Arnold, L. Maunder, Gyrodynamics and its Engineering Applications (1961): monorail"
+)
 def gyroscopic_monorail_car() -> Script:
     s, phi, theta, psi = me.dynamicsymbols("s phi theta psi")
     us, up, ut, ur = me.dynamicsymbols("u_s u_phi u_theta u_r")
@@ -152,8 +158,17 @@ def gyroscopic_monorail_car() -> Script:
     kane = me.KanesMethod(N, q, u, [a.diff(t) - c for a, c in zip(q, u, strict=True)])
     kane.kanes_equations(bodies, loads)
     constants = {
-        **{m: 200.0, h: 0.6, Ix: 20.0, mg: 40.0, hg: 0.8, A: 1.0, C: 1.8, k: 60.0},
-        **{d: 30.0, g: 9.81, b: 5.0},
+        m: 200.0,
+        h: 0.6,
+        Ix: 20.0,
+        mg: 40.0,
+        hg: 0.8,
+        A: 1.0,
+        C: 1.8,
+        k: 60.0,
+        d: 30.0,
+        g: 9.81,
+        b: 5.0,
     }
     start = {s: 0, phi: 0.02, theta: 0.0, psi: 0.0, us: 5.0, up: 0.0, ut: 0.0, ur: 400.0}
     return Script(kane, constants, start, 1.0, {F: 20.0})
@@ -187,13 +202,16 @@ def half_car_on_a_road() -> Script:
     kane = me.KanesMethod(N, q, u, [x.diff(t) - s for x, s in zip(q, u, strict=True)])
     kane.kanes_equations(bodies, loads)
     constants = {
-        **{m: 600.0, I: 900.0, mu1: 40.0, mu2: 40.0, a: 1.2, b: 1.4},
-        **{k: 18e3, c: 1.2e3, kt: 180e3},
+        m: 600.0,
+        I: 900.0,
+        mu1: 40.0,
+        mu2: 40.0,
+        a: 1.2,
+        b: 1.4,
+        k: 18e3,
+        c: 1.2e3,
+        kt: 180e3,
     }
     start = dict.fromkeys([*q, *u], 0.0) | {z: 0.05, theta: 0.02}
-    road = {r1: lambda time: 0.02 * sm.sin(6.0 * time), r2: lambda time: 0.02 * sm.sin(6.0 * time - 1)}
-    return Script(kane, constants, start, 2.0, {r: _floats(f) for r, f in road.items()})
-
-
-def _floats(function):
-    return lambda time: float(function(time))
+    road = {r1: lambda time: 0.02 * sin(6.0 * time), r2: lambda time: 0.02 * sin(6.0 * time - 1)}
+    return Script(kane, constants, start, 2.0, road)

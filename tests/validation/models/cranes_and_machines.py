@@ -218,7 +218,9 @@ def projectile_with_drag() -> Script:
     return Script(kane, {m: 5.0, k: 4e-3, g: 9.81}, {x: 0, y: 0, vx: 60.0, vy: 70.0}, 6.0)
 
 
-@published("Z. Farkas et al., Frictional coupling between sliding and spinning motion (2003): a puck")
+@published(
+    "Z. Farkas et al., Frictional coupling between sliding and spinning motion (2003): a puck"
+)
 def puck_with_dry_friction() -> Script:
     x, y, vx, vy = me.dynamicsymbols("x y v_x v_y")
     m, mu, g, k = sm.symbols("m mu g k", positive=True)
@@ -260,14 +262,18 @@ def arm_with_an_elastic_joint() -> Script:
     link.mass, link.central_inertia = M, me.inertia(link.frame, 0, 0, I)
     motor.mass, motor.central_inertia = 1, me.inertia(motor.frame, 0, 0, J)
     joints = [
-        me.PinJoint("arm", base, link, q1, u1, joint_axis=base.frame.z, child_point=-L * link.frame.x),
+        me.PinJoint(
+            "arm", base, link, q1, u1, joint_axis=base.frame.z, child_point=-L * link.frame.x
+        ),
         me.PinJoint("shaft", base, motor, q2, u2, joint_axis=base.frame.z),
     ]
     system = me.System.from_newtonian(base)
     system.add_joints(*joints)
     system.add_loads(me.Force(link.masscenter, -M * g * base.frame.y))
     spring = k * (q2 - q1) * base.frame.z
-    system.add_loads(me.Torque(link.frame, spring), me.Torque(motor.frame, tau * base.frame.z - spring))
+    system.add_loads(
+        me.Torque(link.frame, spring), me.Torque(motor.frame, tau * base.frame.z - spring)
+    )
     system.form_eoms()
     constants = {I: 0.03, J: 0.004, M: 1.0, L: 0.3, k: 31.0, g: 9.81}
     return Script(system, constants, {q1: -1.0, q2: -0.9, u1: 0.0, u2: 0.0}, 2.0, {tau: 0.4})

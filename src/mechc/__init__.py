@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechc.batch.spec import Assembly
+from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -107,7 +108,12 @@ _DESCRIPTION = {
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
     if name in _DESCRIPTION:
-        from mechc.compilation.on_demand import of_compiler
-
-        return of_compiler(name)
+        return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
+
+
+@_one_at_a_time
+def _described_with(name: str) -> Any:
+    from mechc.compilation.on_demand import of_compiler
+
+    return of_compiler(name)

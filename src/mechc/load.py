@@ -10,6 +10,7 @@ from types import ModuleType
 from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import UnknownNameError
 from mechc.model import Model
 
@@ -67,12 +68,26 @@ def load(
     """
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
+    asked, key = _asked(fix, outputs), (name, instruction_set)
+    if key in _loaded and backend == "c" and not (asked or options):
+        return _loaded[key]  # at once, whatever other threads are compiling
+    return _loaded_alone(name, instruction_set, asked, backend, options)
+
+
+@one_at_a_time
+def _loaded_alone(
+    name: str,
+    instruction_set: str | None,
+    asked: Mapping[str, Any],
+    backend: str,
+    options: Mapping[str, Any],
+) -> Model:
+    """What was compiled at install, or else is compiled now."""
     chosen = options
     if options:
         from mechc.compilation.on_demand import beyond_default
 
         chosen = beyond_default(name, options)
-    asked = _asked(fix, outputs)
     if checked_backend(backend) == "numpy":
         return _without_c(name, instruction_set, chosen, asked)
     if chosen or asked or name not in COMPILED_AT_INSTALL:
@@ -196,9 +211,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    from mechc.compilation.on_demand import compile_any
-
-    return compile_any(
+    return _compiled_alone(
         mechanism,
         name=name,
         fix=fix,
@@ -214,6 +227,14 @@ def compile(
     )
 
 
+@one_at_a_time
+def _compiled_alone(mechanism: Any, **asked: Any) -> Model:
+    from mechc.compilation.on_demand import compile_any
+
+    return compile_any(mechanism, **asked)
+
+
+@one_at_a_time
 def get_include() -> str:
     """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
     from mechc.compilation.on_demand import include_folder

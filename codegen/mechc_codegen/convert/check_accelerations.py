@@ -1,8 +1,8 @@
-"""Accelerations that the user set by hand: they must be the derivatives of the velocities.
+"""Accelerations set by the user must be the derivatives of the velocities.
 
-KanesMethod takes them as they are set; M and F here come from velocities alone.  Where both do
-not agree on the constraints the description contradicts itself, as it does when the theorem of
-two points is used with a contact point whose own acceleration was never given.
+KanesMethod uses accelerations as they are set; here M and F follow from velocities alone.  Where
+the two differ although the constraints hold, the description contradicts itself.  This happens, for
+example, when ``a2pt_theory`` is used with a contact point whose acceleration was never set.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ _SAME = 1e-7
 def refuse_other_accelerations(
     source: Source, bodies: Sequence[RigidBody | Particle], rates: Rates, motion: Sequence[Expr]
 ) -> None:
-    """Compare accelerations set by hand with derivatives, at random motions on the constraints.
+    """Compare accelerations set by the user with derivatives, at random motions that satisfy
+    the constraints.
 
     ``motion``: everything that constrains the speeds, rates of configuration constraints among it.
     """
@@ -52,7 +53,7 @@ def _vanish(
     rows = [rates.in_symbols(e) for e in motion]
     configuration = RateRows(rates, [rates.in_symbols(e) for e in source.configuration])
     if len(rates.symbols) > rates.known + len(accelerations):
-        return True  # specified functions of time move these points: not for us to judge
+        return True  # points moved by specified functions of time are not checked
     evaluate = evaluator([*rates.symbols, *rates.u], values)
     flow = Flow(rates, rows, [rates.symbols.index(a) for a in accelerations])
     states = (flow.moving(point) for point in configuration.points())
@@ -72,7 +73,7 @@ class Flow:
         self.accelerations = accelerations
 
     def with_speeds(self, point: Sequence[float]) -> list[float]:
-        """The point with speeds behind it."""
+        """The point with speeds appended."""
         state = [*point, *(0.3 + 0.17 * k for k in range(self.speeds))]
         jacobian = self.rows.at(point)
         if jacobian:
@@ -113,7 +114,8 @@ def _refuse(place: Point | ReferenceFrame) -> None:
 def _difference(
     frame: ReferenceFrame, place: Point | ReferenceFrame, replaced: Mapping[Expr, Expr]
 ) -> Vector | None:
-    """What was set less the derivative; None where nothing was set, or it is the same at sight."""
+    """The value set minus the derivative; None where nothing was set or both are the same
+    expression."""
     turning = isinstance(place, ReferenceFrame)
     given = (place._ang_acc_dict if turning else place._acc_dict).get(frame)
     if given is None:

@@ -1,7 +1,7 @@
-"""Where points and frames are at random values of everything, in plain numbers.
+"""Positions and orientations as numbers, at random values of all symbols.
 
-For decisions about a mechanism whose written-out expressions would be long: each step from frame
-to frame and from point to point is evaluated by itself.
+For decisions about mechanisms whose written-out expressions would be long: each step from frame to
+frame and from point to point is evaluated on its own.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class Placement:
 
 
 def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> dict[Place, Place]:
-    """Of everything that ``start`` is connected to the place before it on the shortest way."""
+    """For everything that is connected to ``start`` the previous place on the shortest path."""
     before: dict[Place, Place] = {}
     waiting = [start]
     for place in waiting:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechc.batch.run import run_members
 from mechc.batch.spec import Recipe
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError, MissingPackageError
 from mechc.system.parameters import Array
 
@@ -81,6 +82,7 @@ def run_chunk(place: dict[str, Any], recipe: Recipe) -> dict[str, Array]:
     return found
 
 
+@one_at_a_time
 def _model(place: dict[str, Any]) -> Model:
     if place["key"] is not None:
         from mechc.compilation.on_demand import compiled_before

@@ -14,6 +14,7 @@ from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, toolchain
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import FirstScene, Pending
 from mechc.errors import CacheError, MechcError, UnknownNameError
 from mechc.load import load
@@ -112,6 +113,7 @@ def _without_c(described: Described, build: dict[str, Any]) -> Model:
     return Model(None, build=told, scene=scene, whole=lambda: _operations_of_all(described))
 
 
+@one_at_a_time
 def _operations_of_all(described: Described) -> dict[str, Any]:
     """Operation counts with nothing fixed and every usual output."""
     from mechc_codegen.compiler import operations_of_all
@@ -274,6 +276,7 @@ def _compile_known(digest: str, described: Described, build: dict[str, Any]) -> 
     return _model(key, lambda: _built(described), described, build, started)
 
 
+@one_at_a_time
 def _built(described: Described) -> Any:
     """Described, derived and emitted, with the seconds that each stage took."""
     from mechc_codegen.compiler import build_scene

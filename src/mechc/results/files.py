@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import (
     CompilerError,
     MechcError,
@@ -178,6 +179,7 @@ def model_of(told: Mapping[str, Any], state: Sequence[str], given: Model | None)
     return model
 
 
+@one_at_a_time
 def _compiled_before(told: Mapping[str, Any]) -> Model:
     from mechc.compilation.on_demand import compiled_before
 

@@ -20,6 +20,7 @@ import mechc
 from mechc.compilation import cache, toolchain
 from mechc.compilation import cache_security as cache_folder
 from mechc.compilation import on_demand as jit
+from mechc.compilation.pending import Pending
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
@@ -163,6 +164,7 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     monkeypatch.undo()
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(jit, "Pending", Pending)
     only_first = 'case "$*" in *scene_first.c*) exec gcc "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))

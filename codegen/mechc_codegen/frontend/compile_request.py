@@ -41,8 +41,9 @@ class CompileRequest:
     def __init__(self, thing: Any, options: CompileOptions) -> None:
         self._mechanism = thing if _is_mechanism(thing) else None
         self._source = None if self._mechanism else read(thing)
-        frame = (self._source or self._mechanism).frame
-        self.options, self._shapes = _with_expressions(options, frame)
+        described = self._mechanism or self._source
+        assert described is not None
+        self.options, self._shapes = _with_expressions(options, described.frame)
         self._fingerprint = fingerprint(self._source) if self._source else None
         if self._mechanism:
             _refuse_settings(options.settings)

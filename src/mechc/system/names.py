@@ -65,8 +65,8 @@ def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -
     is not known stays, and will be refused: it is a slip of the pen.
     """
     names, kept = set(known), named(values, what)
-    unused = [name for key, name in zip(values, kept, strict=True)
-              if not isinstance(key, str) and isinstance(name, str) and name not in names]  # fmt: skip
+    symbols = [n for key, n in zip(values, kept, strict=True) if n is not key]
+    unused = [name for name in symbols if name not in names]
     for name in unused:
         del kept[name]
     if unused:

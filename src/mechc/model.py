@@ -275,7 +275,8 @@ class Model:
         Where closure holds these are the accelerations of the mechanism; off it, those that
         J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
         where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
-        all.  ``inputs`` as in :meth:`with_inputs`.
+        all.  An ``out`` that shares memory with y holds what one apart would.  ``inputs`` as in
+        :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)
@@ -285,7 +286,8 @@ class Model:
         into = getattr(self._scene, "evaluate_into", None)
         tables = is_table(y, self._scene.width) and is_table(out, self._scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
-        if into is not None and tables and same and len(y) == len(out):
+        apart = tables and not np.may_share_memory(y, out)
+        if into is not None and apart and same and len(y) == len(out):
             into("rates", np.array([t], dtype=np.float64), y, values[None], out)
         else:
             out[...] = self._evaluate("rates", y, values, t)

@@ -53,8 +53,10 @@ def redundant_constraints(
     """Rows that are redundant on every closed configuration, in the order of the constraints.
 
     Found by the rank of J at closed configurations spread over the whole range of the
-    coordinates, each row against those before it.  Rows that depend on each other at a change
-    point only are not among them.
+    coordinates, each row against those before it.  Where a linkage can be assembled in ways that
+    leave its rows different ranks, those of the highest rank count: where links fold onto each
+    other, more rows follow from the others.  Rows that depend on each other at a change point only
+    are not among them.
 
     Raises
     ------
@@ -63,7 +65,7 @@ def redundant_constraints(
     """
     values = model._parameters.resolve(params)
     y = _closed_states(model, values, t)
-    jacobian = np.asarray(model.constraint_jacobian(y, values, t))
+    jacobian = _of_highest_rank(np.asarray(model.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
     kept: list[int] = []
@@ -85,8 +87,15 @@ def _closed_states(model: Model, values: Array, t: float) -> Array:
     x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
     if not loop.rows:
         return loop.states(x[:SAMPLES])
-    closed = loop.solve(x)[:SAMPLES]
+    closed = loop.solve(x)
     return np.hstack([closed, np.zeros((len(closed), len(model.speeds)))])
+
+
+def _of_highest_rank(jacobian: Array) -> Array:
+    """The samples (at most SAMPLES, nc, nu) whose rank is the highest."""
+    singular = np.linalg.svd(jacobian, compute_uv=False)
+    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
+    return np.asarray(jacobian[rank == rank.max(initial=0)][:SAMPLES])
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:

@@ -21,7 +21,7 @@
 #define MECHC_LOCKSTEP_ENDS 1 /* evaluations at a step's end */
 
 typedef struct {
-    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
     mechc_vector t, t1, time_compensation, step, max_step, h;
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX], last_stage[MECHC_NX];
@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
 {
     const double asked = run->method->share * run->rtol;
     for (int i = 0; i < MECHC_PASSED; i++) a->p[i][lane] = run->p[i];
-    for (int i = 0; i < MECHC_NK; i++) a->k[i][lane] = run->k[i];
+    for (int i = 0; i < MECHC_CONSTANTS; i++) a->k[i][lane] = run->k[i];
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i][lane] = run->y[i];
         a->compensation[i][lane] = run->compensation[i];

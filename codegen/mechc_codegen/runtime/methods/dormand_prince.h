@@ -18,9 +18,9 @@
 #include "singularities/monitor.h"
 #include "stepping/control.h"
 
-MECHC_STATIC mechc_scalar_explicit_step mechc_pair_step_of(mechc_integration *run, double h)
+MECHC_STATIC mechc_scalar_explicit_data mechc_pair_data(mechc_integration *run, double h)
 {
-    return (mechc_scalar_explicit_step){
+    return (mechc_scalar_explicit_data){
         run->head.t, h, run->y, run->compensation, run->next_compensation, run->rates,
     };
 }
@@ -33,10 +33,8 @@ MECHC_STATIC int mechc_pair_rates(void *run, int i, double t, double *state, dou
 
 MECHC_STATIC int mechc_pair_step(mechc_integration *run, double h, double *end)
 {
-    const mechc_tableau *tableau = run->current->tableau;
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
-    return mechc_scalar_explicit_stages(tableau, &step, 1, tableau->stages, mechc_pair_rates, run,
-                                        end);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
+    return mechc_scalar_explicit_step(run->current->tableau, &step, mechc_pair_rates, run, end);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
@@ -89,7 +87,7 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
 MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 {
     const mechc_tableau *tableau = run->current->tableau;
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
     double state[MECHC_NX];
     return mechc_scalar_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
                                         mechc_pair_rates, run, state);
@@ -98,7 +96,7 @@ MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const double *end, int count,
                                    double *rows)
 {
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
     mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
 }
 

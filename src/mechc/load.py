@@ -11,8 +11,9 @@ from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.errors import UnknownNameError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.model import Model
+from mechc.system.parameters import brief, by_name
 
 BACKENDS = ("c", "numpy")
 _loaded: dict[tuple[str, str | None], Model] = {}
@@ -68,6 +69,8 @@ def load(
     """
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
+    if instruction_set is not None and not _is_word(instruction_set):
+        raise ValueError(f"no instruction set is called {brief(instruction_set)}")
     asked, key = _asked(fix, outputs), (name, instruction_set)
     if key in _loaded and backend == "c" and not (asked or options):
         return _loaded[key]  # at once, whatever other threads are compiling
@@ -108,7 +111,8 @@ def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> di
     """What a variant is asked for beside its options, as names and numbers."""
     asked: dict[str, Any] = {}
     if fix:
-        asked["fix"] = {str(key): float(value) for key, value in sorted(fix.items())}
+        given = by_name(fix, "parameters to fix", "{'g': 9.81}")
+        asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
     if outputs is not None:
         names = [outputs] if isinstance(outputs, str) else list(outputs)
         if not all(isinstance(each, str) for each in names):
@@ -118,6 +122,17 @@ def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> di
             )
         asked["outputs"] = sorted(set(names))
     return asked
+
+
+def _is_word(text: object) -> bool:
+    return isinstance(text, str) and text.isascii() and text.isalnum()
+
+
+def _number(name: object, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
 
 
 def checked_backend(backend: str) -> str:

@@ -25,7 +25,15 @@ from mechc.results import model_report as _model_report
 from mechc.results import summary as _report
 from mechc.simulation import simulate as _simulate
 from mechc.system import c_interface as _c_interface
-from mechc.system.parameters import Array, Parameters, ParameterSet, Quantity, is_table
+from mechc.system.parameters import (
+    Array,
+    Parameters,
+    ParameterSet,
+    Quantity,
+    brief,
+    doubles,
+    is_table,
+)
 
 if TYPE_CHECKING:
     from mechc.batch.simulate import Assembly, Batch
@@ -282,13 +290,15 @@ class Model:
             return self.with_inputs(inputs).rhs(t, y, params, out)
         if out is None:
             return self._evaluate("rates", y, params, t)
+        if not isinstance(out, np.ndarray):
+            raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self._parameters.resolve(params)
         into = getattr(self._scene, "evaluate_into", None)
         tables = is_table(y, self._scene.width) and is_table(out, self._scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
         apart = tables and not np.may_share_memory(y, out)
         if into is not None and apart and same and len(y) == len(out):
-            into("rates", np.array([t], dtype=np.float64), y, values[None], out)
+            into("rates", doubles([t], "the time"), y, values[None], out)
         else:
             out[...] = self._evaluate("rates", y, values, t)
         return out
@@ -397,7 +407,7 @@ class Model:
 
     def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
         values = self._parameters.resolve(params)
-        states = np.ascontiguousarray(y, dtype=np.float64)
+        states = doubles(y, "a state")
         if states.ndim == 0 or states.shape[-1] != self._scene.width:
             raise ValueError(
                 f"a state of {self.name} has {self._scene.width} components (coordinates, then "
@@ -405,10 +415,10 @@ class Model:
             )
         shape = self._data["shapes"].get(name)
         if states.ndim == 1 and values.ndim == 1 and np.ndim(t) == 0:
-            times = np.array([t], dtype=np.float64)
+            times = doubles([t], "the time")
             one: Array = self._rows(name, times, states[None], values[None], shape)[0]
             return one
-        return self._evaluate_many(name, states, values, np.asarray(t, dtype=np.float64), shape)
+        return self._evaluate_many(name, states, values, doubles(t, "the time"), shape)
 
     def _evaluate_many(
         self, name: str, states: Array, values: Array, t: Array, shape: list[int] | None

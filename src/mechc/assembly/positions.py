@@ -11,12 +11,13 @@ from mechc.assembly.closure_solver import Loop, even_points, wrap
 from mechc.assembly.initial_values import filled_start
 from mechc.assembly.speeds import only_branch, with_speeds
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, brief, by_name
 
 if TYPE_CHECKING:
     from mechc.model import Model
 
 STARTS_PER_UNKNOWN = 24
+Values = Mapping[str, float] | None
 
 
 def assemble(
@@ -59,7 +60,7 @@ def assemble(
         a choice and there is no guess, if the speeds contradict each other, or if the
         configuration is a change point and the speeds lead along more than one branch.
     """
-    guess = guess or {}
+    coordinates, speeds, guess = _named(model, coordinates, speeds, guess)
     if coordinates is None:
         coordinates, speeds, guess = filled_start(model, {}, speeds or {}, guess)
     pace = {name: value for name, value in guess.items() if name in model.speeds}
@@ -89,9 +90,24 @@ def assemblies(
     The mechanism's preferred assembly comes first; at a change point there is one state for
     every branch on which the speeds lead.  Parameters and errors as in :func:`assemble`.
     """
+    _named(model, coordinates, speeds, None)
     found = _configurations(model, coordinates, params, {}, t)
     given = _checked(model, speeds or {}, model.speeds, "speed")
     return with_speeds(model, found, coordinates, given, model._parameters.resolve(params), t)
+
+
+def _named(
+    model: Model, coordinates: Values, speeds: Values, guess: Values
+) -> tuple[Values, Values, Mapping[str, float]]:
+    """What is given by name, or not at all."""
+    q, u = (
+        f"{{{names[0]!r}: 0.5}}" if names else "{}" for names in (model.coordinates, model.speeds)
+    )
+    return (
+        None if coordinates is None else by_name(coordinates, "coordinates", q),
+        None if speeds is None else by_name(speeds, "speeds", u),
+        {} if guess is None else by_name(guess, "guesses", q),
+    )
 
 
 def _checked(
@@ -103,8 +119,8 @@ def _checked(
             raise UnknownNameError(kind, name, known)
         try:
             checked[name] = float(value)
-        except (TypeError, ValueError):
-            raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         if not np.isfinite(checked[name]):
             raise ValueOutOfBoundsError(f"{name} = {checked[name]} is not a finite number")
     return checked

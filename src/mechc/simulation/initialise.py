@@ -10,7 +10,7 @@ from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.simulation.segments import Chain, Piece
 from mechc.simulation.settings import METHODS, Policy
 from mechc.simulation.singular_start import lead_in
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -79,7 +79,7 @@ def state_as_given(model: Model, y0: Array, values: Array, t0: float) -> Array:
 
 
 def _shaped(model: Model, y0: Array) -> Array:
-    state = np.ascontiguousarray(y0, dtype=np.float64)
+    state = doubles(y0, "y0")
     if state.shape != (model._scene.width,):
         raise ValueError(
             f"y0 must have the shape ({model._scene.width},): "

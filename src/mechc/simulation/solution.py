@@ -13,7 +13,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.events import EventRecord
 from mechc.simulation.status import ChangePoint, Status
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 
 if TYPE_CHECKING:
     from mechc.model import Model
@@ -117,7 +117,7 @@ class Solution:
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        times = np.asarray(t, dtype=np.float64)
+        times = doubles(t, "the times")
         low, high = sorted(self.span)
         if not ((times >= low) & (times <= high)).all():
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")

@@ -29,10 +29,11 @@ from mechc.errors import (
 from mechc.inputs.signals import Signal
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
-from mechc.model import Model, Momenta, Reactions
-from mechc.results.files import open_saved as open  # noqa: F401
+from mechc.model import Model
+from mechc.open import open_saved as open  # noqa: F401
+from mechc.outputs import Momenta, Reactions
+from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
-from mechc.simulation.solution import Solution
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.c_interface import CFunction
 
@@ -59,6 +60,7 @@ __all__ = [
     "InputError",
     "Joint",
     "Mechanism",
+    "MechanismError",
     "MechcError",
     "MissingInputError",
     "MissingPackageError",
@@ -84,7 +86,7 @@ __all__ = [
 ]
 
 
-# What mechanisms and wishes are described with.
+# What mechanisms and requests are described with.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -93,6 +95,7 @@ _DESCRIPTION = {
     "Drawing",
     "Joint",
     "Mechanism",
+    "MechanismError",
     "Parameter",
     "Quantity",
     "Speed",
@@ -105,7 +108,12 @@ _DESCRIPTION = {
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
     if name in _DESCRIPTION:
-        from mechc.compilation.on_demand import of_compiler
+        from mechc.compilation.compiler import of_compiler
 
         return of_compiler(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    """What is for users, and what Python itself needs."""
+    return sorted({*__all__, "compile", "open", *(n for n in globals() if n.startswith("__"))})

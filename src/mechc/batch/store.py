@@ -12,43 +12,30 @@ import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mechc.batch.reductions import read_reduction
-from mechc.batch.spec import Recipe
+from mechc.batch.dataset import attributes, dimensions
+from mechc.batch.results import Batch
+from mechc.batch.spec import Compute, Recipe
+from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.load import fingerprint
-from mechc.results.files import _xarray, model_of, netcdf_names
+from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.batch.simulate import Batch, Compute
-    from mechc.model import Model
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
 
 FORMAT = 1
 DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
 LOCK = ".mechc-lock"
-ABOUT = {
-    "y": "state at the end",
-    "y0": "state at the start",
-    "y_eval": "states at t_eval",
-    "t": "time reached",
-    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
-    "miss": "by how much the loops cannot close",
-    "change_points": "change points passed",
-    "least_singular": "least conditioning of the constraints met",
-    "critical_gap": "least gap at a critical configuration near the motion",
-}
-UNITS = {"t": "s", "miss": "m", "critical_gap": "m"}
 
 
 # -- streaming --------------------------------------------------------------------------------
 
 
 def stream(
-    model: Model, recipe: Recipe, folder: Path, size: int, compute: Compute,
+    system: System, recipe: Recipe, folder: Path, size: int, compute: Compute,
     report: Callable[[int], None],
 ) -> Batch:  # fmt: skip
     """Compute the chunks that ``folder`` does not hold yet; the batch, read from there.
@@ -59,13 +46,11 @@ def stream(
         If the folder holds something else, or the results of another request: it says what
         differs.
     """
-    from mechc.batch.simulate import Batch, ranges_of
-
     zarr = _zarr()
     notes = folder / NOTES
     with _locked(folder):
-        _claim(model, recipe, folder, size)
-        every = ranges_of(recipe.count, size)
+        _claim(system, recipe, folder, size)
+        every = recipe.ranges(size)
         missing = [r for r in every if not _manifest(notes, r[0]).exists()]
         report(recipe.count - sum(last - first for first, last in missing))
         complete = True
@@ -73,16 +58,16 @@ def stream(
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
                 if whole:
-                    _write_chunk(zarr, model, recipe, folder, size, first, found)
+                    _write_chunk(zarr, system, recipe, folder, size, first, found)
         except KeyboardInterrupt:
             complete = False
-    return Batch(model, recipe, _arrays(zarr, folder), complete)
+    return Batch(system, recipe, _arrays(zarr, folder), complete)
 
 
-def _claim(model: Model, recipe: Recipe, folder: Path, size: int) -> None:
+def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     """Write the request into a new folder, or see that the folder holds the same one."""
     notes = folder / NOTES
-    request = _request(model, recipe, size)
+    request = _request(system, recipe, size)
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
@@ -99,18 +84,15 @@ def _claim(model: Model, recipe: Recipe, folder: Path, size: int) -> None:
         )
 
 
-def _request(model: Model, recipe: Recipe, size: int) -> dict[str, Any]:
+def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
     from mechc import __version__
 
+    system.wait()
     return {
         "format": FORMAT,
         "mechc": __version__,
-        "mechanism": model.name,
-        "options": dict(model.options),
-        "compiled": fingerprint(model),
-        "custom": bool(model.build.get("custom", False)),
-        "state": [*model.coordinates, *model.speeds],
-        "instruction set": model.instruction_set,
+        **system.reference.to_json(),
+        "instruction set": system.instruction_set,
         "chunk": size,
         **json.loads(json.dumps(recipe.told())),
     }
@@ -163,13 +145,13 @@ def _manifest(notes: Path, first: int) -> Path:
 
 
 def _write_chunk(
-    zarr: Any, model: Model, recipe: Recipe, folder: Path, size: int, first: int,
+    zarr: Any, system: System, recipe: Recipe, folder: Path, size: int, first: int,
     found: dict[str, Array],
 ) -> None:  # fmt: skip
     """The data of one chunk, then the manifest that vouches for it."""
     digest = hashlib.sha256()
     for name, values in found.items():
-        array = _array(zarr, model, recipe, folder, size, name, values)
+        array = _array(zarr, system, recipe, folder, size, name, values)
         array[first : first + len(values)] = values
         digest.update(np.ascontiguousarray(values).data)
     told = {"members": [first, first + len(found["t"])], "sha256": digest.hexdigest()}
@@ -177,7 +159,7 @@ def _write_chunk(
 
 
 def _array(
-    zarr: Any, model: Model, recipe: Recipe, folder: Path, size: int, name: str, values: Array
+    zarr: Any, system: System, recipe: Recipe, folder: Path, size: int, name: str, values: Array
 ) -> Any:
     """The array of one result, made when it is first needed."""
     group = folder / DATA
@@ -193,8 +175,8 @@ def _array(
         chunks=(min(size, recipe.count), *values.shape[1:]),
         dtype=values.dtype,
         fill_value=blank,
-        dimension_names=_dimensions(name, values.ndim),
-        attributes=_attributes(model, recipe, name),
+        dimension_names=dimensions(name, values.ndim),
+        attributes=attributes(system, recipe, name),
         overwrite=True,
     )
 
@@ -224,28 +206,26 @@ def _locked(folder: Path) -> Iterator[None]:
 # -- opening ----------------------------------------------------------------------------------
 
 
-def open_batch(folder: Path, model: Model | None = None) -> Batch:
+def open_batch(folder: Path, system: System | None = None) -> Batch:
     """A batch that was streamed to a folder; its arrays are read when they are used.
 
-    ``model`` is needed where the mechanism is one's own and not in the cache any more.
+    ``system`` is needed where the mechanism is one's own and not in the cache any more.
 
     Raises
     ------
     MechcError
         If the folder is not one, or its mechanism is not at hand.
     """
-    from mechc.batch.simulate import Batch, ranges_of
-
     zarr = _zarr()
     request = _read_request(folder)
     try:
         recipe = _read_recipe(folder / NOTES)
-        model = model_of(request, request.get("state", ()), model)
-        chunks = ranges_of(recipe.count, int(request["chunk"]))
+        system = system_of(ModelReference.from_json(request), system)
+        chunks = recipe.ranges(int(request["chunk"]))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise MechcError(f"{folder} is damaged: {error}") from None
     complete = all(_manifest(folder / NOTES, first).exists() for first, _ in chunks)
-    return Batch(model, recipe, _arrays(zarr, folder), complete)
+    return Batch(system, recipe, _arrays(zarr, folder), complete)
 
 
 def _read_request(folder: Path) -> dict[str, Any]:
@@ -262,8 +242,6 @@ def _read_request(folder: Path) -> dict[str, Any]:
 
 
 def _read_recipe(notes: Path) -> Recipe:
-    from mechc.simulation.settings import Policy
-
     told = json.loads((notes / f"{INPUTS}.json").read_text("utf-8"))
     with np.load(notes / f"{INPUTS}.npz", allow_pickle=False) as held:
         arrays = {name: held[name] for name in held.files}
@@ -278,68 +256,6 @@ def _read_recipe(notes: Path) -> Recipe:
         reductions=tuple(told["reductions"]), until=str(told["until"]),
         policy=Policy(atol=arrays.get("atol"), **told["policy"]), **columns,
     )  # fmt: skip
-
-
-# -- labels -----------------------------------------------------------------------------------
-
-
-def to_dataset(batch: Batch) -> Any:
-    """See :meth:`mechc.batch.simulate.Batch.to_xarray`."""
-    xarray = _xarray()
-    model, recipe = batch.model, batch.recipe
-    keys = _labels(batch)
-    variables = {
-        keys[name]: (
-            _dimensions(name, len(values.shape)), np.asarray(values),
-            _attributes(model, recipe, name),
-        )
-        for name, values in batch.arrays.items()
-    }  # fmt: skip
-    coords: dict[str, Any] = {"state": [*model.coordinates, *model.speeds]}
-    if len(recipe.t_eval):
-        coords["time"] = ("time", recipe.t_eval, {"units": "s"})
-    varied = recipe.varied()
-    taken = {*variables, *coords}
-    for key, name in netcdf_names(tuple(varied)).items():
-        free = key if key not in taken else f"{key}_given"
-        told = {"units": model.units[name], "long_name": name}
-        coords[free] = ("member", varied[name], told)
-    attributes = {"title": f"{model.name}, simulated by mechc", "warnings": list(batch.warnings)}
-    return xarray.Dataset(variables, coords=coords, attrs=attributes)
-
-
-def _labels(batch: Batch) -> dict[str, str]:
-    """Names of arrays -> names in a dataset."""
-    recipe = batch.recipe
-    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
-    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
-    own = tuple(name for name in batch.arrays if name not in asked)
-    labels = {name: name for name in own}
-    escaped = netcdf_names(tuple(f"{text}" for text in asked.values()))
-    for name, key in zip(asked, escaped, strict=True):
-        labels[name] = key if key not in own else f"{key}_asked"
-    return labels
-
-
-def _dimensions(name: str, rank: int) -> tuple[str, ...]:
-    if name in ("y", "y0"):
-        return ("member", "state")
-    if name == "y_eval":
-        return ("member", "time", "state")
-    if name.startswith("output_"):
-        return ("member", "time", *(f"{name}_{i}" for i in range(rank - 2)))
-    return ("member",)
-
-
-def _attributes(model: Model, recipe: Recipe, name: str) -> dict[str, str]:
-    kind, _, index = name.rpartition("_")
-    if kind == "reduction":
-        reduction = read_reduction(model, recipe.reductions[int(index)])
-        return {"long_name": reduction.text, "units": reduction.unit}
-    if kind == "output":
-        return {"long_name": recipe.outputs[int(index)]}
-    told = {"long_name": ABOUT.get(name, name.replace("_", " "))}
-    return told | ({"units": UNITS[name]} if name in UNITS else {})
 
 
 def _zarr() -> Any:

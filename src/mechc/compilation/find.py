@@ -1,0 +1,109 @@
+"""Systems by name: of the library, and of what a reference describes."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.errors import MechcError, UnknownNameError
+from mechc.native._driver import Scene
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
+
+BACKENDS = ("c", "numpy")
+
+
+def library_system(
+    name: str,
+    *,
+    instruction_set: str | None = None,
+    fix: Mapping[str, float] | None = None,
+    outputs: Iterable[str] | None = None,
+    backend: str = "c",
+    **options: Any,
+) -> System:
+    """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
+    if name not in LIBRARY:
+        raise UnknownNameError("mechanism", name, LIBRARY)
+    asked = _asked(fix, outputs)
+    if options:
+        from mechc.compilation.library import beyond_default
+
+        options = beyond_default(name, options)
+    on_demand = bool(options or asked) or name not in COMPILED_AT_INSTALL
+    if checked_backend(backend) == "c" and not on_demand:
+        return _installed(name, instruction_set)
+    if instruction_set is not None:
+        raise ValueError(
+            "backend='numpy' has no instruction sets: leave instruction_set out"
+            if backend == "numpy"
+            else "what is compiled on demand is for this processor alone: leave instruction_set out"
+        )
+    from mechc.compilation.library import variant
+
+    return variant(name, options, asked, backend)
+
+
+def system_of(reference: ModelReference, given: System | None = None) -> System:
+    """What a reference describes: the system given, one of the library, or one in the cache.
+
+    Raises
+    ------
+    MechcError
+        If it is not at hand, or the one given or found has other states.
+    """
+    if given is None and not reference.custom:
+        return library_system(
+            reference.mechanism,
+            instruction_set=reference.instruction_set,
+            backend=reference.backend,
+            **reference.options,
+        )
+    system = given
+    if system is None:
+        from mechc.compilation.build import compiled_before
+
+        system = compiled_before(reference)
+    if reference.state and (*system.coordinates, *system.speeds) != reference.state:
+        raise MechcError(
+            f"it is of a mechanism with the states {', '.join(reference.state)}; the model "
+            f"{system.name!r} has others"
+        )
+    return system
+
+
+def checked_backend(backend: str) -> str:
+    """``"c"`` or ``"numpy"``."""
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS)
+    return backend
+
+
+@cache
+def _installed(name: str, instruction_set: str | None) -> System:
+    from mechc.compilation.build import system_with
+
+    module = importlib.import_module(f"mechc._scenes.{name}")
+    reference = ModelReference(
+        name, instruction_set=instruction_set, library_file=str(module.__file__)
+    )
+    return system_with(Scene(module.model, instruction_set), reference)
+
+
+def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
+    """What a variant is asked for beside its options, as names and numbers."""
+    asked: dict[str, Any] = {}
+    if fix:
+        asked["fix"] = {str(key): float(value) for key, value in sorted(fix.items())}
+    if outputs is not None:
+        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        if not all(isinstance(each, str) for each in names):
+            raise TypeError(
+                "outputs of a shipped mechanism are asked for by name; expressions of one's own "
+                "are for mechc.compile"
+            )
+        asked["outputs"] = sorted(set(names))
+    return asked

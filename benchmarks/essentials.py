@@ -40,7 +40,7 @@ def accuracy() -> dict[str, float]:
 def evaluation() -> dict[str, float]:
     """State rates in compiled code: one state after the other, and many at once."""
     model = mechc.load("four_bar")
-    scene, values = model._scene, np.array(model._parameters.defaults)
+    scene, values = model.system.scene, np.array(model.system.parameter_set.defaults)
     y = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 1.0})
     scalar = min(scene.rates_seconds(0.0, y, values, 100_000) for _ in range(9)) / 1e-4
     many = np.tile(y, (100_000, 1))

@@ -25,8 +25,7 @@ from mechc_codegen.library.chains.rods import planar_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top
 
 import mechc
-from mechc.compilation import cache
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, cache, library
 
 USUAL = ("energy", "momenta", "points", "multipliers")
 ALL = (*USUAL, "accelerations", "state_jacobian", "parameter_jacobian")
@@ -47,7 +46,7 @@ class Case:
 
 
 def four_bar() -> Any:
-    return jit._shipped("four_bar", {})
+    return library.mechanism_of("four_bar", {})
 
 
 RODS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "m_0": 1.0, "m_1": 2.0, "m_2": 3.0}
@@ -82,7 +81,7 @@ def shown(row: Mapping[str, Any]) -> dict[str, str]:
 
 def measured(case: Case) -> dict[str, Any]:
     """One line of the table; an empty cache, and a process that remembers nothing."""
-    jit._compiled.clear()
+    build._compiled.clear()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["MECHC_CACHE_DIR"] = folder
         start = time.perf_counter()
@@ -95,7 +94,7 @@ def measured(case: Case) -> dict[str, Any]:
         path = cache.find(model.build["key"])
         assert path is not None
         size = path.stat().st_size
-    counts = model._data["operations"]
+    counts = model.system.data["operations"]
     return {
         "scene": case.name,
         "rhs ops": sum(counts["stages"].values()),
@@ -121,14 +120,18 @@ def _c_bytes(case: Case) -> int:
 
     mechanism = case.described()
     wishes = wishes_of(mechanism, case.fix, case.outputs, of_object=False)
-    built = build_scene(mechanism, (jit._native(),), wishes)
+    built = build_scene(mechanism, (build.native(),), wishes)
     return sum(len(text.encode()) for name, text in built.texts.items() if name != "scene.pyx")
 
 
 def _nanoseconds(model: mechc.Model, y: Any) -> float:
-    values = np.array(model._parameters.resolve(None))
+    values = np.array(model.system.parameter_set.resolve(None))
     calls = 20_000
-    return min(model._scene.rates_seconds(0.0, y, values, calls) for _ in range(15)) / calls * 1e9
+    return (
+        min(model.system.scene.rates_seconds(0.0, y, values, calls) for _ in range(15))
+        / calls
+        * 1e9
+    )
 
 
 def _numpy(case: Case, y: Any) -> dict[str, float]:

@@ -26,7 +26,7 @@ import pytest
 from _scene import write
 
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "tests" / "jit"))
 import first_units
@@ -92,7 +92,7 @@ def compared(label: str, thing: Any) -> dict[str, Any]:
     inputs = sympy_models.stand_ins(thing)
     try:
         model, row["first value, s"] = timed(lambda: compiled(thing, inputs))
-        jit._compiled.clear()
+        build._compiled.clear()
         model, row["again, s"] = timed(lambda: compiled(thing, inputs))
         row["sizes"] = [len(model.coordinates), len(model.speeds), len(model.constraint_names)]
         found = sympy_models.pairs(model, thing, inputs, states=2, seed=3)
@@ -122,5 +122,5 @@ def timed(run: Any) -> tuple[Any, float]:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.environ["MECHC_CACHE_DIR"] = folder  # so that the first compilation is one
-        jit.Pending = first_units.NeverBehind  # type: ignore[assignment, misc]
+        build.Pending = first_units.NeverBehind  # type: ignore[assignment, misc]
         main(sys.argv[1:])

@@ -164,7 +164,9 @@ def test_energies_by_hand_are_those_of_the_bodies(module, name):
     """Kinetic energies agree with the compiled mass matrix at random states."""
     values = module("stress_families.values")
     model = values.model_of(name)
-    given = dict(zip(model.parameters, model._parameters.resolve(None).tolist(), strict=True))
+    given = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(None).tolist(), strict=True)
+    )
     size = len(model.coordinates)
     states = np.random.default_rng(1).normal(size=(5, 2 * size))
     u, M = states[:, size:], model.mass_matrix(states)

@@ -17,7 +17,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build
 from mechc.errors import MechcError
 
 t = dynamicsymbols._t
@@ -181,7 +181,7 @@ def slider(q, u, mass, stiffness, *, twice=False):
 
 @pytest.fixture
 def rates_alone(monkeypatch):
-    monkeypatch.setattr(jit, "Pending", NeverBehind)
+    monkeypatch.setattr(build, "Pending", NeverBehind)
 
 
 q, u = dynamicsymbols("q u")
@@ -294,5 +294,5 @@ def test_every_output_of_mechcs_own_is_reserved():
     from mechc_codegen.frontend.read_request import RESERVED
 
     model = mechc.load("four_bar")
-    assert set(model._scene.outputs) <= RESERVED
+    assert set(model.system.scene.outputs) <= RESERVED
     assert {*OUTPUTS, *(name for names in OUTPUTS.values() for name in names)} <= RESERVED

@@ -7,7 +7,7 @@ import pytest
 from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build
 from tests.support import DATA
 
 PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))
@@ -29,7 +29,7 @@ class NeverBehind:
 def model(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(jit, "Pending", NeverBehind)
+        patch.setattr(build, "Pending", NeverBehind)
         yield mechc.compile(bicycle(), defaults=values(), outputs=OUTPUTS)
 
 

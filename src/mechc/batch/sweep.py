@@ -17,6 +17,7 @@ from mechc.batch.reductions import read_reduction
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
 from mechc.errors import MechcError, UnknownNameError
+from mechc.system.description import Description
 from mechc.system.parameters import Array
 from mechc.system.system import System
 from mechc.system.units import read_value, split_assignment
@@ -52,7 +53,7 @@ class Plan:
         return len(next(iter(self.columns.values())))
 
 
-def read_variation(system: System, text: str) -> Variation:
+def read_variation(model: Description, text: str) -> Variation:
     """Parse ``l_3=3.4:4.6:1001``.
 
     Raises
@@ -61,17 +62,17 @@ def read_variation(system: System, text: str) -> Variation:
         If it is not of that form, or the model has no such name.
     """
     name, values = split_assignment(text)
-    if name not in system.quantities:
-        raise UnknownNameError("coordinate, speed or parameter", name, system.quantities)
+    if name not in model.quantities:
+        raise UnknownNameError("coordinate, speed or parameter", name, model.quantities)
     parts = values.split(":")
     if len(parts) not in (2, 3):
         raise MechcError(f"{text!r} should read NAME=LOW:HIGH:COUNT, for instance l_3=3.4:4.6:101")
-    low, high = (read_value(part, system.quantities[name]) for part in parts[:2])
+    low, high = (read_value(part, model.quantities[name]) for part in parts[:2])
     count = _read_count(name, parts[2]) if len(parts) == 3 else None
     if not (math.isfinite(low) and math.isfinite(high)):
         raise MechcError(f"{name}: {values!r} must be finite")
-    if name in system.parameters:
-        system.quantities[name].check(np.array([low, high]))
+    if name in model.parameters:
+        model.quantities[name].check(np.array([low, high]))
     return Variation(name, low, high, count)
 
 

@@ -151,7 +151,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
-    variations = [read_variation(model.system, text) for text in chosen.vary]
+    variations = [read_variation(model, text) for text in chosen.vary]
     chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
     folder = output_folder(chosen, "mechc_sweep")
     stored = folder is not None and importlib.util.find_spec("zarr") is not None

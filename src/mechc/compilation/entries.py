@@ -16,7 +16,7 @@ def found(key: str) -> Scene | None:
     """The scene of an entry that is there and can be loaded."""
     path = cache.find(key)
     try:
-        return None if path is None else _scene_in(path)
+        return None if path is None else scene_in(path)
     except ImportError:
         cache.discard(key)
         return None
@@ -25,12 +25,12 @@ def found(key: str) -> Scene | None:
 def made(key: str, make: Callable[[Path], None]) -> Scene:
     """The scene of an entry, made if need be; again if it is removed before it is loaded."""
     try:
-        return _scene_in(cache.entry(key, make))
+        return scene_in(cache.entry(key, make))
     except ImportError:
         cache.discard(key)
     path = cache.entry(key, make)
     try:
-        return _scene_in(path)
+        return scene_in(path)
     except ImportError as error:
         raise CacheError(
             f"what was just compiled cannot be loaded: {error}. If programs may not run from "
@@ -39,7 +39,8 @@ def made(key: str, make: Callable[[Path], None]) -> Scene:
         ) from None
 
 
-def _scene_in(path: Path) -> Scene:
+def scene_in(path: Path) -> Scene:
+    """The scene in a shared object."""
     return Scene(capsule_of(str(path)), None)
 
 

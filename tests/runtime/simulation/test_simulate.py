@@ -179,7 +179,7 @@ def test_a_run_gives_the_same_to_the_bit_whenever_it_is_made(model, regular, sol
 
 
 def test_neither_start_nor_parameters_are_touched_or_kept(model, regular):
-    start, params = regular[1].copy(), model._parameters.resolve(regular[0])
+    start, params = regular[1].copy(), model.system.parameter_set.resolve(regular[0])
     sol = model.simulate((0, 1), start, params)
     np.testing.assert_array_equal(start, regular[1])
     before = model.energy(sol.y, sol.params)

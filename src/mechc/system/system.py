@@ -55,7 +55,7 @@ class System(Description):
         self.build = MappingProxyType(dict(build or {}))
         self.operations_of_all = operations_of_all
         self.parameter_set = ParameterSet([self.quantities[n] for n in self.parameters], scene)
-        units = [self.units[name] for name in (*self.coordinates, *self.speeds)]
+        units = [self.quantities[name].unit for name in (*self.coordinates, *self.speeds)]
         self.angular = np.array([unit.startswith("rad") for unit in units])
         self.dimensionless = np.array([unit.startswith(("rad", "1")) for unit in units])
         first = len(self.coordinates) - len(self.states)

@@ -27,7 +27,7 @@ def processor() -> str:
 
 def native() -> Any:
     """This processor's own instruction set; the binary stays in the user's cache."""
-    from mechc_codegen.emit.c import BASELINE, WIDER, InstructionSet
+    from mechc_codegen.emit.instruction_sets import BASELINE, WIDER, InstructionSet
 
     features = set(_told().get("flags", "").split())
     usable = [s for s in WIDER if {f[2:] for f in s.flags if "=" not in f} <= features]

@@ -18,17 +18,10 @@ def test_dir_lists_what_is_for_users_and_nothing_else():
     assert all(hasattr(mechc, name) for name in shown)
 
 
-def described_wrongly():
-    return mechc.Mechanism(
-        name="m", title="m", coordinates=(), speeds=(), kinematics={}, frame=None, origin=None,
-        bodies=(), loads=(), parameters=(), points={},
-    )  # fmt: skip
-
-
 def test_what_is_wrong_with_a_mechanism_is_an_error_of_mechc_and_a_value_error():
     for kind in (mechc.MechanismError, mechc.MechcError, ValueError):
         with pytest.raises(kind) as caught:
-            mechc.Joint("x", None, None, "nothing", "of", "this")
+            mechc.Drawing(view=("x", "x"))
         assert type(caught.value) is mechc.MechanismError
     again = pickle.loads(pickle.dumps(mechc.MechanismError("m_0 is not positive")))
     assert type(again) is mechc.MechanismError

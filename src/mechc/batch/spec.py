@@ -13,7 +13,7 @@ import numpy as np
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.settings import Policy
-from mechc.system.parameters import Array, Parameters
+from mechc.system.parameters import Array, Parameters, brief, by_name, doubles
 from mechc.system.system import System
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
@@ -176,7 +176,7 @@ def _check_outputs(system: System, outputs: Sequence[str], t_eval: Array) -> Non
 
 
 def _checked_states(system: System, y0: Array) -> Array:
-    states = np.ascontiguousarray(y0, dtype=np.float64)
+    states = doubles(y0, "y0")
     if states.ndim not in (1, 2) or states.shape[-1] != system.scene.width:
         names = ", ".join((*system.coordinates, *system.speeds))
         raise ValueError(
@@ -204,13 +204,13 @@ def _checked_columns(
     system: System, columns: Columns, known: tuple[str, ...], kind: str
 ) -> dict[str, Array]:
     checked = {}
-    for name, values in columns.items():
+    for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():
         if name not in known:
             raise UnknownNameError(kind, name, known)
         try:
             checked[name] = _column(np.asarray(values, dtype=np.float64), name)
-        except (TypeError, ValueError):
-            raise ValueOutOfBoundsError(f"{name} must be numbers, not {values!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be numbers, not {brief(values)}") from None
         if not np.isfinite(checked[name]).all():
             raise ValueOutOfBoundsError(f"{name} holds a number that is not finite")
     return checked

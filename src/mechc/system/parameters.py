@@ -90,7 +90,7 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, Mapping):
             return self._from_names(params)
-        return self._from_array(np.array(params, dtype=np.float64, order="C"))
+        return self._from_array(doubles(params, "an array of parameters").copy())
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
@@ -167,8 +167,37 @@ class ParameterSet:
 def _as_array(name: str, value: Any) -> Array:
     try:
         return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
+def doubles(value: Any, what: str) -> Array:
+    """An array of doubles, row after row in memory.
+
+    Raises
+    ------
+    ValueOutOfBoundsError
+        For an integer beyond all doubles.
+    TypeError, ValueError
+        NumPy's, for what is no array of numbers.
+    """
+    try:
+        return np.asarray(value, dtype=np.float64, order="C")
+    except OverflowError:
+        raise ValueOutOfBoundsError(f"{what} holds an integer beyond all doubles") from None
+
+
+def by_name(values: Any, what: str, example: str) -> Mapping[str, Any]:
+    """A mapping; raises TypeError with an example for anything else."""
+    if not isinstance(values, Mapping):
+        raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")
+    return values
+
+
+def brief(value: object) -> str:
+    """What was given, in few characters."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def is_table(array: object, width: int) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.system.description import Description
-from mechc.system.parameters import Array, ParameterSet
+from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.reference import ModelReference
 
 Time = float | Array
@@ -176,10 +176,10 @@ class System(Description):
             If there is no such output, or it was not asked for when compiling.
         """
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
-            times = np.array([t], dtype=np.float64)
+            times = doubles([t], "the time")
             one: Array = self._rows(name, times, y[None], p[None])[0]
             return one
-        return self._evaluate_many(name, y, p, np.asarray(t, dtype=np.float64))
+        return self._evaluate_many(name, y, p, doubles(t, "the time"))
 
     def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
         """Broadcast leading axes; what is the same for all states is passed once."""

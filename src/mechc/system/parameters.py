@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,8 +62,8 @@ class Quantity:
 class ParameterSet:
     """The parameters of one scene."""
 
-    def __init__(self, quantities: tuple[Quantity, ...], scene: Any) -> None:
-        self.quantities = quantities
+    def __init__(self, quantities: Sequence[Quantity], scene: Any) -> None:
+        self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._scene = scene
@@ -96,10 +96,17 @@ class ParameterSet:
         """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
         return largest_of(values, self._lengths) or 1.0
 
+    def lengths(self, rows: Array) -> Array:
+        """The same of every row (n,)."""
+        if not len(self._lengths):
+            return np.ones(len(rows))
+        largest = np.abs(rows[:, self._lengths]).max(axis=1)
+        return np.where(largest > 0, largest, 1.0)
+
     def _from_names(self, params: Mapping[str, Any]) -> Array:
         if {*map(type, params.values())} == {float}:
             return self._from_floats(params)
-        given = {name: self._checked(name, value) for name, value in params.items()}
+        given = {name: self.checked(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
         for name, value in given.items():
@@ -113,12 +120,13 @@ class ParameterSet:
         for name, value in params.items():
             i = self.index.get(name, -1)
             if i < 0 or not self._open[i][0] < value < self._open[i][1]:
-                self._checked(name, value)
+                self.checked(name, value)
             values[i] = value
             flags[i] = 1
         return self._completed(values, flags)
 
-    def _checked(self, name: str, value: Any) -> Array:
+    def checked(self, name: str, value: Any) -> Array:
+        """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
         array = _as_array(name, value)

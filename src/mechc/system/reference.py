@@ -1,0 +1,89 @@
+"""How another process, a saved file or a cluster's worker finds a compiled scene again."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mechc.errors import MechcError
+
+
+@dataclass(frozen=True)
+class ModelReference:
+    """A mechanism of the library with its options, or an entry of the cache.
+
+    Attributes
+    ----------
+    mechanism
+        Its name.
+    options
+        Of a mechanism of the library: its options, parameters to ``fix`` and ``outputs``.
+    custom
+        Whether it was compiled from the user's own mechanism: then its key alone finds it.
+    key
+        Of its entry in the cache; empty for what was compiled when mechc was installed.
+    state
+        Names of the coordinates and speeds, in order.
+    backend
+        ``"c"`` or ``"numpy"``.
+    instruction_set
+        Which compilation is wanted of those made when mechc was installed; None for the widest.
+    library_file
+        The file of what was compiled when mechc was installed, else empty.
+    """
+
+    mechanism: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    custom: bool = False
+    key: str = ""
+    state: tuple[str, ...] = ()
+    backend: str = "c"
+    instruction_set: str | None = None
+    library_file: str = ""
+
+    @cached_property
+    def compiled(self) -> str:
+        """What tells this binary from any other: its key, or the hash of its file."""
+        if self.key or not self.library_file:
+            return self.key
+        return hashlib.sha256(Path(self.library_file).read_bytes()).hexdigest()
+
+    def exactly(self, instruction_set: str) -> ModelReference:
+        """The same binary, whatever processor a worker has."""
+        return replace(self, instruction_set=instruction_set if self.library_file else None)
+
+    def to_json(self) -> dict[str, Any]:
+        """For files: JSON data."""
+        told = {
+            "mechanism": self.mechanism,
+            "options": dict(self.options),
+            "custom": self.custom,
+            "compiled": self.compiled,
+            "state": list(self.state),
+        }
+        return told if self.backend == "c" else {**told, "backend": self.backend}
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
+        """From a file, which nobody vouches for.
+
+        Raises
+        ------
+        MechcError
+            If it holds no reference.
+        """
+        options, state, custom = data.get("options"), data.get("state"), data.get("custom")
+        mechanism, key, backend = (data.get(k) for k in ("mechanism", "compiled", "backend"))
+        key, backend = key or "", backend or "c"
+        lists = isinstance(options, dict) and isinstance(state, list) and isinstance(custom, bool)
+        texts = [mechanism, key, backend, *(state or ())]
+        if not (lists and all(isinstance(text, str) for text in texts)):
+            raise MechcError("it does not say which mechanism it is of")
+        return cls(
+            str(mechanism), dict(options or {}), bool(custom), key if custom else "",
+            tuple(state or ()), backend,
+        )  # fmt: skip

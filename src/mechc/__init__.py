@@ -24,6 +24,7 @@ from mechc.errors import (
     MissingParameterError,
     UnavailableOutputError,
     UnknownNameError,
+    UnusedValueWarning,
     ValueOutOfBoundsError,
 )
 from mechc.inputs.signals import Signal
@@ -78,6 +79,7 @@ __all__ = [
     "Status",
     "UnavailableOutputError",
     "UnknownNameError",
+    "UnusedValueWarning",
     "ValueOutOfBoundsError",
     "from_joints",
     "get_include",

@@ -86,6 +86,10 @@ class CacheError(MechcError):
     """The cache folder cannot be used safely."""
 
 
+class UnusedValueWarning(UserWarning):
+    """Values for symbols that are not in the equations of a model."""
+
+
 class CacheWarning(UserWarning):
     """What is compiled cannot be kept for later processes."""
 

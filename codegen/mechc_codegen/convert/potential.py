@@ -106,7 +106,7 @@ def _at_rest(source: Source, component: Expr) -> Expr:
 def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]) -> Expr:
     """A force along a velocity, 0/0 at rest, changes its sign with the speeds: it has no mean."""
     value = term.xreplace(dict(still))
-    if value.is_finite is not False and value is not S.NaN:
+    if not value.has(S.NaN, S.ComplexInfinity, S.Infinity, S.NegativeInfinity):
         return value
     odd = term.xreplace({u: -u for u in moving}) == -term
     return S.Zero if odd else S.NaN

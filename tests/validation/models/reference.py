@@ -74,7 +74,7 @@ class SympyNumbers:
         """y' at a state."""
         M, F, own = self._matrices(time, y, self.inputs(time))
         solved = np.linalg.solve(M, F).ravel()
-        nq, nx = len(self.q), len(self.x)
+        nq = len(self.q)
         return np.concatenate([solved[:nq], np.ravel(own), solved[nq : nq + len(self.u)]])
 
     def gap(self, time: float, y: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sin
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -211,12 +213,5 @@ def half_car_on_a_road() -> Script:
         kt: 180e3,
     }
     start = dict.fromkeys([*q, *u], 0.0) | {z: 0.05, theta: 0.02}
-    road = {
-        r1: lambda time: 0.02 * sm.sin(6.0 * time),
-        r2: lambda time: 0.02 * sm.sin(6.0 * time - 1),
-    }
-    return Script(kane, constants, start, 2.0, {r: _floats(f) for r, f in road.items()})
-
-
-def _floats(function):
-    return lambda time: float(function(time))
+    road = {r1: lambda time: 0.02 * sin(6.0 * time), r2: lambda time: 0.02 * sin(6.0 * time - 1)}
+    return Script(kane, constants, start, 2.0, road)

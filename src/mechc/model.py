@@ -340,7 +340,7 @@ class Model(Outputs):
 
     def simulate(
         self,
-        t_span: float | tuple[float, float],
+        t_span: Any,
         y0: Array | Mapping[Any, float],
         params: Parameters = None,
         *,
@@ -362,7 +362,8 @@ class Model(Outputs):
         Parameters
         ----------
         t_span
-            ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0.
+            ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0; more than two
+            times are ``t_eval`` too.
         y0
             State (nq + nu,) at t0, from ``model.assemble``.  One that is off the constraints by
             rounding is projected onto them.  A mapping of coordinates and speeds is assembled.
@@ -417,6 +418,8 @@ class Model(Outputs):
         system, p = model.system, self._one_set(params, f"simulate {ONE_SET}")
         single = callable(events) or isinstance(events, Event) or is_expression(events)
         chosen = [_event(event, system, p) for event in ([events] if single else events)]
+        if np.ndim(t_span) == 1 and len(t_span) > 2 and t_eval is None:
+            t_span, t_eval = (t_span[0], t_span[-1]), t_span
         span = checked_span(t_span)
         times = None if t_eval is None else checked_times(t_eval, span)
         policy = checked_policy(
@@ -463,13 +466,23 @@ class Model(Outputs):
     # -- elsewhere ----------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A shipped model, or a variant of one, is loaded again on the other side."""
-        if self.system.reference.custom:
+        """Found again on the other side: in the library, or in this user's cache."""
+        system = self.system
+        if system.reference.custom and not system.reference.key:
             raise TypeError(
-                f"a model compiled from one's own mechanism cannot be pickled: compile "
-                f"{self.name!r} again on the other side"
+                f"a model that is compiled nowhere cannot be pickled: compile {self.name!r} again "
+                "on the other side"
             )
-        return Model.of_reference, (self.system.reference,)
+        system.wait()
+        inputs = {} if system.driven is None else system.driven.given
+        return _found_again, (system.reference, dict(self.start), inputs)
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Model:
+        """Nothing of a model changes."""
+        return self
 
     def __repr__(self) -> str:
         return f"<mechc.Model {self.system.headline}>"
@@ -485,3 +498,14 @@ def _event(given: Any, system: System, p: Array) -> Any:
     if isinstance(given, Event) and is_expression(given.function):
         return replace(given, function=function_of(given.function, system, p))
     return given
+
+
+def _found_again(
+    reference: ModelReference, start: dict[str, float], inputs: dict[str, Any]
+) -> Model:
+    """The model that was pickled."""
+    system = system_of(reference)
+    if start != dict(system.start):
+        system = system.with_start(start)
+    model = Model.of_system(system)
+    return model.with_inputs(inputs) if inputs else model

@@ -137,8 +137,10 @@ def _recipe(
 
 def _reductions(reduce: Any) -> list[str]:
     """As texts: ("max", q) is max(q), by name or symbol."""
-    pair = isinstance(reduce, tuple) and len(reduce) == 2 and not isinstance(reduce[1], (str, tuple))
-    several = [reduce] if isinstance(reduce, str) or pair else reduce
+    one = isinstance(reduce, str) or (
+        isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
+    )
+    several = [reduce] if one else reduce
     return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
 
 

@@ -29,8 +29,9 @@ class Assembly:
     Attributes
     ----------
     coordinates
-        Values to keep (rad, m) by name or symbol: numbers, or arrays (n,) with one a member; the others are solved
-        for.  What ``model.assemble`` prefers is taken: elbow up for a planar loop.
+        Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
+        others are solved for.  What ``model.assemble`` prefers is taken: elbow up for a planar
+        loop.
     speeds
         Likewise (rad/s, m/s); the others are made consistent.
     guess

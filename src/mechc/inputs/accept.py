@@ -47,7 +47,8 @@ def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
 def _one(name: str, value: Any, order: int) -> Any:
     if _samples(value):
         kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
-        return Signal(*value, kind)
+        times, values = value
+        return Signal(times, values, kind)
     signal = Signal.of_interpolant(value)
     if signal is not None:
         return signal

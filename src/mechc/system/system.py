@@ -117,6 +117,12 @@ class System(Description):
         other.parameter_set = other._parameter_set()
         return other
 
+    def with_start(self, start: Mapping[str, float]) -> System:
+        """The same system, which is assembled to these coordinates and speeds by itself."""
+        other = self.replaced_scene(self.scene)
+        other.data = {**self.data, "start": dict(start)}
+        return other
+
     def wait(self) -> None:
         """Return when all of it is compiled, and so in the cache for other processes."""
         _ = self.scene.lanes

@@ -10,7 +10,7 @@ from mechc.compilation.find import checked_backend, library_system
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pydy import is_pydy_system, start_of
 from mechc.model import Model
-from mechc.system.names import named
+from mechc.system.names import by_name
 from mechc.system.system import System
 
 
@@ -158,7 +158,7 @@ def compile(
 
 def _with_all_held(system: System, held: Any) -> Model:
     """The model of a ``System`` of PyDy: its start, and what its specified functions stand for."""
-    start = named(start_of(held), "initial_conditions")
+    start = by_name(start_of(held), "initial conditions")
     known = {*system.coordinates, *system.speeds}
     model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))
     return model.with_inputs(held.specifieds) if held.specifieds and system.inputs else model

@@ -25,7 +25,7 @@ from mechc.simulation.expression_events import function_of, is_expression
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import checked_policy, checked_span, checked_times
 from mechc.simulation.simulate import run
-from mechc.system.names import name_of, named, names_of
+from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -155,8 +155,7 @@ class Model(Outputs):
             a choice and there is no guess, if the speeds contradict each other, or if the
             configuration is a change point and the speeds lead along more than one branch.
         """
-        given, pace = named(coordinates or {}, "coordinates"), named(speeds or {}, "speeds")
-        near = named(guess or {}, "guess")
+        given, pace, near = self._named(coordinates, speeds, guess)
         if coordinates is None:
             given, pace, near = filled_start(self.system, {}, pace, near)
         given, pace = self._checked_start(given, pace)
@@ -178,16 +177,27 @@ class Model(Outputs):
         The mechanism's preferred assembly comes first; at a change point there is one state for
         every branch on which the speeds lead.  Parameters and errors as in :meth:`assemble`.
         """
-        given, pace = self._checked_start(coordinates, speeds or {})
+        given, pace, _ = self._named(coordinates, speeds, None)
+        given, pace = self._checked_start(given, pace)
         p = self._one_set(params, f"assembly {ONE_SET}")
         return positions.assemblies(self.system, given, pace, p, t)
+
+    def _named(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
+        """Coordinates, speeds and guesses by name, each empty where there are none."""
+        names = (self.coordinates, self.speeds, self.coordinates)
+        examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
+        kinds = ("coordinates", "speeds", "guesses")
+        return [
+            {} if values is None else by_name(values, kind, example)
+            for values, kind, example in zip(given, kinds, examples, strict=True)
+        ]
 
     def _checked_start(
         self, coordinates: Mapping[str, float], speeds: Mapping[str, float]
     ) -> tuple[dict[str, float], dict[str, float]]:
         return (
-            checked_numbers(named(coordinates, "coordinates"), self.coordinates, "coordinate"),
-            checked_numbers(named(speeds, "speeds"), self.speeds, "speed"),
+            checked_numbers(coordinates, self.coordinates, "coordinate"),
+            checked_numbers(speeds, self.speeds, "speed"),
         )
 
     def equilibria(
@@ -436,7 +446,7 @@ class Model(Outputs):
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state that coordinates and speeds in one mapping say."""
-        values = named(given, "y0")
+        values = by_name(given, "y0")
         speeds = {name: value for name, value in values.items() if name in self.speeds}
         rest = {name: value for name, value in values.items() if name not in speeds}
         for name in rest:

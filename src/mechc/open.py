@@ -47,7 +47,7 @@ def open_saved(
         motion comes out different or too large.
     """
     path = Path(path)
-    if path.is_dir():
+    if _is_folder(path):
         from mechc.batch.store import open_batch
 
         batch = open_batch(path, None if model is None else model.system)
@@ -66,6 +66,13 @@ def open_saved(
         raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
     return sol
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError as error:
+        raise MechcError(f"{printable(str(path)[:200])}: {error.strerror}") from None
 
 
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from mechc.analysis.jacobians import input_values, jacobian
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import accepted
 from mechc.inputs.driven_scene import with_inputs
 from mechc.system.c_interface import CFunction, c_function, integrand
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
-from mechc.system.parameters import Array, Parameters, is_table
+from mechc.system.parameters import Array, Parameters, doubles, is_table
 from mechc.system.system import System, Time
 
 
@@ -70,7 +70,7 @@ class Outputs(Description):
 
     def _checked_states(self, y: Array) -> Array:
         """States (..., nq + nu) as doubles, row after row in memory."""
-        states = np.ascontiguousarray(y, dtype=np.float64)
+        states = doubles(y, "a state")
         width = len(self.coordinates) + len(self.speeds)
         if states.ndim == 0 or states.shape[-1] != width:
             raise ValueError(
@@ -132,19 +132,23 @@ class Outputs(Description):
         Where closure holds these are the accelerations of the mechanism; off it, those that
         J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
         where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
-        all.  ``inputs`` as in :meth:`with_inputs`.
+        all.  An ``out`` that shares memory with y holds what one apart would.  ``inputs`` as in
+        :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)
         if out is None:
             return self._evaluate("rates", y, params, t)
+        if not isinstance(out, np.ndarray):
+            raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self.system.parameter_set.resolve(params)
         scene = self.system.scene
         into = getattr(scene, "evaluate_into", None)
         tables = is_table(y, scene.width) and is_table(out, scene.width)
         same = values.ndim == 1 and np.ndim(t) == 0
-        if into is not None and tables and same and len(y) == len(out):
-            into("rates", np.array([t], dtype=np.float64), y, values[None], out)
+        apart = tables and not np.may_share_memory(y, out)
+        if into is not None and apart and same and len(y) == len(out):
+            into("rates", doubles([t], "the time"), y, values[None], out)
         else:
             out[...] = self.system.rates(self._checked_states(y), values, t)
         return out

@@ -57,7 +57,7 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         If no closed configuration is found.
     """
     y = _closed_states(system, values, t)
-    jacobian = np.asarray(system.constraint_jacobian(y, values, t))
+    jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
     kept: list[int] = []
@@ -79,8 +79,15 @@ def _closed_states(system: System, values: Array, t: float) -> Array:
     x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
     if not loop.rows:
         return loop.states(x[:SAMPLES])
-    closed = loop.solve(x)[:SAMPLES]
+    closed = loop.solve(x)
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
+
+
+def _of_highest_rank(jacobian: Array) -> Array:
+    """The samples (at most SAMPLES, nc, nu) whose rank is the highest."""
+    singular = np.linalg.svd(jacobian, compute_uv=False)
+    rank = (singular > DEPENDENT * singular[:, :1]).sum(axis=1)
+    return np.asarray(jacobian[rank == rank.max(initial=0)][:SAMPLES])
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:

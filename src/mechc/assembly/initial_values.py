@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.system import System
 
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch
@@ -57,8 +57,8 @@ def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str
             raise UnknownNameError(kind, name, known)
         try:
             checked[name] = float(value)
-        except (TypeError, ValueError):
-            raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         if not np.isfinite(checked[name]):
             raise ValueOutOfBoundsError(f"{name} = {checked[name]} is not a finite number")
     return checked

@@ -15,7 +15,7 @@ from mechc.batch.run import cores, run_members
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError
 from mechc.progress import CountBar
-from mechc.simulation.settings import checked_policy, checked_span, checked_times
+from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
@@ -145,9 +145,10 @@ def _reductions(reduce: Any) -> list[str]:
 
 
 def _whole(name: str, value: int) -> int:
-    if int(value) != value or value < 1:
+    number = checked_count(name, value)
+    if number != value:
         raise ValueOutOfBoundsError(f"{name} = {value} must be a whole number above 0")
-    return int(value)
+    return number
 
 
 def _silent(_: int) -> None:

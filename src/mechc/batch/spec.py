@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction, read_stop
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
-from mechc.system.names import named, without_unused
-from mechc.system.parameters import Array, Parameters
+from mechc.system.names import by_name, without_unused
+from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
@@ -180,7 +180,7 @@ def _check_outputs(system: System, outputs: Sequence[str], t_eval: Array) -> Non
 
 
 def _checked_states(system: System, y0: Array) -> Array:
-    states = np.ascontiguousarray(y0, dtype=np.float64)
+    states = doubles(y0, "y0")
     if states.ndim not in (1, 2) or states.shape[-1] != system.scene.width:
         names = ", ".join((*system.coordinates, *system.speeds))
         raise ValueError(
@@ -207,7 +207,7 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
 
 def _assembly_of(system: System, given: Columns) -> Assembly:
     """Coordinates and speeds in one mapping."""
-    values = named(given, "y0")
+    values = by_name(given, "y0")
     speeds = {name: value for name, value in values.items() if name in system.speeds}
     return Assembly({n: value for n, value in values.items() if n not in speeds}, speeds)
 
@@ -216,13 +216,13 @@ def _checked_columns(
     system: System, columns: Columns, known: tuple[str, ...], kind: str
 ) -> dict[str, Array]:
     checked = {}
-    for name, values in named(columns, f"the {kind}s of a start").items():
+    for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():
         if name not in known:
             raise UnknownNameError(kind, name, known)
         try:
             checked[name] = _column(np.asarray(values, dtype=np.float64), name)
-        except (TypeError, ValueError):
-            raise ValueOutOfBoundsError(f"{name} must be numbers, not {values!r}") from None
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be numbers, not {brief(values)}") from None
         if not np.isfinite(checked[name]).all():
             raise ValueOutOfBoundsError(f"{name} holds a number that is not finite")
     return checked

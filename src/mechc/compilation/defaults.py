@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from mechc.errors import UnknownNameError
-from mechc.system.names import name_of, named, without_unused
+from mechc.system.names import by_name, name_of, without_unused
 from mechc.system.system import System
 
 
@@ -19,7 +19,7 @@ def split(
     defaults: Mapping[Any, Any], states: Iterable[Any]
 ) -> tuple[dict[Any, float], dict[Any, Any]]:
     """(numbers, what has to be compiled: expressions, and the starts of states)."""
-    named(defaults, "defaults")  # each name once
+    by_name(defaults, "defaults")  # each name once
     kept = {name_of(state) for state in states}
     numbers: dict[Any, float] = {}
     compiled: dict[Any, Any] = {}

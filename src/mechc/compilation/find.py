@@ -9,8 +9,9 @@ from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.errors import MechcError, UnknownNameError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
+from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -29,6 +30,8 @@ def library_system(
     """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
+    if instruction_set is not None and not _is_word(instruction_set):
+        raise ValueError(f"no instruction set is called {brief(instruction_set)}")
     asked = _asked(fix, outputs)
     if checked_backend(backend) == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
         return _installed(name, instruction_set)
@@ -81,6 +84,17 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
     return system
 
 
+def _is_word(text: object) -> bool:
+    return isinstance(text, str) and text.isascii() and text.isalnum()
+
+
+def _number(name: object, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
 def checked_backend(backend: str) -> str:
     """``"c"`` or ``"numpy"``."""
     if backend not in BACKENDS:
@@ -111,7 +125,8 @@ def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> di
     """What a variant is asked for beside its options, as names and numbers."""
     asked: dict[str, Any] = {}
     if fix:
-        asked["fix"] = {str(key): float(value) for key, value in sorted(fix.items())}
+        given = by_name(fix, "parameters to fix", "{'g': 9.81}")
+        asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
     if outputs is not None:
         names = [outputs] if isinstance(outputs, str) else list(outputs)
         if not all(isinstance(each, str) for each in names):

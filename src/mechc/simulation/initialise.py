@@ -8,7 +8,7 @@ from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.simulation.segments import Piece, Segments
 from mechc.simulation.settings import METHODS, Policy
 from mechc.simulation.singular_start import singular_start
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
@@ -68,7 +68,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
 
 def _shaped(system: System, y0: Array) -> Array:
-    state = np.ascontiguousarray(y0, dtype=np.float64)
+    state = doubles(y0, "y0")
     if state.shape != (system.scene.width,):
         raise ValueError(
             f"y0 must have the shape ({system.scene.width},): "

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import Array
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
@@ -79,8 +79,10 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
     try:
         first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
         t0, t1 = float(first), float(last)
-    except (TypeError, ValueError):
-        raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(
+            f"t_span must be (t0, t1) or t1, in seconds, not {brief(t_span)}"
+        ) from None
     if not (math.isfinite(t0) and math.isfinite(t1)):
         raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
     return t0, t1
@@ -88,7 +90,7 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    times = np.array(t_eval, dtype=np.float64)
+    times = doubles(t_eval, "t_eval").copy()
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
     return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
 
@@ -119,7 +121,7 @@ def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
 def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
     if atol is None:
         return None
-    values = np.broadcast_to(np.asarray(atol, dtype=np.float64), (system.scene.width,))
+    values = np.broadcast_to(doubles(atol, "atol"), (system.scene.width,))
     if not (np.isfinite(values) & (values > 0)).all():
         raise ValueOutOfBoundsError("atol must be positive and finite in every component")
     return np.ascontiguousarray(values)
@@ -128,8 +130,8 @@ def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
     if not number > 0 or (not infinite and not math.isfinite(number)):
         raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
     return number

@@ -13,7 +13,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.events import EventRecord
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
-from mechc.system.parameters import Array
+from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 
@@ -114,7 +114,7 @@ class Trajectory:
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        times = np.asarray(t, dtype=np.float64)
+        times = doubles(t, "the times")
         low, high = sorted(self.span)
         if not ((times >= low) & (times <= high)).all():
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")

@@ -10,7 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    MissingParameterError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    brief,
+)
 from mechc.native._driver import largest_of, strictly_within
 from mechc.system.names import without_unused
 
@@ -97,7 +102,7 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, Mapping):
             return self._from_names(params)
-        return self._from_array(np.array(params, dtype=np.float64, order="C"))
+        return self._from_array(doubles(params, "an array of parameters").copy())
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
@@ -180,8 +185,24 @@ class ParameterSet:
 def _as_array(name: str, value: Any) -> Array:
     try:
         return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
+def doubles(value: Any, what: str) -> Array:
+    """An array of doubles, row after row in memory.
+
+    Raises
+    ------
+    ValueOutOfBoundsError
+        For an integer beyond all doubles.
+    TypeError, ValueError
+        NumPy's, for what is no array of numbers.
+    """
+    try:
+        return np.asarray(value, dtype=np.float64, order="C")
+    except OverflowError:
+        raise ValueOutOfBoundsError(f"{what} holds an integer beyond all doubles") from None
 
 
 def is_table(array: object, width: int) -> bool:

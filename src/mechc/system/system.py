@@ -12,7 +12,7 @@ import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.system.description import Description
-from mechc.system.parameters import Array, ParameterSet
+from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.reference import ModelReference
 
 Time = float | Array
@@ -197,10 +197,10 @@ class System(Description):
         if name in self.array_outputs:
             return self._array_output(name, y, p, t)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
-            times = np.array([t], dtype=np.float64)
+            times = doubles([t], "the time")
             one: Array = self._rows(name, times, y[None], p[None])[0]
             return one
-        return self._evaluate_many(name, y, p, np.asarray(t, dtype=np.float64))
+        return self._evaluate_many(name, y, p, doubles(t, "the time"))
 
     def _array_output(self, name: str, y: Array, p: Array, t: Time) -> Array:
         """The elements of an output of one's own that has several, (..., *shape)."""

@@ -4,8 +4,9 @@
  * with w_k near 1 / M_kk, so that speeds of different units may be added and no factor of M is
  * needed to stay on the constraints.  Gram-Schmidt with the largest remaining row first; a row
  * that lost more than nine tenths of its length is swept again (Giraud et al. 2005: twice is
- * enough).  No normal equations are formed, so singular values are not squared.  A row that
- * vanishes against the largest is redundant here and is left out.
+ * enough).  No normal equations are formed, so singular values are not squared.  Of the rows so
+ * many count as are independent at generic configurations: beyond these, what is left of a row is
+ * the closure error, and it is left out.  So is a row that vanishes against the largest.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_LINEAR_VECTOR : !defined MECHC_LINEAR_SCALAR
@@ -83,6 +84,7 @@ typedef struct {
     real norm[MECHC_NC];         /* squared */
     real inverse_norm[MECHC_NC]; /* 0 where redundant */
     rmask swapped[MECHC_NC * MECHC_NC];
+    real rank; /* rows that count */
 } FN(factors);
 
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
@@ -140,17 +142,19 @@ MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
     f->norm[j] = FN(inner)(f, other, other);
 }
 
-/* Orthogonalise the first `rows` of f->rows in the metric of f->weight. */
-MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows)
+/* Orthogonalise the first `rows` of f->rows in the metric of f->weight; `rank` of them count. */
+MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
 {
     real start[MECHC_NC];
+    f->rank = rank;
     for (int i = 0; i < rows; i++)
         start[i] = f->norm[i] = FN(inner)(f, f->rows + i * MECHC_NU, f->rows + i * MECHC_NU);
     for (int i = 0; i < rows; i++) {
         FN(pivot)(f, i, rows, start);
         const rmask lost = R_MASK(f->norm[i] < MECHC_LOSS * start[i]);
         if (i && __builtin_expect(R_ANY(lost), 0)) FN(sweep_again)(f, i, lost);
-        const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0]);
+        const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0])
+                         & R_MASK(rank > (double)i);
         f->inverse_norm[i] = R_SELECT(kept, 1.0 / f->norm[i], R(0.0));
         /* near-one numbers must not pile up over many rows */
         const real inverse = MECHC_NC > 8 ? f->inverse_norm[i] : FN(rough_inverse)(f->norm[i]);
@@ -165,13 +169,14 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows)
 #if MECHC_LINKS > 0
 /* Rows of a tree in the metric of the mass matrix itself, as L^-1 J^T with D^-1 for weights: along
  * a chain its diagonal says little of how the speeds act together. */
-MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, FN(factors) *f)
+MECHC_ONCE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
+                                FN(factors) *f)
 {
     FN(factor_mass)(mass, MECHC_NU, &f->metric);
     for (int i = 0; i < MECHC_NU; i++) f->weight[i] = f->metric.inverse[i];
     for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
     for (int i = 0; i < rows; i++) FN(forward)(&f->metric, MECHC_NU, f->rows + i * MECHC_NU);
-    FN(orthogonalise)(f, rows);
+    FN(orthogonalise)(f, rows, rank);
 }
 
 /* From there to speeds. */
@@ -181,13 +186,13 @@ MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 }
 #else
 /* The first `rows` rows of the Jacobian in the metric of the mass matrix's diagonal. */
-MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows,
+MECHC_INLINE void FN(factor_rows)(const real *jacobian, const real *mass, int rows, real rank,
                                   FN(factors) *f)
 {
     for (int i = 0; i < MECHC_NU; i++)
         f->weight[i] = FN(rough_inverse)(mass[i * MECHC_NU + i]);
     for (int i = 0; i < rows * MECHC_NU; i++) f->rows[i] = jacobian[i];
-    FN(orthogonalise)(f, rows);
+    FN(orthogonalise)(f, rows, rank);
 }
 
 /* From there to speeds. */
@@ -246,12 +251,25 @@ MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
     return redundant;
 }
 
-/* Squared length of the shortest orthogonal row over that of the longest. */
+/* The lanes in which rows that count elsewhere are redundant. */
+MECHC_INLINE rmask FN(lost_rank)(const FN(factors) *f)
+{
+    rmask lost = R_MASK(f->inverse_norm[0] == 0.0);
+    for (int i = 1; i < MECHC_NC; i++)
+        lost |= R_MASK(f->inverse_norm[i] == 0.0) & R_MASK(f->rank > (double)i);
+    return lost;
+}
+
+/* Squared length of the shortest orthogonal row that counts over that of the longest. */
 MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
 {
-    real scale = R(1.0);
-    for (int i = 0; i < MECHC_NC - 1; i++) scale *= f->scale[i];
-    return f->norm[MECHC_NC - 1] / (f->norm[0] * (scale * scale));
+    real scale = R(1.0), least = f->norm[0];
+    for (int i = 0; i < MECHC_NC - 1; i++) {
+        const rmask counts = R_MASK(f->rank > (double)(i + 1));
+        scale = R_SELECT(counts, scale * f->scale[i], scale);
+        least = R_SELECT(counts, f->norm[i + 1], least);
+    }
+    return least / (f->norm[0] * (scale * scale));
 }
 #endif
 #endif

@@ -29,24 +29,26 @@ typedef struct {
     FN(factors) factors;
 } FN(solver);
 
-MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass, FN(factors) *f)
+MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass, real rank,
+                                    FN(factors) *f)
 {
     FN(cut_rows)(tree, jacobian);
     FN(composite_mass)(tree, mass);
-    FN(factor_rows)(jacobian, mass, MECHC_NC, f);
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
 
-/* jacobian and mass are filled where some lane needs them. */
-MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, FN(solver) *f)
+/* jacobian and mass are filled where some lane needs them; `rank` rows count. */
+MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, real rank,
+                                   FN(solver) *f)
 {
 #if MECHC_CARRIED > 0
     FN(eliminate)(tree, &f->links);
-    f->apart = R_MASK(f->links.conditioning > MECHC_SAFE);
+    f->apart = R_MASK(f->links.conditioning > MECHC_SAFE) & R_MASK(rank >= (double)MECHC_NC);
 #else
     f->apart = R_MASK(R(0.0) > R(0.0));
 #endif
     f->together = R_ANY(~f->apart);
-    if (f->together) FN(factor_together)(tree, jacobian, mass, &f->factors);
+    if (f->together) FN(factor_together)(tree, jacobian, mass, rank, &f->factors);
 }
 
 /* Of the shortest row to that of the longest, squared, each less what the others do. */
@@ -102,7 +104,7 @@ MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wr
     } else {
         FN(factors) factors;
         real mass[MECHC_NU * MECHC_NU];
-        FN(factor_together)(tree, jacobian, mass, &factors);
+        FN(factor_together)(tree, jacobian, mass, R((double)MECHC_NC), &factors);
         FN(solve_together)(&factors, jacobian, forcing, gamma, other, lambda);
     }
     for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(f->apart, x[i], other[i]);

@@ -28,6 +28,7 @@
 
 typedef struct {
     const real *mass, *jacobian, *forcing, *gamma;
+    real rank; /* rows that count */
 } FN(motion_terms);
 
 /* y <- y - M x */
@@ -51,7 +52,7 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
     }
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) rows.rows[i] = terms->jacobian[i];
     for (int i = 0; i < MECHC_NC; i++) FN(forward)(&mass, MECHC_NU, rows.rows + i * MECHC_NU);
-    FN(orthogonalise)(&rows, MECHC_NC);
+    FN(orthogonalise)(&rows, MECHC_NC, terms->rank);
     FN(forward)(&mass, MECHC_NU, x);
     FN(values_of_rows)(&rows, MECHC_NC, terms->gamma, wanted);
     for (int i = 0; i < MECHC_NC; i++) {
@@ -74,11 +75,11 @@ MECHC_INLINE void FN(solve_in_mass_metric)(const FN(motion_terms) *terms, real *
 #define MECHC_BESIDE_CROSSING 0.2
 
 MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const real *jacobian,
-                                                     const real *values, real *step)
+                                                     real rank, const real *values, real *step)
 {
     real none[MECHC_NU];
     for (int i = 0; i < MECHC_NU; i++) none[i] = R(0.0);
-    const FN(motion_terms) terms = {mass, jacobian, none, values};
+    const FN(motion_terms) terms = {mass, jacobian, none, values, rank};
     FN(solve_in_mass_metric)(&terms, step, 0);
 }
 #endif
@@ -87,7 +88,8 @@ MECHC_ONCE __attribute__((cold)) void FN(least_work)(const real *mass, const rea
 MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, real *solution)
 {
     const real *jacobian = terms + MECHC_NU * MECHC_NU, *forcing = jacobian + MECHC_NC * MECHC_NU;
-    const FN(motion_terms) split = {terms, jacobian, forcing, forcing + MECHC_NU};
+    const real *gamma = forcing + MECHC_NU;
+    const FN(motion_terms) split = {terms, jacobian, forcing, gamma, gamma[MECHC_NC]};
     FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
@@ -96,12 +98,13 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
 MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
                                        real *lambda)
 {
-    real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC], *to = copy;
+    real copy[MECHC_NU * MECHC_NU + MECHC_NC * MECHC_NU + MECHC_NU + MECHC_NC + 1], *to = copy;
     real solution[MECHC_NU + MECHC_NC];
     for (int i = 0; i < MECHC_NU * MECHC_NU; i++) *to++ = terms->mass[i];
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) *to++ = terms->jacobian[i];
     for (int i = 0; i < MECHC_NU; i++) *to++ = terms->forcing[i];
     for (int i = 0; i < MECHC_NC; i++) *to++ = terms->gamma[i];
+    *to = terms->rank;
     FN(solve_redundant)(copy, solution);
     for (int i = 0; i < MECHC_NU; i++) x[i] = R_SELECT(lanes, solution[i], x[i]);
     for (int i = 0; MECHC_MULTIPLIERS && lambda && i < MECHC_NC; i++)
@@ -236,7 +239,7 @@ MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solv
     FN(along_freedom)(f, terms->gamma, FN(dot)(f->direction, terms->forcing), x);
     if (lambda) {
         FN(factors) rows;
-        FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, &rows);
+        FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, terms->rank, &rows);
         FN(reactions)(terms, &rows, x, lambda);
     }
 }
@@ -252,16 +255,16 @@ MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solv
 typedef FN(factors) FN(solver);
 #endif
 
-/* What the rows of a configuration are solved with; regular: they are known to be far from
- * dependent. */
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, int regular,
+/* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
+ * to be far from dependent. */
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
                                    FN(solver) *f)
 {
 #if MECHC_ONE_FREEDOM
-    FN(find_freedom)(jacobian, mass, regular, f);
+    FN(find_freedom)(jacobian, mass, rank, regular, f);
 #else
     (void)regular;
-    FN(factor_rows)(jacobian, mass, MECHC_NC, f);
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 #endif
 }
 
@@ -301,11 +304,11 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solve
 
 #if MECHC_ONE_FREEDOM
 MECHC_ONCE __attribute__((cold)) void FN(least_redundant_step)(const real *jacobian,
-                                                               const real *mass,
+                                                               const real *mass, real rank,
                                                                const real *values, real *step)
 {
     FN(factors) rows;
-    FN(factor_rows)(jacobian, mass, MECHC_NC, &rows);
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, &rows);
     FN(least_change)(&rows, MECHC_NC, values, step);
 }
 
@@ -319,7 +322,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         memcpy(copy, jacobian, MECHC_NC * MECHC_NU * sizeof *copy);
         memcpy(copy + MECHC_NC * MECHC_NU, mass, MECHC_NU * MECHC_NU * sizeof *copy);
         memcpy(copy + (MECHC_NC + MECHC_NU) * MECHC_NU, values, MECHC_NC * sizeof *copy);
-        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU,
+        FN(least_redundant_step)(copy, copy + MECHC_NC * MECHC_NU, f->rank,
                                  copy + (MECHC_NC + MECHC_NU) * MECHC_NU, other);
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
     }
@@ -331,11 +334,11 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
 {
     const rmask beside =
         R_MASK(FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
-        & ~FN(redundant)(f);
+        & ~FN(lost_rank)(f);
     FN(least_change)(f, MECHC_NC, values, step);
     if (__builtin_expect(R_ANY(beside), 0)) {
         real other[MECHC_NU];
-        FN(least_work)(mass, jacobian, values, other);
+        FN(least_work)(mass, jacobian, f->rank, values, other);
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
     }
 }

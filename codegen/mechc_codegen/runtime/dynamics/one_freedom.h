@@ -28,6 +28,7 @@ typedef struct {
     real direction[MECHC_NU], momentum[MECHC_NU];
     real inverse;   /* 1 / (m . n) */
     real longest;   /* squared length of the longest row, speeds weighted by the mass each moves */
+    real rank;      /* rows that count */
     rmask redundant;
 } FN(freedom);
 
@@ -74,13 +75,15 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, FN(freedom) *f)
     }
     real most = f->longest;
     for (int row = 1; row < MECHC_NC; row++) most *= f->longest;
-    f->redundant = ~R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > MECHC_REDUNDANT * most);
+    f->redundant = ~R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > MECHC_REDUNDANT * most)
+                 | R_MASK(f->rank < (double)MECHC_NC);
 }
 
 /* regular: the rows are known to be far from dependent. */
-MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, int regular,
+MECHC_INLINE void FN(find_freedom)(const real *jacobian, const real *mass, real rank, int regular,
                                    FN(freedom) *f)
 {
+    f->rank = rank;
     for (int i = 0; i < MECHC_NC * MECHC_NU; i++) f->jacobian[i] = jacobian[i];
 #if MECHC_NU == 3
     FN(cross)(jacobian, jacobian + MECHC_NU, f->direction);

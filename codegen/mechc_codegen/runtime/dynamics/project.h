@@ -48,9 +48,10 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, con
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     int weak = 0;
+    const int rank = (int)k[MECHC_NK];
     mechc_scalar_locate_all(t, q, p, k, place);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, rows);
-    for (int i = 1; i < MECHC_NC; i++)
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, k[MECHC_NK], rows);
+    for (int i = 1; i < rank; i++)
         if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
     return weak;
 }
@@ -92,7 +93,7 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
                                        const mechc_scalar_factors *rows, const double *u,
                                        double *direction)
 {
-    const int last = MECHC_NC - 1;
+    const int last = (int)rows->rank - 1;
     double values[MECHC_NC], each[MECHC_NC];
     mechc_scalar_velocity_residual(place, u, values);
     mechc_scalar_values_of_rows(rows, MECHC_NC, values, each);
@@ -107,7 +108,7 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
 MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, const double *k,
                                       mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
-    const int last = MECHC_NC - 1;
+    const int last = (int)rows->rank - 1;
     double direction[MECHC_NU], turned[MECHC_NU], by[MECHC_NU], moved[MECHC_NQ], rounding;
     mechc_scalar_place near;
     mechc_scalar_factors there;
@@ -140,10 +141,10 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const
     mechc_scalar_place place;
     mechc_scalar_factors rows;
 #if MECHC_NH > 0
-    const int last = MECHC_NC - 1;
+    const int last = (int)k[MECHC_NK] - 1;
     const int status = mechc_close_between(t, y, p, k, &place, &rows);
     if (status != MECHC_RUNNING) return status;
-    if (MECHC_NC > 1 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
+    if (last > 0 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
         && rows.norm[last] > MECHC_SURELY * rows.norm[0])
         mechc_fit_to_speeds(t, y, p, k, &place, &rows);
 #else

@@ -21,8 +21,16 @@
 #include "scene_program.h"
 #include "simd/lanes.h"
 
+/* What a run keeps beside its parameters. */
+MECHC_INLINE void FN(constants)(const real *p, real *k)
+{
+    FN(hoist)(p, k);
+    k[MECHC_NK] = R((double)MECHC_NC);
+}
+
 typedef struct {
 #if MECHC_NC > 0
+    real rank;       /* rows that count */
     FN(solver) rows; /* every one of them: speeds and accelerations */
 #elif MECHC_LINKS > 0
     FN(articulated) factored;
@@ -54,10 +62,12 @@ MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const re
 #if MECHC_NC > 0 && MECHC_LINKS > 0
     (void)regular;
     place->bad = -1;
-    FN(prepare_rows)(place->saved, place->jacobian, place->mass, &place->rows);
+    place->rank = k[MECHC_NK];
+    FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
 #elif MECHC_NC > 0
     place->bad = -1;
-    FN(prepare_rows)(place->jacobian, place->mass, regular, &place->rows);
+    place->rank = k[MECHC_NK];
+    FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
 #elif MECHC_ARTICULATED
     (void)regular;
     place->bad = FN(articulate)(place->saved, &place->factored);
@@ -304,7 +314,7 @@ MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const rea
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
 #elif MECHC_NC > 0
     real forcing[MECHC_NU], gamma[MECHC_NC];
-    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma};
+    const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank};
     FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #elif MECHC_ARTICULATED

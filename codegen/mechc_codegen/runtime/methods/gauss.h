@@ -277,6 +277,15 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, doubl
 #endif
 }
 
+/* The configuration at a node between the step's ends. */
+MECHC_STATIC void mechc_gauss_node(const mechc_integration *run, int node, double *q)
+{
+    const mechc_gauss *g = mechc_gauss_of(run);
+    const int stage = node - 1;
+    for (int i = 0; i < MECHC_NQ; i++)
+        q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
+}
+
 /* The conditioning met at the stages. */
 MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
 {
@@ -284,8 +293,7 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
     if (g->lowest > MECHC_CLEAR * MECHC_CLEAR) return;
     for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
         double q[MECHC_NQ];
-        for (int i = 0; i < MECHC_NQ; i++)
-            q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
+        mechc_gauss_node(run, stage + 1, q);
         mechc_monitor_meet(&run->monitor, mechc_gauss_conditioning(run, h, stage, q), q);
     }
 }
@@ -367,7 +375,7 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};
     for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
-    for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
+    for (int i = 0; i < MECHC_CONSTANTS; i++) g->k[i] = mechc_spread(run->k[i]);
 }
 
 /* No polynomial leads on, and nothing of the state is kept. */
@@ -403,6 +411,7 @@ static const mechc_method mechc_gauss8 = {
     .ignored = 1.0,
     .after_failure = 0.7,
     .root_error = 1,
+    .node = mechc_gauss_node,
     .holds_crossing = 1,
     .horizon = 1.3,
     .work_size = sizeof(mechc_gauss),

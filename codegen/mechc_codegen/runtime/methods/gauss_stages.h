@@ -26,7 +26,7 @@ typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
 typedef struct {
-    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */

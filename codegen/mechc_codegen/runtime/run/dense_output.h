@@ -7,6 +7,7 @@
 #include <math.h>
 #include "abi/codes.h"
 #include "abi/run.h"
+#include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
 #include "dynamics/sizes.h"
 #include "simd/bind_scalar.h"
@@ -30,8 +31,8 @@ MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, in
 MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p, ptrdiff_t count,
                                     const double *t, double *out)
 {
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
-    mechc_scalar_hoist(p, k);
+    double k[MECHC_CONSTANTS];
+    mechc_constants_at(trajectory->t[0], trajectory->y, p, k);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
         const double start = trajectory->t[step];

@@ -33,6 +33,8 @@ struct mechc_method {
     int root_error;       /* error() gives the root of what the others give */
 
     /* Critical configurations. */
+    /* The configuration at a node of the step, between its ends; NULL: they are not kept. */
+    void (*node)(const mechc_integration *run, int node, double *q);
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
 

@@ -177,9 +177,10 @@ MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, 
     c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
 }
 
-/* Newton's method from q; 1 where it converged within the reach given (in mass-weighted speeds). */
-MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, const double *k,
-                                   int rank, double reach, mechc_critical *c)
+/* Newton's method from q for the critical configuration of one direction, counted by falling
+ * singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
+MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p, const double *k,
+                                      int rank, int which, double reach, mechc_critical *c)
 {
     double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
     double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0;
@@ -190,7 +191,7 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
         mechc_place_at(t, c->q, p, k, &place);
         if (iteration == 0) {
             mechc_find_weakest(place.jacobian, place.mass, rank, &at);
-            memcpy(c->normal, at.left, sizeof c->normal);
+            memcpy(c->normal, at.basis + which * MECHC_NH, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
@@ -214,6 +215,13 @@ MECHC_ONCE int mechc_find_critical(double t, const double *q, const double *p, c
         }
     }
     return 0;
+}
+
+/* The same of the weakest direction. */
+MECHC_STATIC int mechc_find_critical(double t, const double *q, const double *p, const double *k,
+                                     int rank, double reach, mechc_critical *c)
+{
+    return mechc_find_critical_of(t, q, p, k, rank, rank - 1, reach, c);
 }
 
 /* Is the critical configuration known from before, whole turns of the coordinates aside, one here

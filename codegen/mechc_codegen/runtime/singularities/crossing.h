@@ -22,6 +22,8 @@
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/placement.h"
+#include "singularities/span.h"
+#include "singularities/turned_rows.h"
 #include "singularities/weakest.h"
 
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
@@ -30,38 +32,7 @@
 /* Past a gap that is almost rounding, a state nearer than this is rounding too. */
 #define MECHC_LOST 1e-5
 
-/* A step as proposed: states and rates at both ends. */
-typedef struct {
-    double t, h;
-    const double *start, *start_rates, *end, *end_rates;
-    const double *p, *k;
-    double low, best, high; /* fractions of a step between which a crossing is best placed */
-    double horizon;         /* steps ahead that crossings are looked for */
-    int bridge;             /* the step is fit to hold a crossing */
-    int last;               /* of the run: nothing goes on from its end */
-    int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
-    mechc_nodes nodes;      /* ... between these */
-} mechc_span;
-
-enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
-
-typedef struct {
-    int action;
-    double factor;   /* MECHC_RETRY: of the step */
-    int bridge;      /* MECHC_RETRY: with the table that bridges change points */
-    double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
-    double q[MECHC_NQ], gap;
-} mechc_finding;
-
 #if MECHC_NH > 0
-MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
-                                   mechc_weakest *out)
-{
-    mechc_scalar_place place;
-    mechc_place_at(t, q, span->p, span->k, &place);
-    mechc_find_weakest(place.jacobian, place.mass, rank, out);
-}
-
 /* Weight of coordinate i in distances: the mass it moves where speeds are its rates. */
 MECHC_STATIC double mechc_weight(const mechc_critical *c, int i)
 {
@@ -159,13 +130,6 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-MECHC_STATIC void mechc_retry(mechc_finding *out, double factor, int bridge)
-{
-    out->action = MECHC_RETRY;
-    out->factor = factor;
-    out->bridge = bridge;
-}
-
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor, int between,
                                          int turned, int too_near, mechc_finding *out)
 {
@@ -234,6 +198,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
+    if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (!mechc_find_near(span->t, monitor->q, span->p, span->k, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;

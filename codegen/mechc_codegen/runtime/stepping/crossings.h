@@ -23,6 +23,7 @@
 #include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
 #include "singularities/monitor.h"
+#include "singularities/span.h"
 #include "singularities/weakest.h"
 
 #if MECHC_NH > 0
@@ -140,14 +141,51 @@ MECHC_STATIC int mechc_come_back(mechc_integration *run)
     return !method || mechc_use_method(run, method);
 }
 
+#if MECHC_NH > 0
+/* On the cubic through both ends of a step, its loops closed where they can be. */
+MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double *q)
+{
+    const double r = 1.0 - s;
+    double closed[MECHC_NQ];
+    long unused = 0;
+    mechc_scalar_place place;
+    for (int i = 0; i < MECHC_NQ; i++)
+        q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
+             + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
+    memcpy(closed, q, sizeof closed);
+    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->p, span->k, &place, &unused)
+        == MECHC_RUNNING)
+        memcpy(q, closed, sizeof closed);
+}
+
+/* The configurations of a step: those of the method where it keeps them. */
+MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *span,
+                                mechc_path *path)
+{
+    const mechc_method *method = run->current;
+    const int last = method->node ? method->nodes.count : MECHC_MOST_NODES - 1;
+    path->count = last + 1;
+    for (int i = 0; i <= last; i++) {
+        const double s = method->node ? method->nodes.at[i] : (double)i / last;
+        double *q = path->q[i];
+        path->fraction[i] = s;
+        if (i == 0 || i == last) memcpy(q, i ? span->end : span->start, sizeof path->q[i]);
+        else if (method->node) method->node(run, i, q);
+        else mechc_close_on_cubic(span, s, q);
+    }
+}
+#endif
+
 /* Judge a step that its error allows; finding.action MECHC_RETRY where it is taken back. */
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
     run->finding.action = MECHC_STANDS;
 #if MECHC_NH > 0
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
-    const mechc_span span =
-        mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
+    mechc_path path;
+    mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
+    mechc_path_of(run, &span, &path);
+    span.path = &path;
     mechc_stats *stats = &run->head.stats;
     run->finding.gap = HUGE_VAL;
     mechc_examine(&span, &run->monitor, &run->finding);

@@ -6,6 +6,7 @@
 #include <string.h>
 #include "abi/codes.h"
 #include "abi/run.h"
+#include "dynamics/generic_rank.h"
 #include "dynamics/sizes.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
@@ -75,7 +76,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
     memcpy(run->p, options->p, MECHC_PASSED * sizeof(double));
-    mechc_scalar_hoist(run->p, run->k);
+    mechc_constants_at(options->t0, run->y, run->p, run->k);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;

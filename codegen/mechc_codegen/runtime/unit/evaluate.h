@@ -38,16 +38,16 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
                                         mechc_rows t, mechc_rows y, mechc_rows p, double *out)
 {
     mechc_vector time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
-    mechc_vector k[MECHC_AT_LEAST_ONE(MECHC_NK)], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    mechc_vector k[MECHC_CONSTANTS], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
     mechc_gather(p, 0, count, MECHC_PASSED, parameters);
-    mechc_vector_hoist(parameters, k);
+    mechc_vector_constants(parameters, k);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
         const int whole = count - first >= MECHC_LANES;
         if (first > 0 && p.stride) {
             mechc_gather(p, first, count, MECHC_PASSED, parameters);
-            mechc_vector_hoist(parameters, k);
+            mechc_vector_constants(parameters, k);
         }
         if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);

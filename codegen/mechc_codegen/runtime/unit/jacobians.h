@@ -27,7 +27,7 @@ MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int co
 #if MECHC_NC > 0
     FN(factors) factors;
     real jacobian[MECHC_NC * MECHC_NU];
-    FN(factor_together)(place->saved, jacobian, mass, &factors);
+    FN(factor_together)(place->saved, jacobian, mass, place->rank, &factors);
 #else
     FN(mass_factors) factors;
     FN(composite_mass)(place->saved, mass);
@@ -42,7 +42,8 @@ MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int co
 #if MECHC_NC > 0 && MECHC_LINKS > 0
         FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
 #elif MECHC_NC > 0
-        const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU};
+        const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,
+                                        place->rank};
         FN(solve_motion)(&terms, &place->rows, x, MECHC_OWN > 0 ? x + MECHC_NU : 0);
         for (int i = MECHC_NU; MECHC_OWN == 0 && i < MECHC_MOTION; i++) x[i] = R(0.0);
 #else

@@ -37,10 +37,10 @@ static void mechc_scalar_output_rates(double t, const double *q, const double *u
 MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,
                                      mechc_rows t, mechc_rows y, mechc_rows p, double *out)
 {
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    double k[MECHC_CONSTANTS];
     for (ptrdiff_t i = 0; i < count; i++) {
         const double *state = y.data + i * y.stride, *parameters = p.data + i * p.stride;
-        if (i == 0 || p.stride) mechc_scalar_hoist(parameters, k);
+        if (i == 0 || p.stride) mechc_scalar_constants(parameters, k);
         f(t.data[i * t.stride], state, state + MECHC_NQ, parameters, k, out + i * width);
     }
 }
@@ -49,7 +49,7 @@ MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_
     mechc_plain_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
 
-static void mechc_plain_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
+static void mechc_plain_prepare(const double *p, double *k) { mechc_scalar_constants(p, k); }
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {

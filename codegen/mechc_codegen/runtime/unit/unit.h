@@ -5,6 +5,7 @@
 
 #include "abi/model.h"
 #include "abi/run.h"
+#include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
 #include "dynamics/sizes.h"
 #include "lockstep/advance.h"
@@ -26,12 +27,12 @@ static void mechc_unit_rates(double t, const double *y, const double *p, const d
     mechc_scalar_rates(t, y, p, k, out);
 }
 
-static void mechc_unit_prepare(const double *p, double *k) { mechc_scalar_hoist(p, k); }
+static void mechc_unit_prepare(const double *p, double *k) { mechc_scalar_constants(p, k); }
 
 static int mechc_unit_project(double t, double *y, const double *p, double *moved)
 {
-    double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
-    mechc_scalar_hoist(p, k);
+    double k[MECHC_CONSTANTS];
+    mechc_constants_at(t, y, p, k);
     return mechc_project_state(t, y, p, k, moved);
 }
 

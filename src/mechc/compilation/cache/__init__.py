@@ -30,6 +30,7 @@ from mechc.compilation.cache.security import (
     writable,
 )
 from mechc.compilation.cache.security import cache_folder as cache_folder
+from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
@@ -71,7 +72,10 @@ def find(key: str) -> Path | None:
         refuse_unsafe(root)
     except OSError:
         return None
-    return root / key / SHARED_OBJECT if _sound(root / key) else None
+    if not _sound(root / key):
+        return None
+    note_use(root / key, SEAL)
+    return root / key / SHARED_OBJECT
 
 
 def discard(key: str) -> None:
@@ -122,8 +126,7 @@ def clear() -> int:
     What another process is making is waited for.
     """
     found, root = entries(), cache_folder()
-    ours = [_OURS.fullmatch(path.name) for path in (root.iterdir() if root.is_dir() else ())]
-    keys = sorted({match[1] for match in ours if match})
+    keys = _keys(root)
     if keys:
         refuse_foreign(root)
     for key in keys:
@@ -134,6 +137,12 @@ def clear() -> int:
             lock.unlink()
     (root / f"compiler{_NOTE}").unlink(missing_ok=True)
     return len(found)
+
+
+def _keys(root: Path) -> list[str]:
+    """Of entries, of their locks, and of what was left behind of them."""
+    ours = [_OURS.fullmatch(path.name) for path in (root.iterdir() if root.is_dir() else ())]
+    return sorted({match[1] for match in ours if match})
 
 
 def check() -> Path:
@@ -149,11 +158,14 @@ def check() -> Path:
 
 
 def _entry(root: Path, key: str, make: Callable[[Path], None]) -> Path:
-    target = root / key
+    target, made = root / key, False
     try:
         with locked(root / f"{key}.lock") as alone:
             if not _sound(target):
                 _replace(root, target, make, alone)
+                made = True
+        if made:
+            keep_within(root, _keys(root), SEAL, key)
     except OSError as error:
         raise unwritable(root, error) from None
     except CompilerError as error:

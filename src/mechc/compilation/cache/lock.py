@@ -43,9 +43,22 @@ def locked(path: Path) -> Iterator[bool]:
             _release(descriptor)
 
 
-def _lock(descriptor: int) -> bool:
+@contextmanager
+def locked_if_free(path: Path) -> Iterator[bool]:
+    """Holds the lock of this file if nobody else does at the moment; whether it does."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    _open.add(descriptor)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield _lock(descriptor, fcntl.LOCK_NB) and _names(path, descriptor)
+    finally:
+        _release(descriptor)
+
+
+def _lock(descriptor: int, how: int = 0) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | how)
+    except BlockingIOError:
+        return False
     except OSError as error:
         if error.errno in _NO_LOCKS:
             return False

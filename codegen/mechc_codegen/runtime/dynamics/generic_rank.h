@@ -1,0 +1,94 @@
+/* How many constraint rows are independent at generic configurations of the loops.
+ *
+ * Rows may be redundant on closed configurations only (Bennett's and Bricard's linkages, parallel
+ * cranks): beside one, what is left of a redundant row is the closure error, as large as a real
+ * row near a change point.  No size tells one from the other, but the rank does: it is found once,
+ * at closed configurations, and every factorisation keeps as many rows.
+ */
+#ifndef MECHC_GENERIC_RANK_H
+#define MECHC_GENERIC_RANK_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+
+#if MECHC_NC > 0
+/* Of the longest row: a row with less is a redundant one, or the start lies beside a change point. */
+#define MECHC_NO_ROW 1e-6
+/* How far each speed is moved to configurations near the start, and how much farther these may be
+ * once their loops are closed: there may be other ways to assemble the mechanism. */
+#define MECHC_NEARBY 1e-2
+#define MECHC_STILL_NEAR 10.0
+
+MECHC_ONCE int mechc_rank_at(double t, const double *q, const double *p, const double *k)
+{
+    mechc_scalar_place place;
+    mechc_scalar_factors rows;
+    double scale = 1.0;
+    int rank = 1;
+    mechc_scalar_locate_all(t, q, p, k, &place);
+    mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, (double)MECHC_NC, &rows);
+    if (!(rows.norm[0] < HUGE_VAL)) return MECHC_NC;
+    for (; rank < MECHC_NC; rank++) {
+        scale *= rows.scale[rank - 1];
+        if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * rows.norm[0] * (scale * scale))) break;
+    }
+    return rank;
+}
+
+#if MECHC_NH > 0
+/* The rank where speed j has moved a little and the loops are closed again; 0 where they cannot be. */
+MECHC_STATIC int mechc_rank_beside(double t, const double *y, const double *p, const double *k,
+                                   int j)
+{
+    double step[MECHC_NU] = {0}, q[MECHC_NQ], farthest = 0.0;
+    long unused = 0;
+    mechc_scalar_place place;
+    step[j] = MECHC_NEARBY;
+    memcpy(q, y, sizeof q);
+    mechc_scalar_displace(t, q, p, k, step);
+    if (mechc_scalar_close_loops(t, q, p, k, &place, &unused) != MECHC_RUNNING) return 0;
+    for (int i = 0; i < MECHC_NQ; i++) farthest = mechc_max(farthest, fabs(q[i] - y[i]));
+    return farthest <= MECHC_STILL_NEAR * MECHC_NEARBY ? mechc_rank_at(t, q, p, k) : 0;
+}
+#endif
+
+/* The most that is found at y and beside it.  k holds the constants; its last one is overwritten. */
+MECHC_ONCE int mechc_count_rows(double t, const double *y, const double *p, double *k)
+{
+    mechc_scalar_place place;
+    mechc_scalar_locate(t, y, p, k, &place);
+    if (mechc_scalar_conditioning_at(&place) > MECHC_NO_ROW) return MECHC_NC;
+    const int here = mechc_rank_at(t, y, p, k);
+    int most = here;
+#if MECHC_NH > 0
+    /* loops are closed by the rows that count here, or by all of them where more count elsewhere */
+    for (int all = 0; here < MECHC_NC && all < 2; all++) {
+        k[MECHC_NK] = all ? MECHC_NC : here;
+        for (int j = 0; j < MECHC_NU; j++) {
+            const int rank = mechc_rank_beside(t, y, p, k, j);
+            if (rank > most) most = rank;
+        }
+    }
+#endif
+    return most;
+}
+#endif
+
+/* The constants of a run that starts at a state. */
+MECHC_STATIC void mechc_constants_at(double t, const double *y, const double *p, double *k)
+{
+    mechc_scalar_constants(p, k);
+#if MECHC_NC > 0
+    k[MECHC_NK] = mechc_count_rows(t, y, p, k);
+#else
+    (void)t, (void)y;
+#endif
+}
+
+#endif

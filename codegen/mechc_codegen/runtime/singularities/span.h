@@ -1,0 +1,64 @@
+/* A step to be examined, and what is found of it. */
+#ifndef MECHC_SPAN_H
+#define MECHC_SPAN_H
+
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/placement.h"
+#include "singularities/weakest.h"
+
+/* Configurations of a step in the order of time: its start, nodes between, its end. */
+#define MECHC_MOST_NODES 10
+
+typedef struct {
+    int count;
+    double fraction[MECHC_MOST_NODES];
+    double q[MECHC_MOST_NODES][MECHC_NQ];
+} mechc_path;
+
+/* A step as proposed: states and rates at both ends. */
+typedef struct {
+    double t, h;
+    const double *start, *start_rates, *end, *end_rates;
+    const double *p, *k;
+    double low, best, high; /* fractions of a step between which a crossing is best placed */
+    double horizon;         /* steps ahead that crossings are looked for */
+    int bridge;             /* the step is fit to hold a crossing */
+    int last;               /* of the run: nothing goes on from its end */
+    int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
+    mechc_nodes nodes;      /* ... between these */
+    const mechc_path *path; /* NULL: not known yet */
+} mechc_span;
+
+enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
+
+typedef struct {
+    int action;
+    double factor;   /* MECHC_RETRY: of the step */
+    int bridge;      /* MECHC_RETRY: with the table that bridges change points */
+    double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
+    double q[MECHC_NQ], gap;
+} mechc_finding;
+
+#if MECHC_NH > 0
+MECHC_STATIC void mechc_retry(mechc_finding *out, double factor, int bridge)
+{
+    out->action = MECHC_RETRY;
+    out->factor = factor;
+    out->bridge = bridge;
+}
+
+MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
+                                   mechc_weakest *out)
+{
+    mechc_scalar_place place;
+    mechc_place_at(t, q, span->p, span->k, &place);
+    mechc_find_weakest(place.jacobian, place.mass, rank, out);
+}
+#endif
+
+#endif

@@ -25,6 +25,7 @@ from mechc.errors import (
     MissingParameterError,
     UnavailableOutputError,
     UnknownNameError,
+    UnusedValueWarning,
     ValueOutOfBoundsError,
 )
 from mechc.inputs.signals import Signal
@@ -79,6 +80,7 @@ __all__ = [
     "Status",
     "UnavailableOutputError",
     "UnknownNameError",
+    "UnusedValueWarning",
     "ValueOutOfBoundsError",
     "from_joints",
     "get_include",

@@ -94,6 +94,12 @@ class CacheWarning(UserWarning):
     """What is compiled cannot be kept for later processes."""
 
 
+def brief(value: object) -> str:
+    """What was given, in few characters."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 def _unpickled(kind: type[UnknownNameError], message: str) -> UnknownNameError:
     error = kind.__new__(kind, message)
     error.message = message

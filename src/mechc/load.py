@@ -8,7 +8,9 @@ from typing import Any
 from mechc.compilation.catalogue import LIBRARY
 from mechc.compilation.find import checked_backend, library_system
 from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.compilation.pydy import is_pydy_system, start_of
 from mechc.model import Model
+from mechc.system.names import by_name
 from mechc.system.system import System
 
 
@@ -86,7 +88,9 @@ def compile(
     mechanism
         A :class:`mechc.Mechanism`, or a ``KanesMethod``, ``LagrangesMethod`` or ``System`` of
         ``sympy.physics.mechanics`` whose equations are formed.  Of these only bodies, loads,
-        kinematics and constraints are read, never the mass matrix.
+        kinematics and constraints are read, never the mass matrix.  Of a ``System`` of PyDy its
+        method is, with its constants for defaults, its initial conditions for ``model.start`` and
+        its specified functions for inputs.
     name
         What the model is called; by default the kind of the object.
     fix
@@ -98,12 +102,14 @@ def compile(
         ``"reactions"`` (of joints),
         ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
-        parameters and multipliers (``mechc.multiplier(row)``).  By default the first four of a
-        Mechanism, the energy of an object of SymPy's.
+        parameters and multipliers (``mechc.multiplier(row)``), for vectors (their components in
+        the inertial frame), matrices and lists of these, which keep their shape.  By default the
+        first four of a Mechanism, the energy of an object of SymPy's.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and
         speeds -> units in words.  A parameter without a default is asked for by name.  The default
-        of a state is what it starts from where nothing else is said (else 0).
+        of a state is what it starts from where nothing else is said (else 0).  Values for symbols
+        that are not in the equations are left out, with a warning.
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
         time, coordinates, speeds, states and parameters.  Those that are left open, or None, are
@@ -130,6 +136,9 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
+    held = mechanism if is_pydy_system(mechanism) else None
+    if held is not None:
+        mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}
     system = _compiled_alone(
         mechanism,
         name=name,
@@ -144,7 +153,15 @@ def compile(
         else tuple(configuration_constraints),
         backend=checked_backend(backend),
     )
-    return Model.of_system(system)
+    return Model.of_system(system) if held is None else _with_all_held(system, held)
+
+
+def _with_all_held(system: System, held: Any) -> Model:
+    """The model of a ``System`` of PyDy: its start, and what its specified functions stand for."""
+    start = by_name(start_of(held), "initial conditions")
+    known = {*system.coordinates, *system.speeds}
+    model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))
+    return model.with_inputs(held.specifieds) if held.specifieds and system.inputs else model
 
 
 @one_at_a_time

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -20,10 +21,12 @@ from mechc.outputs import Outputs
 from mechc.results import model_report, summary
 from mechc.results.solution import Solution
 from mechc.simulation.events import Event
+from mechc.simulation.expression_events import function_of, is_expression
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import checked_policy, checked_span, checked_times
 from mechc.simulation.simulate import run
-from mechc.system.parameters import Array, Parameters, by_name
+from mechc.system.names import by_name, name_of, names_of
+from mechc.system.parameters import Array, Parameters
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -225,6 +228,7 @@ class Model(Outputs):
         UnknownNameError
             If there is no such coordinate.
         """
+        coordinate = name_of(coordinate)
         if coordinate not in self.coordinates:
             raise UnknownNameError("coordinate", coordinate, self.coordinates)
         return equilibria.limits(self.system, coordinate, self._one_set(params, ONE_SET))
@@ -290,7 +294,8 @@ class Model(Outputs):
                 f"accelerations must have the shape {wanted}: the rates of "
                 f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
             )
-        return inverse_dynamics.inverse_dynamics(self.system, states, rates, p, tuple(inputs), t)
+        named_inputs = tuple(names_of(inputs))
+        return inverse_dynamics.inverse_dynamics(self.system, states, rates, p, named_inputs, t)
 
     def linearize(
         self,
@@ -337,15 +342,16 @@ class Model(Outputs):
         """
         p = self._one_set(params, ONE_SET)
         state = state_as_given(self.system, y, p, t)
-        chosen = None if outputs is None else tuple(outputs)
-        return linearize.linearize(self.system, state, p, t, tuple(inputs), chosen, independent)
+        chosen = None if outputs is None else tuple(names_of(outputs))
+        kept = None if independent is None else names_of(independent)
+        return linearize.linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
 
     # -- simulation ---------------------------------------------------------------------------
 
     def simulate(
         self,
-        t_span: float | tuple[float, float],
-        y0: Array,
+        t_span: Any,
+        y0: Array | Mapping[Any, float],
         params: Parameters = None,
         *,
         rtol: float = 1e-9,
@@ -366,10 +372,11 @@ class Model(Outputs):
         Parameters
         ----------
         t_span
-            ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0.
+            ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0; more than two
+            times are ``t_eval`` too.
         y0
             State (nq + nu,) at t0, from ``model.assemble``.  One that is off the constraints by
-            rounding is projected onto them.
+            rounding is projected onto them.  A mapping of coordinates and speeds is assembled.
         params
             A mapping of some parameters or an array (np,) of all; defaults otherwise.
         rtol, atol
@@ -389,8 +396,8 @@ class Model(Outputs):
             Keep what ``sol(t)`` needs.
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
-            :class:`mechc.Event` or a function with SciPy's attributes ``direction`` and
-            ``terminal``; their times and states are in ``sol.events``.
+            :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
+            ``terminal``, or an expression of SymPy; their times and states are in ``sol.events``.
         on_change_point
             At a configuration where the mechanism has more than one way on: ``"continue"`` straight
             on along the same branch, ``"stop"`` before it, or ``"raise"``
@@ -419,18 +426,32 @@ class Model(Outputs):
         """
         model = self if inputs is None else self.with_inputs(inputs)
         system, p = model.system, self._one_set(params, f"simulate {ONE_SET}")
-        events = [events] if callable(events) or isinstance(events, Event) else list(events)
+        single = callable(events) or isinstance(events, Event) or is_expression(events)
+        chosen = [_event(event, system, p) for event in ([events] if single else events)]
+        if np.ndim(t_span) == 1 and len(t_span) > 2 and t_eval is None:
+            t_span, t_eval = (t_span[0], t_span[-1]), t_span
         span = checked_span(t_span)
         times = None if t_eval is None else checked_times(t_eval, span)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
-            max_steps=max_steps, dense=bool(dense) or times is not None or len(events) > 0,
+            max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
             on_change_point=on_change_point,
         )  # fmt: skip
+        if isinstance(y0, Mapping):
+            y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         return Solution.of_run(
-            model, lambda: run(system, span, state, p, policy, times, events, progress, y0)
+            model, lambda: run(system, span, state, p, policy, times, chosen, progress, y0)
         )
+
+    def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
+        """The state that coordinates and speeds in one mapping say."""
+        values = by_name(given, "y0")
+        speeds = {name: value for name, value in values.items() if name in self.speeds}
+        rest = {name: value for name, value in values.items() if name not in speeds}
+        for name in rest:
+            self.system.state_index(name)
+        return self.assemble(rest, speeds, params=p, t=t)
 
     def simulate_batch(
         self,
@@ -455,16 +476,46 @@ class Model(Outputs):
     # -- elsewhere ----------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A shipped model, or a variant of one, is loaded again on the other side."""
-        if self.system.reference.custom:
+        """Found again on the other side: in the library, or in this user's cache."""
+        system = self.system
+        if system.reference.custom and not system.reference.key:
             raise TypeError(
-                f"a model compiled from one's own mechanism cannot be pickled: compile "
-                f"{self.name!r} again on the other side"
+                f"a model that is compiled nowhere cannot be pickled: compile {self.name!r} again "
+                "on the other side"
             )
-        return Model.of_reference, (self.system.reference,)
+        system.wait()
+        inputs = {} if system.driven is None else system.driven.given
+        return _found_again, (system.reference, dict(self.start), inputs)
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Model:
+        """Nothing of a model changes."""
+        return self
 
     def __repr__(self) -> str:
         return f"<mechc.Model {self.system.headline}>"
 
     def _repr_html_(self) -> str:
         return summary.model_html(self.system)
+
+
+def _event(given: Any, system: System, p: Array) -> Any:
+    """An event as the run takes it: expressions become functions of t and y."""
+    if is_expression(given):
+        return function_of(given, system, p)
+    if isinstance(given, Event) and is_expression(given.function):
+        return replace(given, function=function_of(given.function, system, p))
+    return given
+
+
+def _found_again(
+    reference: ModelReference, start: dict[str, float], inputs: dict[str, Any]
+) -> Model:
+    """The model that was pickled."""
+    system = system_of(reference)
+    if start != dict(system.start):
+        system = system.with_start(start)
+    model = Model.of_system(system)
+    return model.with_inputs(inputs) if inputs else model

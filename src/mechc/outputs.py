@@ -8,11 +8,13 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from mechc.analysis.jacobians import input_values, jacobian
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.inputs.accept import accepted
 from mechc.inputs.driven_scene import with_inputs
 from mechc.system.c_interface import CFunction, c_function, integrand
 from mechc.system.description import Description
-from mechc.system.parameters import Array, Parameters, brief, doubles, is_table
+from mechc.system.names import name_of, names_of
+from mechc.system.parameters import Array, Parameters, doubles, is_table
 from mechc.system.system import System, Time
 
 
@@ -90,8 +92,10 @@ class Outputs(Description):
         Parameters
         ----------
         inputs
-            Name -> a number, a :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)`` of
-            floats and arrays (nq,), (nu,), or a tuple of functions of t: value, rate, second rate.
+            Name or symbol -> a number, a :class:`mechc.Signal`, samples ``(times, values)``, an
+            interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of floats and arrays (nq,),
+            (nu,), one ``f(x, t)`` of the state, or a tuple of functions of t: value, rate, second
+            rate.  A tuple of inputs -> a function that gives all their values.
             :attr:`inputs` names those that were left open when compiling.
 
         Raises
@@ -109,7 +113,9 @@ class Outputs(Description):
         """
         driven = object.__new__(type(self))
         driven.__dict__.update(self.__dict__)
-        driven.system = with_inputs(self.system, inputs)
+        slots = self.data.get("inputs", ())
+        given = accepted(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
+        driven.system = with_inputs(self.system, given)
         return self if driven.system is self.system else driven
 
     def rhs(
@@ -269,7 +275,7 @@ class Outputs(Description):
         return self._jacobian("input", y, params, t, of)
 
     def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
-        return jacobian(self.system, by, *self._checked(y, params), t, of)
+        return jacobian(self.system, by, *self._checked(y, params), t, name_of(of))
 
     @property
     def input_values(self) -> tuple[str, ...]:
@@ -283,7 +289,7 @@ class Outputs(Description):
 
     def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """Any output by name, the user's own ones among them."""
-        return self._evaluate(name, y, params, t)
+        return self._evaluate(name_of(name), y, params, t)
 
     # -- for C --------------------------------------------------------------------------------
 
@@ -340,7 +346,7 @@ class Outputs(Description):
             If the output has no such component.
         """
         p = self._one_set(params, ONE_SET)
-        names = [along] if isinstance(along, str) else list(along)
+        names = names_of(along)
         state = self._checked_states(np.array(y, dtype=np.float64))
         if state.ndim != 1 or not names:
             raise ValueError(f"one state of {self.name} and at least one name are needed")

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import brief
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.system import System
 
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch

@@ -11,6 +11,7 @@ import numpy as np
 from mechc.batch.spec import Recipe
 from mechc.errors import UnknownNameError
 from mechc.simulation.status import CODES, Status, status_of
+from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -45,7 +46,7 @@ class Batch:
 
     def __getitem__(self, name: str) -> Array:
         """An array of ``arrays``, a reduction, or an output, by name."""
-        return np.asarray(self.arrays[self._key(name)])
+        return np.asarray(self.arrays[self._key(name_of(name))])
 
     def _key(self, name: str) -> str:
         keys = {key: key for key in self.arrays}

@@ -16,6 +16,7 @@ from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError
 from mechc.progress import CountBar
 from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
+from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
 
@@ -54,7 +55,7 @@ def simulate_batch(
         As in ``simulate``, the same for all members.
     y0
         States (nq + nu,) or (n, nq + nu), or a :class:`mechc.Assembly`, which closes the loops
-        of each member with its own parameters.
+        of each member with its own parameters; so does a mapping of coordinates and speeds.
     params
         Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
     t_eval
@@ -64,7 +65,8 @@ def simulate_batch(
     reduce
         Numbers that stand for a whole trajectory, computed as it goes: ``"max(theta_2)"``,
         ``"mean(energy)"``, ``"first(theta_0 > 180deg)"``; the grammar is in
-        :mod:`mechc.batch.reductions`.  Extremes are those of the dense output, not of the steps.
+        :mod:`mechc.batch.reductions`.  ``("max", q)`` takes a symbol.  Extremes are those of the
+        dense output, not of the steps.
     until
         A crossing at which a member's run ends, with the status ``"stopped by an event"``:
         ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
@@ -127,11 +129,19 @@ def _recipe(
         system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
         max_steps=max_steps, dense=True, on_change_point=on_change_point,
     )  # fmt: skip
-    reductions = (reduce,) if isinstance(reduce, str) else tuple(reduce)
-    named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     return checked_recipe(
-        system, span, y0, params, times, states, named, reductions, until or "", policy
+        system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
+        until or "", policy,
+    )  # fmt: skip
+
+
+def _reductions(reduce: Any) -> list[str]:
+    """As texts: ("max", q) is max(q), by name or symbol."""
+    one = isinstance(reduce, str) or (
+        isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
     )
+    several = [reduce] if one else reduce
+    return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
 
 
 def _whole(name: str, value: int) -> int:

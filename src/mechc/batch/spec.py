@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction, read_stop
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
-from mechc.system.parameters import Array, Parameters, brief, by_name, doubles
+from mechc.system.names import by_name, without_unused
+from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
 
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
@@ -28,8 +29,9 @@ class Assembly:
     Attributes
     ----------
     coordinates
-        Values to keep (rad, m): numbers, or arrays (n,) with one a member; the others are solved
-        for.  What ``model.assemble`` prefers is taken: elbow up for a planar loop.
+        Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
+        others are solved for.  What ``model.assemble`` prefers is taken: elbow up for a planar
+        loop.
     speeds
         Likewise (rad/s, m/s); the others are made consistent.
     guess
@@ -144,6 +146,8 @@ def checked_recipe(
     UnknownNameError, ValueOutOfBoundsError, MechcError
         For names, values, shapes and reductions that cannot be.
     """
+    if isinstance(y0, Mapping):
+        y0 = _assembly_of(system, y0)
     start = y0 if isinstance(y0, Assembly) else Assembly({})
     states = None if isinstance(y0, Assembly) else _checked_states(system, y0)
     columns = _checked_params(system, params)
@@ -192,12 +196,20 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     if not isinstance(params, Mapping):
         table = np.asarray(system.parameter_set.resolve(params))
         params = {name: table[..., i] for i, name in enumerate(system.parameters)}
+    known = without_unused(params, system.parameters, "params")
     columns = {
-        name: _column(system.parameter_set.checked(name, v), name) for name, v in params.items()
+        name: _column(system.parameter_set.checked(name, v), name) for name, v in known.items()
     }
     # what has no default must be given: said here, for one member
     system.parameter_set.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
     return columns
+
+
+def _assembly_of(system: System, given: Columns) -> Assembly:
+    """Coordinates and speeds in one mapping."""
+    values = by_name(given, "y0")
+    speeds = {name: value for name, value in values.items() if name in system.speeds}
+    return Assembly({n: value for n, value in values.items() if n not in speeds}, speeds)
 
 
 def _checked_columns(

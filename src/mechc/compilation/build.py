@@ -86,7 +86,8 @@ def compiled_before(reference: ModelReference) -> System:
                 "folder that all share"
             )
         _compiled[key] = system_with(scene, ModelReference("", custom=True, key=key))
-    return _compiled[key]
+    found = _compiled[key]
+    return found.with_defaults(reference.defaults) if reference.defaults else found
 
 
 def system_with(

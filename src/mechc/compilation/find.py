@@ -9,9 +9,9 @@ from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
-from mechc.system.parameters import brief, by_name
+from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 

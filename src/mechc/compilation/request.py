@@ -7,6 +7,7 @@ from typing import Any
 
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.defaults import split, with_defaults
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -15,9 +16,13 @@ def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> System:
     """The system of it; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
-    request = timed(seconds, "read", lambda: _read(thing, **asked))
-    reference = ModelReference("", custom=True, backend=backend)
-    if backend == "numpy":
+    request, numbers = timed(seconds, "read", lambda: _read(thing, **asked))
+    system = _compiled(request, ModelReference("", custom=True, backend=backend), seconds)
+    return with_defaults(system, numbers, request.symbol_names) if numbers else system
+
+
+def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:
+    if reference.backend == "numpy":
         return without_c(request.described, reference, seconds)
     known = request.digest
     if known is None:
@@ -30,9 +35,11 @@ def _read(
     fix: Mapping[Any, Any] | None,
     outputs: Iterable[Any] | None,
     **settings: Any,
-) -> Any:
+) -> tuple[Any, dict[Any, float]]:
+    """What is compiled, and the numbers that parameters have where none are given."""
     from mechc_codegen.description.source import ConversionSettings
     from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
+    from mechc_codegen.frontend.read import readable
 
     if not compilable(thing):
         raise TypeError(
@@ -40,12 +47,14 @@ def _read(
             f"of sympy.physics.mechanics, not {type(thing).__name__}"
         )
     given = {key: value for key, value in settings.items() if value is not None}
+    numbers: dict[Any, float] = {}
     if "states" in given:
         given["states"] = _rates(given["states"])
+    if "defaults" in given and readable(thing):
+        numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    return CompileRequest(
-        thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
-    )
+    options = CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
+    return CompileRequest(thing, options), numbers
 
 
 def _rates(states: Any) -> dict[Any, Any]:

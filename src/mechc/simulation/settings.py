@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import Array, brief, doubles
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import product
 from types import MappingProxyType
 from typing import Any
 
 from mechc.errors import UnknownNameError
+from mechc.system.names import name_of
 from mechc.system.parameters import Quantity
 
 
@@ -106,8 +108,21 @@ class Description:
         """Coordinates and speeds that ``mechc run`` starts from, SI units."""
         return dict(self.data["start"])
 
-    def state_index(self, name: str) -> int:
-        """Where a coordinate or speed stands in y."""
-        if name not in self._state_index:
-            raise UnknownNameError("coordinate or speed", name, self._state_index)
-        return self._state_index[name]
+    @cached_property
+    def array_outputs(self) -> Mapping[str, tuple[int, ...]]:
+        """Outputs of one's own that are vectors, matrices or lists, and their shapes."""
+        found = self.data.get("arrays", {})
+        return MappingProxyType({name: tuple(shape) for name, shape in found.items()})
+
+    def array_elements(self, name: str) -> list[str]:
+        """Names of the elements of such an output, row after row."""
+        places = product(*map(range, self.array_outputs[name]))
+        return [f"{name}[{','.join(map(str, place))}]" for place in places]
+
+    def state_index(self, name: Any) -> int:
+        """Where a coordinate or speed, by name or symbol, stands in y."""
+        index = self._state_index.get(name)
+        index = self._state_index.get(name_of(name)) if index is None else index
+        if index is None:
+            raise UnknownNameError("coordinate or speed", name_of(name), self._state_index)
+        return index

@@ -10,8 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    MissingParameterError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    brief,
+)
 from mechc.native._driver import largest_of, strictly_within
+from mechc.system.names import without_unused
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any] | Array | None
@@ -60,9 +66,14 @@ class Quantity:
 
 
 class ParameterSet:
-    """The parameters of one scene."""
+    """The parameters of one scene.
 
-    def __init__(self, quantities: Sequence[Quantity], scene: Any) -> None:
+    ``preset``: defaults that are not compiled in; a value given takes their place.
+    """
+
+    def __init__(
+        self, quantities: Sequence[Quantity], scene: Any, preset: Mapping[str, float] | None = None
+    ) -> None:
         self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
@@ -73,6 +84,7 @@ class ParameterSet:
         in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
         self._lengths = np.array(in_metres, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
+        self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
         self.defaults = self._completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
@@ -104,6 +116,8 @@ class ParameterSet:
         return np.where(largest > 0, largest, 1.0)
 
     def _from_names(self, params: Mapping[str, Any]) -> Array:
+        if {*map(type, params)} != {str}:
+            params = without_unused(params, self.names, "params")
         if {*map(type, params.values())} == {float}:
             return self._from_floats(params)
         given = {name: self.checked(name, value) for name, value in params.items()}
@@ -147,6 +161,10 @@ class ParameterSet:
 
     def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
         """The values that are not flagged as given filled in, in place."""
+        for i, value in self._preset.items():
+            if not flags[i]:
+                values[..., i] = value
+                flags[i] = 1
         if values.ndim == 1:
             self._scene.complete(flags, values)
         elif self.names:
@@ -185,19 +203,6 @@ def doubles(value: Any, what: str) -> Array:
         return np.asarray(value, dtype=np.float64, order="C")
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} holds an integer beyond all doubles") from None
-
-
-def by_name(values: Any, what: str, example: str) -> Mapping[str, Any]:
-    """A mapping; raises TypeError with an example for anything else."""
-    if not isinstance(values, Mapping):
-        raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")
-    return values
-
-
-def brief(value: object) -> str:
-    """What was given, in few characters."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def is_table(array: object, width: int) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -30,6 +31,8 @@ class ModelReference:
         Names of the coordinates and speeds, in order.
     backend
         ``"c"`` or ``"numpy"``.
+    defaults
+        Of a mechanism of the user's own: values of parameters where none are given.
     instruction_set
         Which compilation is wanted of those made when mechc was installed; None for the widest.
     library_file
@@ -44,6 +47,7 @@ class ModelReference:
     backend: str = "c"
     instruction_set: str | None = None
     library_file: str = ""
+    defaults: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def compiled(self) -> str:
@@ -58,14 +62,15 @@ class ModelReference:
 
     def to_json(self) -> dict[str, Any]:
         """For files: JSON data."""
-        told = {
+        told: dict[str, Any] = {
             "mechanism": self.mechanism,
             "options": dict(self.options),
             "custom": self.custom,
             "compiled": self.compiled,
             "state": list(self.state),
         }
-        return told if self.backend == "c" else {**told, "backend": self.backend}
+        told |= {} if self.backend == "c" else {"backend": self.backend}
+        return told | ({"defaults": dict(self.defaults)} if self.defaults else {})
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
@@ -85,5 +90,14 @@ class ModelReference:
             raise MechcError("it does not say which mechanism it is of")
         return cls(
             str(mechanism), dict(options or {}), bool(custom), key if custom else "",
-            tuple(state or ()), backend,
+            tuple(state or ()), backend, defaults=_numbers(data.get("defaults", {})),
         )  # fmt: skip
+
+
+def _numbers(data: Any) -> dict[str, float]:
+    """Name -> finite number, from a file."""
+    if not isinstance(data, dict) or not all(type(value) is float for value in data.values()):
+        raise MechcError("its default values are no numbers")
+    if not all(map(math.isfinite, data.values())):
+        raise MechcError("its default values are not finite")
+    return {str(name): value for name, value in data.items()}

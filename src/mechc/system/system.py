@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, NoReturn
 
@@ -54,7 +55,7 @@ class System(Description):
         self.reference = reference
         self.build = MappingProxyType(dict(build or {}))
         self.operations_of_all = operations_of_all
-        self.parameter_set = ParameterSet([self.quantities[n] for n in self.parameters], scene)
+        self.parameter_set = self._parameter_set()
         units = [self.quantities[name].unit for name in (*self.coordinates, *self.speeds)]
         self.angular = np.array([unit.startswith("rad") for unit in units])
         self.dimensionless = np.array([unit.startswith(("rad", "1")) for unit in units])
@@ -102,6 +103,24 @@ class System(Description):
         other = object.__new__(System)
         other.__dict__.update(self.__dict__)
         other.scene = scene
+        return other
+
+    def _parameter_set(self) -> ParameterSet:
+        quantities = [self.quantities[name] for name in self.parameters]
+        known = {n: x for n, x in self.reference.defaults.items() if n in self.parameters}
+        return ParameterSet(quantities, self.scene, known)
+
+    def with_defaults(self, defaults: Mapping[str, float]) -> System:
+        """The same system with other values where none are given."""
+        other = self.replaced_scene(self.scene)
+        other.reference = replace(self.reference, defaults=dict(defaults))
+        other.parameter_set = other._parameter_set()
+        return other
+
+    def with_start(self, start: Mapping[str, float]) -> System:
+        """The same system, which is assembled to these coordinates and speeds by itself."""
+        other = self.replaced_scene(self.scene)
+        other.data = {**self.data, "start": dict(start)}
         return other
 
     def wait(self) -> None:
@@ -175,11 +194,19 @@ class System(Description):
         UnknownNameError, UnavailableOutputError
             If there is no such output, or it was not asked for when compiling.
         """
+        if name in self.array_outputs:
+            return self._array_output(name, y, p, t)
         if y.ndim == 1 and p.ndim == 1 and np.ndim(t) == 0:
             times = doubles([t], "the time")
             one: Array = self._rows(name, times, y[None], p[None])[0]
             return one
         return self._evaluate_many(name, y, p, doubles(t, "the time"))
+
+    def _array_output(self, name: str, y: Array, p: Array, t: Time) -> Array:
+        """The elements of an output of one's own that has several, (..., *shape)."""
+        parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
+        leading = parts[0].shape
+        return np.stack(parts, axis=-1).reshape(*leading, *self.array_outputs[name])
 
     def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
         """Broadcast leading axes; what is the same for all states is passed once."""

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.support.loops import bennett, bricard, parallel_cranks
 from scipy.integrate import solve_ivp
 
 import mechc
+from tests.support.loops import bennett, bricard, parallel_cranks
 
 T_END = 10.0
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")
@@ -135,9 +135,7 @@ def on_curve(links, gravity, slopes, pattern, start):
         change = -(slope.imag * y[2] ** 2 / 2 + force.imag) / step / inertia.real
         return [by_a * y[2], by_b * y[2], change]
 
-    run = solve_ivp(
-        along, (0, T_END), [*start[:2], 0.0], method="DOP853", rtol=3e-13, atol=1e-13
-    )
+    run = solve_ivp(along, (0, T_END), [*start[:2], 0.0], method="DOP853", rtol=3e-13, atol=1e-13)
     return pattern @ run.y[:2, -1]
 
 

@@ -114,7 +114,7 @@ def _checked(
     model: Model, values: Mapping[str, float], known: tuple[str, ...], kind: str
 ) -> dict[str, float]:
     checked = {}
-    for name, value in values.items():
+    for name, value in by_name(values, f"{kind}s", "{NAME: 0.5}").items():
         if name not in known:
             raise UnknownNameError(kind, name, known)
         try:

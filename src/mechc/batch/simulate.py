@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from mechc.model import Model
 
 CHUNK = 4096  # members computed, and stored, at a time
+THREADS_A_CORE = 16
 ENDED = ("finished", "stopped by an event")
 REACHED = (1, 109)  # the end, or the crossing asked for
 Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
@@ -109,7 +110,7 @@ def simulate_batch(
         model, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point,
     )  # fmt: skip
-    workers = cores() if threads is None else _whole("threads", threads)
+    workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(model, recipe, workers, client)
     with CountBar(f"simulating {recipe.count} x {model.name}", recipe.count) as bar:
@@ -143,6 +144,19 @@ def _recipe(
     return checked_recipe(
         model, span, y0, params, times, states, named, reductions, until or "", policy
     )
+
+
+def _checked_threads(threads: int | None) -> int:
+    """As many as this process may use cores, or as are asked for."""
+    if threads is None:
+        return cores()
+    asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
+    if asked > most:
+        raise ValueOutOfBoundsError(
+            f"threads = {asked}: this process may use {cores()} cores, and more than {most} threads "
+            "make it slower"
+        )
+    return asked
 
 
 def _whole(name: str, value: int) -> int:

@@ -63,8 +63,9 @@ def known(name: str) -> str:
 def model_of(chosen: argparse.Namespace) -> Model:
     """The mechanism named, with the options typed, compiled to the end."""
     name = known(chosen.name)
+    options = checked_options(name, options_of(chosen.options))
     with Notice(f"compiling {name}, which is then kept for the next time ..."):
-        model = load(name, **options_of(chosen.options))
+        model = load(name, **options)
         _ = model._scene.lanes  # waits for the integrators
     return model
 
@@ -75,6 +76,24 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
         name.strip(): value.strip() if sign else True
         for name, sign, value in (text.partition("=") for text in typed)
     }
+
+
+def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
+    """The options, all of which are the mechanism's own: not arguments of ``mechc.load``.
+
+    Raises
+    ------
+    UnknownNameError
+        For one that the mechanism does not have.
+    """
+    if options:
+        from mechc.compilation.on_demand import shipped_options
+
+        own = shipped_options(name)
+        for option in options:
+            if option not in own:
+                raise UnknownNameError(f"option of {name}", option, own)
+    return options
 
 
 def values_of(
@@ -105,4 +124,4 @@ def whole(option: str, text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise MechcError(f"{option} must be a whole number, not {text!r}") from None
+        raise MechcError(f"{option} must be a whole number, not {text[:60]!r}") from None

@@ -14,7 +14,6 @@ Exits with 1 where a limit is missed by more than noise.
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -193,7 +192,7 @@ def operations() -> Iterator[dict[str, Any]]:
         described, request = read(mechanism())
         made = optimised(described, request, Stopwatch())
         texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
-        counts = json.loads(made.metadata)["operations"]
+        counts = made.metadata["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),
             ("one right-hand side", sum(counts["stages"].values()), "operations"),

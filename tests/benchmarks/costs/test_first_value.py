@@ -1,8 +1,11 @@
 """From a description to the first value, cold and cached."""
 
+import pytest
+
 from benchmarks.costs import first_value
 
 
+@pytest.mark.slow
 def test_the_first_value_is_measured_in_processes_of_their_own():
     """Cold there is something to derive and compile, cached nothing; the values are the same."""
     row = first_value.measured("by hand", 1)

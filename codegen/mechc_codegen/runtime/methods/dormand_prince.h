@@ -18,10 +18,12 @@
 #include "singularities/monitor.h"
 #include "stepping/control.h"
 
+#define MECHC_ALL_RATES(run) ((double (*)[MECHC_NX])(run)->rates)
+
 MECHC_STATIC mechc_scalar_explicit_data mechc_pair_data(mechc_integration *run, double h)
 {
     return (mechc_scalar_explicit_data){
-        run->head.t, h, run->y, run->compensation, run->next_compensation, run->rates,
+        run->head.t, h, run->y, run->compensation, run->next_compensation, MECHC_ALL_RATES(run),
     };
 }
 
@@ -38,11 +40,12 @@ MECHC_STATIC int mechc_pair_step(mechc_integration *run, double h, double *end)
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
-MECHC_STATIC double mechc_pair_norm(const mechc_integration *run, const double *weights, double h,
+MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *weights, double h,
                                     const double *end, const mechc_scalar_place *place)
 {
     double error[MECHC_NX], square = 0.0;
-    mechc_scalar_explicit_sum(run->rates, weights, run->current->tableau->stages + 1, error);
+    const int count = run->current->tableau->stages + 1;
+    mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), weights, count, error);
     for (int i = 0; i < MECHC_NX; i++) error[i] *= h;
     if (place) mechc_project_error(place, error);
     for (int i = 0; i < MECHC_NX; i++) square += pow(error[i] / mechc_tolerance(run, i, end), 2);
@@ -75,7 +78,8 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
     const int stage = tableau->stages - 1;
     double inner[MECHC_NX], rate = 0.0, state = 0.0;
     (void)step_error;
-    mechc_scalar_explicit_sum(run->rates, tableau->matrix + stage * MECHC_MOST_RATES, stage, inner);
+    const double *row = tableau->matrix + stage * MECHC_MOST_RATES;
+    mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), row, stage, inner);
     for (int i = 0; i < MECHC_NX; i++) {
         const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
         rate += pow(change / run->scale[i], 2);

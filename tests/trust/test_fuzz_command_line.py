@@ -1,4 +1,4 @@
-"""Whatever is typed after ``mechc``: an exit code that is meant, and words that a terminal shows."""
+"""Whatever is typed after ``mechc``: an exit code that is meant, words that a terminal shows."""
 
 import contextlib
 import io
@@ -11,8 +11,9 @@ from tests.support.fuzzing import run_cases
 pytestmark = pytest.mark.slow
 
 HOSTILE = [
-    "", " ", "=", "==", "a=b", "\x1b[2J", "\ud800", "名前", "-", "--", "x" * 3000, "../..", "'", "%s",
-    "{0}", "$HOME", "1e999", "-1", "0", "nan", "inf", "1_000", "٣", "10" * 200, "None", "[]", "NAME",
+    "", " ", "=", "==", "a=b", "\x1b[2J", "\ud800", "名前", "-", "--", "x" * 3000, "../..", "'",
+    "%s", "{0}", "$HOME", "1e999", "-1", "0", "nan", "inf", "1_000", "٣", "10" * 200, "None",
+    "[]", "NAME",
 ]  # fmt: skip
 MECHANISMS = ["four_bar"] * 8 + ["pendulum", "planar_chain", "five_bar", ""]
 NUMBERS = ["1", "0.5", "85deg", "3500mm", "1e-3", "30deg/s", "2min", "-0", "1e308", "5e-324", "1°"]
@@ -75,7 +76,8 @@ def line(draw):
     found += ["--t-end", word(draw, ["0.01", "10ms", "0.02s"]) if draw.random() < 0.97 else "-1"]
     if command == "sweep":
         found += ["--vary", variation(draw)]
-        found += options(draw, ("--vary", variation), ("--reduce", REDUCTIONS), ("--seed", ["1", "x"]),
+        found += options(draw, ("--vary", variation), ("--reduce", REDUCTIONS),
+                         ("--seed", ["1", "x"]),
                          ("--sample", ["grid", "sobol", "lhs", "random", "odd"]),
                          ("--threads", ["1", "2", "0", "1000000"]))  # fmt: skip
         found += ["--count", word(draw, ["2", "4", "1", "0"])]

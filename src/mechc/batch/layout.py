@@ -21,7 +21,7 @@ import numpy as np
 
 from mechc.batch.run import COUNTERS
 from mechc.errors import MechcError
-from mechc.results.untrusted import read_json
+from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
@@ -155,7 +155,9 @@ def check(path: Path, layout: Layout) -> None:
     wanted = layout.told()
     for key in sorted({*described, *wanted}):
         if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
-            raise MechcError(f"{path / METADATA} is damaged: {key} is not that of the request")
+            raise MechcError(
+                f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
+            )
 
 
 def check_chunk(path: Path, layout: Layout, first: int) -> None:

@@ -153,8 +153,8 @@ def _checked_threads(threads: int | None) -> int:
     asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
     if asked > most:
         raise ValueOutOfBoundsError(
-            f"threads = {asked}: this process may use {cores()} cores, and more than {most} threads "
-            "make it slower"
+            f"threads = {asked}: this process may use {cores()} cores, and more than {most} "
+            "threads make it slower"
         )
     return asked
 

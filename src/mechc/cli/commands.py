@@ -70,7 +70,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _in_words(error: Exception) -> str:
-    """What a terminal shows as it is, whoever wrote the names in it; a compiler says several lines."""
+    """Lines that a terminal shows as they are, whoever wrote the names in them."""
     told = str(error)
     if isinstance(error, OSError) and error.filename:
         told = f"{error.filename}: {error.strerror}"

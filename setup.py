@@ -38,7 +38,7 @@ class BuildScenes(build_ext):
 
     def generate(self, extension):
         from mechc_codegen import build_scene, shipped_mechanism
-        from mechc_codegen.compiler import runtime_headers
+        from mechc_codegen.extension.flags import runtime_headers
 
         name = extension.name.removeprefix(SCENES)
         folder = Path(self.build_temp).resolve() / "scenes" / name
@@ -55,7 +55,7 @@ class BuildScenes(build_ext):
     def build_extension(self, extension):
         """A scene's C files are compiled one by one: each has its own instruction set."""
         if extension.name in self.builds and self.is_stale(extension):
-            from mechc_codegen.compiler import FLAGS
+            from mechc_codegen.extension.flags import FLAGS
 
             build, folder = self.builds[extension.name]
 

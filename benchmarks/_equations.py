@@ -21,8 +21,8 @@ import sympy
 from _problem import Array, Observe, Problem
 from _program import Program, Tape, program
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.source import Settings
-from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from sympy import Expr, Float, Matrix, Symbol
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
@@ -183,7 +183,9 @@ def described(given: Any, defaults: Mapping[str, float]) -> Mechanism:
     """A mechanism as it is, an object of SymPy's as the mechanism it describes."""
     if isinstance(given, Mechanism):
         return given
-    return Scene(given, Asked(Settings(defaults=defaults), {}, ())).described()[0]
+    return CompileRequest(
+        given, CompileOptions(ConversionSettings(defaults=defaults), {}, ())
+    ).described()[0]
 
 
 def _holonomic(mechanism: Mechanism) -> list[Any]:

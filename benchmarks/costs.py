@@ -29,10 +29,11 @@ from _instructions import NotCountedError, counted
 from _machine import about
 from _processes import least_seconds
 from _scene import write
-from mechc_codegen.compiler import optimised
-from mechc_codegen.description.source import Settings
-from mechc_codegen.emit.c import BASELINE, emit
-from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.compiler import Stopwatch, optimised
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.four_bar import four_bar
@@ -189,9 +190,11 @@ def _built(full: bool) -> dict[str, Any]:
 def operations() -> Iterator[dict[str, Any]]:
     """Of all outputs, of one right-hand side, once a run; and what C is written for the program."""
     for name, mechanism in COUNTED.items():
-        described, wishes = Scene(mechanism(), Asked(Settings(), {}, ())).described()
-        made = optimised(described, wishes, {})
-        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), wishes)
+        described, request = CompileRequest(
+            mechanism(), CompileOptions(ConversionSettings(), {}, ())
+        ).described()
+        made = optimised(described, request, Stopwatch())
+        texts = emit(made.program, made.equations, made.metadata, (BASELINE,), request)
         counts = json.loads(made.metadata)["operations"]
         for what, value, unit in (
             ("all outputs", counts["after"], "operations"),

@@ -32,9 +32,10 @@ import numpy as np
 from _machine import about
 from _scene import OUT, write
 from _windows import first_upright, upright_start
-from mechc_codegen.compiler import build_scene, equations_of
-from mechc_codegen.description.source import Settings
-from mechc_codegen.frontend.scene import Asked, Scene
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
@@ -101,9 +102,11 @@ def _options() -> argparse.ArgumentParser:
 
 def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
-    mechanism, wishes = Scene(SCENES[name](size), Asked(Settings(), {}, ())).described()
-    _, derive = spent(lambda: equations_of(mechanism, wishes))
-    build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), wishes))
+    mechanism, request = CompileRequest(
+        SCENES[name](size), CompileOptions(ConversionSettings(), {}, ())
+    ).described()
+    _, derive = spent(lambda: derive_equations(mechanism, request))
+    build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: entries.make_first_unit(build, Path(folder)))
         _, whole = spent(lambda: entries.make_whole(build, Path(folder)))

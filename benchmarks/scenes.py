@@ -116,11 +116,11 @@ def measured(case: Case) -> dict[str, Any]:
 def _c_bytes(case: Case) -> int:
     """Of all texts that are written for one instruction set."""
     from mechc_codegen.compiler import build_scene
-    from mechc_codegen.frontend.read_request import wishes_of
+    from mechc_codegen.frontend.read_request import read_request
 
     mechanism = case.described()
-    wishes = wishes_of(mechanism, case.fix, case.outputs, of_object=False)
-    built = build_scene(mechanism, (build.native(),), wishes)
+    request = read_request(mechanism, case.fix, case.outputs, of_object=False)
+    built = build_scene(mechanism, (build.native(),), request)
     return sum(len(text.encode()) for name, text in built.texts.items() if name != "scene.pyx")
 
 

@@ -59,6 +59,7 @@ __all__ = [
     "EventRecord",
     "InputError",
     "Joint",
+    "Kind",
     "Mechanism",
     "MechanismError",
     "MechcError",
@@ -86,7 +87,7 @@ __all__ = [
 ]
 
 
-# What mechanisms and requests are described with.
+# What mechanisms are described with.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -94,6 +95,7 @@ _DESCRIPTION = {
     "Cut",
     "Drawing",
     "Joint",
+    "Kind",
     "Mechanism",
     "MechanismError",
     "Parameter",

@@ -7,9 +7,10 @@ from dataclasses import replace
 from functools import cache
 
 import pytest
-from mechc_codegen.compiler import build_scene, equations_of, operations_of_all
-from mechc_codegen.description.request import EVERYTHING, Wishes
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.compiler import build_scene, operations_of_all
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.emit.instruction_sets import BASELINE
 from mechc_codegen.library.catalogue import shipped_mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top
@@ -19,18 +20,18 @@ import mechc
 from mechc.compilation import build
 from mechc.compilation import cache as kept
 
-NOTHING = Wishes(frozenset())
+NOTHING = OutputRequest(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to
 OF_ROWS = ("orthogonalise", "redundant", "multipliers", "least_step", "critical", "passage")
 
 
-def texts(mechanism, wishes):
-    return build_scene(mechanism, (BASELINE,), wishes).texts
+def texts(mechanism, request):
+    return build_scene(mechanism, (BASELINE,), request).texts
 
 
-def functions(mechanism, wishes):
+def functions(mechanism, request):
     """Names of the functions of the program, and its text."""
-    text = texts(mechanism, wishes)["scene_program.h"]
+    text = texts(mechanism, request)["scene_program.h"]
     return set(re.findall(r"void FN\((\w+)\)", text)), text
 
 
@@ -49,7 +50,7 @@ def model(chain, count, outputs=()):
 
 def test_outputs_that_were_not_asked_for_are_not_written():
     four_bar = shipped_mechanism("four_bar")
-    everything, _ = functions(four_bar, EVERYTHING)
+    everything, _ = functions(four_bar, DEFAULT_REQUEST)
     nothing, text = functions(four_bar, NOTHING)
     gone = {f"output_{name}" for name in (
         "kinetic_energy", "potential_energy", "linear_momenta", "angular_momenta", "points",
@@ -57,22 +58,22 @@ def test_outputs_that_were_not_asked_for_are_not_written():
     )}  # fmt: skip
     assert everything - nothing == gone
     assert "multipliers" not in texts(four_bar, NOTHING)["scene_sizes.h"]
-    assert len(text) < 0.7 * len(functions(four_bar, EVERYTHING)[1])
+    assert len(text) < 0.7 * len(functions(four_bar, DEFAULT_REQUEST)[1])
 
 
 def test_a_fixed_parameter_takes_its_operations_with_it():
     """Without gravity no weight is left; the parameter is gone from the arrays too."""
     four_bar = shipped_mechanism("four_bar")
-    fixed = Wishes(EVERYTHING.outputs, {Symbol("g"): Integer(0)})
-    _, with_weight = functions(four_bar, EVERYTHING)
+    fixed = OutputRequest(DEFAULT_REQUEST.outputs, {Symbol("g"): Integer(0)})
+    _, with_weight = functions(four_bar, DEFAULT_REQUEST)
     _, without = functions(four_bar, fixed)
-    assert "#define MECHC_NP 11" in texts(four_bar, EVERYTHING)["scene_sizes.h"]
+    assert "#define MECHC_NP 11" in texts(four_bar, DEFAULT_REQUEST)["scene_sizes.h"]
     assert "#define MECHC_NP 10" in texts(four_bar, fixed)["scene_sizes.h"]
     (potential,) = re.findall(r"out\[0\] = (.*?); /\* V \*/", without)
     assert potential == "R(0.0)"
     assert len(without) < len(with_weight)
     whole = operations_of_all(four_bar, fixed)
-    left = operations_of_all(four_bar, EVERYTHING)
+    left = operations_of_all(four_bar, DEFAULT_REQUEST)
     assert whole == left  # nothing is fixed there
     report = mechc.load("four_bar", fix={"g": 0}, outputs=(), backend="numpy").report()
     assert "loads: 3, of which 3 vanish" in report
@@ -126,11 +127,13 @@ def test_rates_that_are_the_speeds_are_not_written():
 
 def test_a_plane_has_no_third_dimension():
     """Links move by three numbers instead of six; what points out of the plane is zero."""
-    flat, solid = (equations_of(chain(8), NOTHING) for chain in (planar_chain, spatial_chain))
+    flat, solid = (derive_equations(chain(8), NOTHING) for chain in (planar_chain, spatial_chain))
     sizes = [[len(e.outputs[n].elements) for n in ("tree_subspace", "tree_inertia", "tree_wrench")]
              for e in (flat, solid)]  # fmt: skip
     assert sizes == [[8 * 3, 8 * 4, 8 * 3], [8 * 6, 8 * 10, 8 * 6]]
-    told = equations_of(planar_chain(8), Wishes(frozenset({"momenta", "points"}))).outputs
+    told = derive_equations(
+        planar_chain(8), OutputRequest(frozenset({"momenta", "points"}))
+    ).outputs
     for name in ("points", "point_velocities", "linear_momenta"):
         assert set(told[name].elements[2::3]) == {0}, name
     assert set(told["angular_momenta"].elements[0::3]) == {0}

@@ -29,12 +29,14 @@ COMPILER_LAW = {
     "frontend": {"errors", "description", "convert", "derive"},
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
+    "extension": {"emit"},
     "typeset": {"errors", "description", "derive"},
 }
 DATA = {
     ("ir", "derive"): "derive.equations",
     ("emit", "derive"): "derive.equations",
     ("emit", "ir"): "ir.program",
+    ("extension", "emit"): "emit.instruction_sets",
     ("frontend", "derive"): "derive.joint_reactions",
 }
 DOORS = {"__init__", "compiler"}

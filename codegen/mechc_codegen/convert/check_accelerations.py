@@ -47,10 +47,10 @@ def _vanish(
     components: Sequence[Expr], source: Source, rates: Rates, motion: Sequence[Expr]
 ) -> bool:
     """Whether expressions of q, u and u' vanish in every motion that the constraints allow."""
-    accelerations = [rates.plain(u.diff(dynamicsymbols._t)) for u in source.u]
-    values = [rates.plain(c) for c in components]
-    rows = [rates.plain(e) for e in motion]
-    configuration = RateRows(rates, [rates.plain(e) for e in source.configuration])
+    accelerations = [rates.in_symbols(u.diff(dynamicsymbols._t)) for u in source.u]
+    values = [rates.in_symbols(c) for c in components]
+    rows = [rates.in_symbols(e) for e in motion]
+    configuration = RateRows(rates, [rates.in_symbols(e) for e in source.configuration])
     if len(rates.symbols) > rates.known + len(accelerations):
         return True  # specified functions of time move these points: not for us to judge
     evaluate = evaluator([*rates.symbols, *rates.u], values)

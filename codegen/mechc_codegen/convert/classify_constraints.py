@@ -53,9 +53,9 @@ class Rates:
         self.original = tuple(kinematics)
         self._parameters = list(parameters)
         self.known = 1 + len(q) + len(self._parameters)
-        self.kinematics = [self.plain(rate) for rate in kinematics]
+        self.kinematics = [self.in_symbols(rate) for rate in kinematics]
 
-    def plain(self, expression: Expr) -> Expr:
+    def in_symbols(self, expression: Expr) -> Expr:
         """The expression over plain symbols."""
         expression = expression.xreplace(self._specified)
         for kind in (Derivative, AppliedUndef):
@@ -119,7 +119,7 @@ def idle(configuration: Sequence[Expr], rates: Rates) -> list[int]:
     """Configuration constraints that the kinematics keep by themselves: a quaternion's norm."""
     if not configuration:
         return []
-    plain = [rates.plain(e) for e in configuration]
+    plain = [rates.in_symbols(e) for e in configuration]
     rows = RateRows(rates, plain)
     found = [rows.at(point) for point in rows.points()]
     return [i for i in range(len(plain)) if found and all(_vanishes(rows_[i]) for rows_ in found)]
@@ -140,8 +140,8 @@ def alone(configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates) -
     """
     if not configuration or not motion:
         return tuple(motion)
-    plain = [rates.plain(e) for e in configuration]
-    given = [rates.plain(e) for e in motion]
+    plain = [rates.in_symbols(e) for e in configuration]
+    given = [rates.in_symbols(e) for e in motion]
     theirs, others = RateRows(rates, plain), SpeedRows(rates, given)
     kept: list[int] | None = None
     for point in theirs.points():
@@ -183,7 +183,7 @@ def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
     """
     if len(rates.q) != len(rates.u):
         return False
-    forms = _Forms(rates, [rates.plain(e) for e in motion])
+    forms = _Forms(rates, [rates.in_symbols(e) for e in motion])
     values = forms.start()
     rows = forms.at(values)
     if rows is None:

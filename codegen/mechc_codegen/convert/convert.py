@@ -1,4 +1,4 @@
-"""Source -> Mechanism and Wishes: what a SymPy object holds, as a mechanism with names and values.
+"""Source -> Mechanism: what a SymPy object holds, as a mechanism with names and values.
 
 Input: what was read, and what the user says besides.  Output: a validated mechanism whose M, F
 and J are then derived from bodies, loads and constraints.  Invariant: nothing is guessed; what
@@ -18,10 +18,10 @@ from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
 from mechc_codegen.convert.classify_constraints import Rates, alone, idle, integrable
-from mechc_codegen.convert.fingerprint import Walk, walk
+from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.convert.potential import gravity_apart, potential_of
-from mechc_codegen.convert.stationary import Rest
+from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -33,13 +33,15 @@ from mechc_codegen.description.mechanism import (
     State,
     printed_name,
 )
-from mechc_codegen.description.source import Key, Settings, Source
+from mechc_codegen.description.source import ConversionSettings, Key, Source
 from mechc_codegen.errors import MechanismError
 
 
-def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mechanism:
+def convert(
+    source: Source, settings: ConversionSettings, read: Fingerprint | None = None
+) -> Mechanism:
     """The mechanism that a Source describes."""
-    read = read or walk(source)
+    read = read or fingerprint(source)
     _refuse_accelerations(source)
     states = _states(source, settings, read)
     inputs = _inputs(source, settings, read, states)
@@ -47,12 +49,12 @@ def convert(source: Source, settings: Settings, read: Walk | None = None) -> Mec
     kinematics = _kinematics(source)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
-    rest = Rest(source.frame)
-    bodies = tuple(b for b in source.bodies if not rest.body(b))
+    stationary = Stationary(source.frame)
+    bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
     refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
     origin = source.origin or _origin(source)
-    potential = potential_of(source, bodies, origin, rest)
+    potential = potential_of(source, bodies, origin, stationary)
     told = _resolved(settings.units, "units", source, (*parameters, *states))
     units = _Units(source, read, kinematics, told)
     return Mechanism(
@@ -108,7 +110,7 @@ def _kinematics(source: Source) -> tuple[Expr, ...]:
 
 
 def _constraints(
-    source: Source, settings: Settings, rates: Rates, kinematics: Sequence[Expr]
+    source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
     """(configuration constraints, constraints on the speeds alone, what was left out)."""
     time = dynamicsymbols._t
@@ -155,13 +157,15 @@ def _named(kind: str, expressions: Sequence[Expr]) -> tuple[Constraint, ...]:
 # -- symbols --------------------------------------------------------------------------------------
 
 
-def _unknown_functions(source: Source, read: Walk) -> list[AppliedUndef]:
+def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
     state = {*source.q, *source.u, *source.auxiliary}
     found = {x for x in read.leaves if isinstance(x, AppliedUndef)} - state
     return sorted(found, key=str)
 
 
-def _states(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef, Expr]:
+def _states(
+    source: Source, settings: ConversionSettings, read: Fingerprint
+) -> dict[AppliedUndef, Expr]:
     """Functions of time with a rate of their own; in the object, or in another rate or input."""
     own = [key for key in settings.states if isinstance(key, AppliedUndef)]
     named = [*own, *_named_in((*settings.inputs.values(), *settings.states.values()))]
@@ -173,7 +177,10 @@ def _states(source: Source, settings: Settings, read: Walk) -> dict[AppliedUndef
 
 
 def _inputs(
-    source: Source, settings: Settings, read: Walk, states: Mapping[AppliedUndef, Expr]
+    source: Source,
+    settings: ConversionSettings,
+    read: Fingerprint,
+    states: Mapping[AppliedUndef, Expr],
 ) -> dict[AppliedUndef, Expr | None]:
     """Every specified function of time; without an expression it is given at run time."""
     known = {*source.q, *source.u, *source.auxiliary, *states}
@@ -198,7 +205,7 @@ def _expressions(inputs: Mapping[AppliedUndef, Expr | None]) -> dict[AppliedUnde
 
 def _described_states(
     source: Source,
-    settings: Settings,
+    settings: ConversionSettings,
     states: Mapping[AppliedUndef, Expr],
     units: _Units,
     parameters: Sequence[Symbol],
@@ -218,7 +225,7 @@ def _start(state: AppliedUndef, given: Any) -> float:
 
 
 def _parameter_symbols(
-    source: Source, settings: Settings, read: Walk, given: Iterable[Expr | None]
+    source: Source, settings: ConversionSettings, read: Fingerprint, given: Iterable[Expr | None]
 ) -> list[Symbol]:
     found = {x for x in read.leaves if isinstance(x, Symbol)}
     for expression in given:
@@ -232,7 +239,7 @@ def _parameter_symbols(
 
 def _parameters(
     source: Source,
-    settings: Settings,
+    settings: ConversionSettings,
     symbols: Sequence[Symbol],
     units: _Units,
     states: Iterable[AppliedUndef],
@@ -282,7 +289,11 @@ class _Units:
     """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise."""
 
     def __init__(
-        self, source: Source, read: Walk, kinematics: Sequence[Expr], given: Mapping[Expr, str]
+        self,
+        source: Source,
+        read: Fingerprint,
+        kinematics: Sequence[Expr],
+        given: Mapping[Expr, str],
     ) -> None:
         self.given = given
         turning = _turning(source, read)
@@ -297,7 +308,7 @@ class _Units:
         return str(self.given.get(symbol, self.known.get(symbol, "")))
 
 
-def _turning(source: Source, read: Walk) -> set[Expr]:
+def _turning(source: Source, read: Fingerprint) -> set[Expr]:
     """Coordinates that stand in sines and cosines of what places points and frames."""
     return {
         q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number

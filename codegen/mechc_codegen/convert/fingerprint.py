@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from mechc_codegen.description.joints import Joint
 
 
-class Walk:
+class Fingerprint:
     """The text of everything handed to it, line by line; leaves and frames met on the way."""
 
     def __init__(self, frame: ReferenceFrame) -> None:
@@ -55,7 +55,7 @@ class Walk:
         """Hash of the text so far."""
         return hashlib.sha256("\n".join(self.lines).encode()).hexdigest()
 
-    def say(self, label: str, items: Iterable[str]) -> None:
+    def write(self, label: str, items: Iterable[str]) -> None:
         self.lines.append(f"{label}: {' '.join(items)}")
 
     def expression(self, expression: Expr) -> str:
@@ -123,13 +123,13 @@ class Walk:
         for other, matrix in frame._dcm_dict.items():
             if id(other) not in self._frames:
                 entries = self.placing(matrix)
-                self.say(f"f{number}", [self.frame(other), entries])
+                self.write(f"f{number}", [self.frame(other), entries])
         for other, velocity in frame._ang_vel_dict.items():
             pair = frozenset((id(frame), id(other)))
             if pair not in self._turning:
                 self._turning.add(pair)
                 text = self.vector(velocity)
-                self.say(f"f{number} turns", [self.frame(other), text])
+                self.write(f"f{number} turns", [self.frame(other), text])
         return f"f{number}"
 
     def point(self, point: Point) -> str:
@@ -142,11 +142,11 @@ class Walk:
         for other, vector in point._pos_dict.items():
             if id(other) not in self._points:
                 text = self.vector(vector)
-                self.say(f"p{number}", [self.point(other), text])
+                self.write(f"p{number}", [self.point(other), text])
                 self.placing(entry for matrix, _ in vector.args for entry in matrix)
         if self.inertial in point._vel_dict:
             velocity = point._vel_dict[self.inertial]
-            self.say(f"p{number} moves", [self.vector(velocity)])
+            self.write(f"p{number} moves", [self.vector(velocity)])
             self.placing(entry for matrix, _ in velocity.args for entry in matrix)
         return f"p{number}"
 
@@ -168,7 +168,7 @@ class Walk:
         if is_rigid(body):
             parts.append(self.motion(body.frame))
             parts.append(self.dyadic(body.central_inertia))
-        self.say("body", parts)
+        self.write("body", parts)
 
     def joint(self, joint: Joint, bodies: Sequence[RigidBody | Particle]) -> None:
         sides = (str(bodies.index(b)) if b in bodies else "" for b in (joint.parent, joint.child))
@@ -176,24 +176,24 @@ class Walk:
         frames = (joint.parent_interframe, joint.child_interframe)
         parts = [repr(joint.name), *sides, *points]
         parts += ["" if frame is None else self.frame(frame) for frame in frames]
-        self.say("joint", [*parts, *(self.expression(u) for u in joint.speeds)])
+        self.write("joint", [*parts, *(self.expression(u) for u in joint.speeds)])
 
 
-def walk(source: Source) -> Walk:
+def fingerprint(source: Source) -> Fingerprint:
     """All of a Source."""
-    text = Walk(source.frame)
+    text = Fingerprint(source.frame)
     text.lines.append(source.kind)
     for label in ("q", "u", "kinematics", "configuration", "motion", "auxiliary"):
-        text.say(label, [text.placing([e]) for e in getattr(source, label)])
-    text.say("mixed", [str(source.mixed)])
+        text.write(label, [text.placing([e]) for e in getattr(source, label)])
+    text.write("mixed", [str(source.mixed)])
     if source.lagrangian is not None:
-        text.say("lagrangian", [text.placing([source.lagrangian])])
+        text.write("lagrangian", [text.placing([source.lagrangian])])
     for body in source.bodies:
         text.body(body)
     for place, vector in source.loads:
-        text.say("load", [text.motion(place), text.vector(vector)])
+        text.write("load", [text.motion(place), text.vector(vector)])
     for joint in source.joints:
         text.joint(joint, source.bodies)
     if source.origin is not None:
-        text.say("origin", [text.point(source.origin)])
+        text.write("origin", [text.point(source.origin)])
     return text

@@ -15,7 +15,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.convert.stationary import Rest
+from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.description.source import Source
 
 
@@ -55,7 +55,7 @@ def potential_of(
     source: Source,
     bodies: Sequence[RigidBody | Particle],
     origin: Point | None,
-    rest: Rest,
+    stationary: Stationary,
 ) -> Potential:
     """The potential energy, as far as it can be known."""
     said = sum((sympify(b.potential_energy) for b in bodies), S.Zero)
@@ -63,7 +63,7 @@ def potential_of(
         return Potential(said)
     total, unknown = S.Zero, []
     for place, vector in source.loads:
-        value = _of_load(source, place, vector, origin, rest)
+        value = _of_load(source, place, vector, origin, stationary)
         if value is None:
             unknown.append(f"the load on {place.name}")
         else:
@@ -76,11 +76,11 @@ def _of_load(
     place: Point | ReferenceFrame,
     vector: Vector,
     origin: Point | None,
-    rest: Rest,
+    stationary: Stationary,
 ) -> Expr | None:
     """V of one load, 0 where it has none, None where it is not known."""
     at_rest = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
-    if all(c == 0 for c in at_rest) or rest.place(place):
+    if all(c == 0 for c in at_rest) or stationary.place(place):
         return S.Zero
     if any(c.has(*source.q) for c in at_rest):
         return None

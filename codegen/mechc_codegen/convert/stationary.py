@@ -14,7 +14,7 @@ from mechc_codegen.description.terms import is_rigid, velocity_of
 MOVES = 1e-9  # of values of the order of one
 
 
-class Rest:
+class Stationary:
     """What is at rest in the inertial frame."""
 
     def __init__(self, frame: ReferenceFrame) -> None:

@@ -22,7 +22,7 @@ from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Output
-from mechc_codegen.derive.load_bodies import Carriers
+from mechc_codegen.derive.load_bodies import LoadBodies
 from mechc_codegen.description.constraints import Closure
 from mechc_codegen.description.joints import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
@@ -175,13 +175,13 @@ class _Reactions:
         return Wrench(force, k.total(moment, k.cross(arm, force)), at)
 
     def _apply_loads(self) -> None:
-        k, carriers = self.kinetics, Carriers(self.mechanism)
+        k, load_bodies = self.kinetics, LoadBodies(self.mechanism)
         for place, vector in self.mechanism.loads:
             value = k.along(vector)
             if isinstance(place, ReferenceFrame):
-                self._add(carriers.of(place), Wrench(ZERO, value, ZERO))
+                self._add(load_bodies.of(place), Wrench(ZERO, value, ZERO))
             else:
-                self._add(carriers.of(place), Wrench(value, ZERO, k.position(place)))
+                self._add(load_bodies.of(place), Wrench(value, ZERO, k.position(place)))
         if self.mechanism.gravity is not None:
             for body in self.mechanism.bodies:
                 weight = k.along(body.mass * self.mechanism.gravity)

@@ -21,9 +21,9 @@ from sympy.physics.vector import Dyadic, Vector
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
 from mechc_codegen.derive.momentum_rates import WrittenKinetics
-from mechc_codegen.derive.state_symbols import Plain, plain_symbols
+from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.description.mechanism import Load, Mechanism, is_rigid, printed_name
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.description.terms import velocity_of
 
 AXES = ("x", "y", "z")
@@ -45,35 +45,35 @@ class BodyMotion:
         return Vector(0) if self.inertia is None else self.inertia.dot(self.angular_velocity)
 
 
-def derive(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive the equations of motion and every other output of ``mechanism`` that is wished."""
-    symbols = plain_symbols(mechanism)
+    symbols = state_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
     outputs = [
         *_equations_of_motion(mechanism, motions),
         *_kinematics(mechanism),
         *_constraints(mechanism),
-        *(_energies(mechanism, motions) if wishes.wants("energy") else ()),
-        *(_momenta(mechanism, motions) if wishes.wants("momenta") else ()),
-        *(_points(mechanism) if wishes.wants("points") else ()),
+        *(_energies(mechanism, motions) if request.includes("energy") else ()),
+        *(_momenta(mechanism, motions) if request.includes("momenta") else ()),
+        *(_points(mechanism) if request.includes("points") else ()),
         *_preference(mechanism),
     ]
     solved = [
-        *(_point_accelerations(mechanism) if wishes.wants("accelerations") else ()),
-        *(_reactions(mechanism, motions) if wishes.wants("reactions") else ()),
-        *_user_outputs(wishes),
+        *(_point_accelerations(mechanism) if request.includes("accelerations") else ()),
+        *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
+        *_user_outputs(request),
     ]
-    plain = Plain(mechanism, symbols, wishes)
+    to_symbols = StateSymbols(mechanism, symbols, request)
     return Equations(
         symbols=symbols,
-        outputs={o.name: plain.output(o) for o in outputs}
-        | {o.name: plain.solved(o) for o in solved},
-        parameter_defaults=tuple(plain.default(p.default) for p in mechanism.parameters),
+        outputs={o.name: to_symbols.output(o) for o in outputs}
+        | {o.name: to_symbols.solved(o) for o in solved},
+        parameter_defaults=tuple(to_symbols.default(p.default) for p in mechanism.parameters),
         holonomic=len(mechanism.holonomic),
         nonholonomic=len(mechanism.motion_constraints),
         identity_kinematics=tuple(mechanism.kinematics) == mechanism.u and not mechanism.states,
         speed_names=tuple(printed_name(u) for u in mechanism.u),
-        mass_scale=plain.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
+        mass_scale=to_symbols.expression(sum((sympify(b.mass) for b in mechanism.bodies), S.Zero))
         if mechanism.bodies
         else S.One,
         states=len(mechanism.states),
@@ -301,10 +301,10 @@ def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
     return moving, -at_rest
 
 
-def _user_outputs(wishes: Wishes) -> list[Output]:
+def _user_outputs(request: OutputRequest) -> list[Output]:
     return [
         Output(name, "asked for", (expression,), (), (name,))
-        for name, expression in wishes.expressions.items()
+        for name, expression in request.expressions.items()
     ]
 
 

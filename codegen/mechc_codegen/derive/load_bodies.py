@@ -14,7 +14,7 @@ from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 
 
-class Carriers:
+class LoadBodies:
     """Points and frames of every body, those of its joints among them."""
 
     def __init__(self, mechanism: Mechanism) -> None:

@@ -12,14 +12,14 @@ from sympy.physics.mechanics import dynamicsymbols
 from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.description.mechanism import Mechanism, printed_name
 from mechc_codegen.description.piecewise import without_corners
-from mechc_codegen.description.request import Wishes
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.terms import Multiplier, bottom_up
 from mechc_codegen.errors import MechanismError
 
 MOST_RATES = 5  # derivatives of an input given at run time: what a quintic spline can give
 
 
-def plain_symbols(mechanism: Mechanism) -> Symbols:
+def state_symbols(mechanism: Mechanism) -> Symbols:
     def numbered(prefix: str, count: int) -> tuple[Symbol, ...]:
         return tuple(Symbol(f"{prefix}{k}", real=True) for k in range(count))
 
@@ -34,10 +34,10 @@ def plain_symbols(mechanism: Mechanism) -> Symbols:
     )
 
 
-class Plain:
+class StateSymbols:
     """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
 
-    def __init__(self, mechanism: Mechanism, symbols: Symbols, wishes: Wishes) -> None:
+    def __init__(self, mechanism: Mechanism, symbols: Symbols, request: OutputRequest) -> None:
         named = [
             *mechanism.q,
             *mechanism.x,
@@ -46,7 +46,7 @@ class Plain:
         ]
         plain = [*symbols.q, *symbols.u, *symbols.parameters]
         self.symbols = dict(zip(named, plain, strict=True)) | {dynamicsymbols._t: symbols.time}
-        self.symbols |= wishes.fixed
+        self.symbols |= request.fixed
         self.motion = _solved_motion(mechanism, symbols)
         for function, chain in zip(mechanism.open_inputs, symbols.inputs, strict=True):
             self.symbols |= {_rate(function, n): value for n, value in enumerate(chain)}

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf
 
 from sympy import Derivative, Expr, MatrixBase, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
@@ -21,26 +20,12 @@ from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
 from mechc_codegen.description.joint_closures import joints_and_closures
 from mechc_codegen.description.joints import Joint
-from mechc_codegen.description.terms import Load as Load  # the stages find them here
+from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
+from mechc_codegen.description.terms import Load as Load
 from mechc_codegen.description.terms import as_expression
 from mechc_codegen.description.terms import is_rigid as is_rigid
 from mechc_codegen.description.terms import printed_name as printed_name
 from mechc_codegen.errors import MechanismError
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """What a number means: its unit, its bounds and one line for people.
-
-    ``lower`` and ``upper`` bound the value; finite bounds are themselves excluded unless
-    ``closed``.
-    """
-
-    unit: str
-    description: str
-    lower: float = -inf
-    upper: float = inf
-    closed: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """Functions with corners and jumps, said by two of our own that lanes can compute.
 
-Piecewise, Max, Min, sign and Heaviside become :class:`Above` and :class:`Select`, which are plain
+Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`, which are plain
 functions of numbers, so that every pass may move and share what stands in them.
 """
 
@@ -33,7 +33,7 @@ from sympy.logic.boolalg import Boolean
 from mechc_codegen.errors import MechanismError
 
 
-class Above(Function):  # type: ignore[misc]
+class Step(Function):  # type: ignore[misc]
     """1 where the argument is greater than 0, else 0."""
 
     nargs = 1
@@ -47,7 +47,7 @@ class Above(Function):  # type: ignore[misc]
         return S.Zero
 
 
-class Select(Function):  # type: ignore[misc]
+class Where(Function):  # type: ignore[misc]
     """The second argument where the first is not 0, else the third."""
 
     nargs = 3
@@ -61,7 +61,7 @@ class Select(Function):  # type: ignore[misc]
 
     def _eval_derivative(self, symbol: Symbol) -> Expr:
         chosen, one, other = self.args
-        return Select(chosen, one.diff(symbol), other.diff(symbol))
+        return Where(chosen, one.diff(symbol), other.diff(symbol))
 
 
 def without_corners(expression: Basic) -> Basic:
@@ -76,12 +76,12 @@ def without_corners(expression: Basic) -> Basic:
         return _piecewise(expression)
     if isinstance(expression, (Max, Min)):
         least = isinstance(expression, Min)
-        return reduce(lambda a, b: Select(Above(b - a if least else a - b), a, b), expression.args)
+        return reduce(lambda a, b: Where(Step(b - a if least else a - b), a, b), expression.args)
     if isinstance(expression, sign):
         return _sign(expression.args[0])
     if isinstance(expression, Heaviside):
         x, at_zero = expression.args
-        return Above(x) + at_zero * (1 - Above(x) - Above(-x))
+        return Step(x) + at_zero * (1 - Step(x) - Step(-x))
     if _is_curve(expression):
         return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
     if isinstance(expression, UnevaluatedExpr):
@@ -98,7 +98,7 @@ def _is_curve(expression: Basic) -> bool:
 
 
 def _sign(x: Expr) -> Expr:
-    return Above(x) - Above(-x)
+    return Step(x) - Step(-x)
 
 
 def _piecewise(expression: Piecewise) -> Expr:
@@ -109,18 +109,18 @@ def _piecewise(expression: Piecewise) -> Expr:
             "pair (value, True)"
         )
     for other, chosen in reversed(pieces):
-        value = Select(_number(chosen), other, value)
+        value = Where(_number(chosen), other, value)
     return value
 
 
 def _number(condition: Boolean) -> Expr:
     """1 where the condition holds, else 0."""
     if isinstance(condition, (Gt, Lt)):
-        return Above(condition.gts - condition.lts)
+        return Step(condition.gts - condition.lts)
     if isinstance(condition, (Ge, Le)):
-        return 1 - Above(condition.lts - condition.gts)
+        return 1 - Step(condition.lts - condition.gts)
     if isinstance(condition, (Eq, Ne)):
-        apart = Above(condition.lhs - condition.rhs) + Above(condition.rhs - condition.lhs)
+        apart = Step(condition.lhs - condition.rhs) + Step(condition.rhs - condition.lhs)
         return apart if isinstance(condition, Ne) else 1 - apart
     if isinstance(condition, And):
         return reduce(lambda a, b: a * b, map(_number, condition.args))

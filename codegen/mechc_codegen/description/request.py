@@ -19,7 +19,7 @@ _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
 @dataclass(frozen=True)
-class Wishes:
+class OutputRequest:
     """Attributes
     ----------
     outputs
@@ -47,12 +47,12 @@ class Wishes:
         """What users call an output."""
         return self.names.get(output, output)
 
-    def wants(self, output: str) -> bool:
+    def includes(self, output: str) -> bool:
         return output in self.outputs
 
     @property
-    def wants_jacobian(self) -> bool:
-        return self.wants("state_jacobian") or self.wants("parameter_jacobian")
+    def includes_jacobian(self) -> bool:
+        return self.includes("state_jacobian") or self.includes("parameter_jacobian")
 
 
-EVERYTHING = Wishes()
+DEFAULT_REQUEST = OutputRequest()

@@ -61,7 +61,7 @@ Key = Any  # a printed name, or the symbol itself
 
 
 @dataclass(frozen=True)
-class Settings:
+class ConversionSettings:
     """What the user says besides the object; keys are printed names or the symbols themselves.
 
     Attributes

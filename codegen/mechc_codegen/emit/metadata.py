@@ -15,8 +15,8 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
-from mechc_codegen.description.piecewise import Above
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.piecewise import Step
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.layout import layout
 from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
 
@@ -26,7 +26,7 @@ def scene_metadata(
     parameters: Sequence[Parameter],
     programs: tuple[Program, Program],
     equations: Equations,
-    wishes: Wishes = EVERYTHING,
+    request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, Any]:
     """Everything that a model says about itself, as JSON-ready data.
 
@@ -42,9 +42,9 @@ def scene_metadata(
         ],
         "speeds": [_described(printed_name(s.symbol), s.quantity) for s in mechanism.speeds],
         "parameters": [_described(str(p.symbol), p.quantity) for p in parameters],
-        "points": [p.name for p in mechanism.points] if wishes.wants("points") else [],
+        "points": [p.name for p in mechanism.points] if request.includes("points") else [],
         "bodies": list(distinct(b.name for b in mechanism.bodies)),
-        "joints": [j.name for j in mechanism.joints] if wishes.wants("reactions") else [],
+        "joints": [j.name for j in mechanism.joints] if request.includes("reactions") else [],
         "constraints": [
             {"name": name, "unit": unit}
             for name, unit in (
@@ -57,18 +57,18 @@ def scene_metadata(
         "traced": list(mechanism.drawing.traced),
         **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
         "start": dict(mechanism.start),
-        "shapes": {wishes.name_of(o.name): list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), wishes)
-        | {wishes.name_of(label): [] for label in wishes.expressions},
-        "own": [wishes.name_of(label) for label in wishes.expressions],
-        "skipped": [*mechanism.skipped, *_unwanted(wishes)],
-        "fixed": {printed_name(symbol): float(value) for symbol, value in wishes.fixed.items()},
-        "unavailable": _unavailable(mechanism, wishes),
+        "shapes": {request.name_of(o.name): list(o.shape) for o in program.outputs}
+        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), request)
+        | {request.name_of(label): [] for label in request.expressions},
+        "own": [request.name_of(label) for label in request.expressions],
+        "skipped": [*mechanism.skipped, *_unwanted(request)],
+        "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
+        "unavailable": _unavailable(mechanism, request),
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
-        "smooth": _smooth(program, wishes),
-        "operations": operation_counts((lowered, program), equations, wishes),
-        "loads": _loads(mechanism, wishes),
+        "smooth": _smooth(program, request),
+        "operations": operation_counts((lowered, program), equations, request),
+        "loads": _loads(mechanism, request),
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
@@ -81,12 +81,12 @@ TIME_ALONE = (  # computed without the speeds, or at other speeds than the state
 )
 
 
-def _smooth(program: Program, wishes: Wishes) -> bool:
+def _smooth(program: Program, request: OutputRequest) -> bool:
     """Whether no equation has a corner or a jump; outputs of the user's own may."""
-    elements = [e for o in program.outputs if o.name not in wishes.expressions for e in o.elements]
+    elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
     needed = symbols_of(elements)
     values = [s.value for s in slice_statements(program.body, needed)]
-    return not any(value.has(Abs, Above) for value in (*values, *elements))
+    return not any(value.has(Abs, Step) for value in (*values, *elements))
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
@@ -119,13 +119,13 @@ def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
 
 
 def _solved_shapes(
-    mechanism: Mechanism, others: tuple[int, int], wishes: Wishes
+    mechanism: Mechanism, others: tuple[int, int], request: OutputRequest
 ) -> dict[str, list[int]]:
     """Of what the runtime makes, where the scene has it; ``others``: parameters and inputs."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
-    own = len(wishes.expressions)
+    own = len(request.expressions)
     for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):
         shapes[f"{by}_jacobian"] = [states, columns]
         shapes[f"own_{by}_jacobian"] = [own, columns]
@@ -147,24 +147,24 @@ OUTPUTS = {
 }
 
 
-def _unwanted(wishes: Wishes) -> list[str]:
-    return [name for name in OUTPUTS if not wishes.wants(name)]
+def _unwanted(request: OutputRequest) -> list[str]:
+    return [name for name in OUTPUTS if not request.includes(name)]
 
 
-def _unavailable(mechanism: Mechanism, wishes: Wishes) -> dict[str, str]:
+def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
     """Output -> why it is not there."""
     reasons = {
         output: f"it was not asked for; compile with outputs=(..., {name!r})"
-        for name in _unwanted(wishes)
+        for name in _unwanted(request)
         for output in OUTPUTS[name]
     }
-    if wishes.wants("energy") and mechanism.unknown_potentials:
+    if request.includes("energy") and mechanism.unknown_potentials:
         reasons["potential_energy"] = (
             f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
             "from the load; give the bodies a potential_energy that holds that of all loads. What "
             "holds in any case is the balance of power"
         )
-    if wishes.wants("points") and not mechanism.points:
+    if request.includes("points") and not mechanism.points:
         why = "no position of a body from a point at rest in the inertial frame is known"
         reasons |= dict.fromkeys(OUTPUTS["points"], why)
     return reasons
@@ -186,6 +186,7 @@ def _described(name: str, quantity: Quantity) -> dict[str, Any]:
     return {
         "name": name,
         "unit": quantity.unit,
+        "kind": quantity.kind,
         "description": quantity.description,
         "lower": _finite(quantity.lower),
         "upper": _finite(quantity.upper),
@@ -198,7 +199,7 @@ def _finite(bound: float) -> float | None:
 
 
 def operation_counts(
-    programs: tuple[Program, Program], equations: Equations, wishes: Wishes
+    programs: tuple[Program, Program], equations: Equations, request: OutputRequest
 ) -> dict[str, Any]:
     """Operations (functions included), before and after optimisation.
 
@@ -208,7 +209,7 @@ def operation_counts(
     """
     lowered, program = programs
     outputs = {
-        wishes.name_of(output.name): [
+        request.name_of(output.name): [
             _cost(lowered, [output]),
             _cost(program, [program.output(output.name)]),
         ]
@@ -222,7 +223,7 @@ def operation_counts(
         "outputs": outputs,
         "stages": _stages(program, equations),
         "zeros": {
-            wishes.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
+            request.name_of(o.name): [o.elements.count(S.Zero), len(o.elements)]
             for o in program.outputs
         },
     }
@@ -245,11 +246,11 @@ def _stages(program: Program, equations: Equations) -> dict[str, int]:
     return {"configuration": configuration, "motion": _cost(program, both) - configuration}
 
 
-def _loads(mechanism: Mechanism, wishes: Wishes) -> dict[str, int]:
+def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:
     """How many loads there are (uniform gravity is one), and how many vanish."""
     vectors = [load for _, load in mechanism.loads]
     vectors += [] if mechanism.gravity is None else [mechanism.gravity]
-    fixed = dict(wishes.fixed)
+    fixed = dict(request.fixed)
     zero = [all(e.xreplace(fixed) == 0 for e in _entries(v)) for v in vectors]
     return {"given": len(vectors), "zero": sum(zero)}
 

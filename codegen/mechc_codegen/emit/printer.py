@@ -17,7 +17,7 @@ from mechc_codegen.errors import InternalError, MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
 _EXACT = 2**53  # integers up to here are doubles
-_CORNERED = ("Abs", "Above", "Select")
+_CORNERED = ("Abs", "Step", "Where")
 _PRINTED = (Symbol, Rational, Float, NumberSymbol, Add, Mul, Pow, exp)
 
 
@@ -37,7 +37,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _refuse_unknown(self, expr: Expr) -> None:
         name = type(expr).__name__
-        known = name in (*self.functions, "Abs", "Above", "Select") and not isinstance(
+        known = name in (*self.functions, "Abs", "Step", "Where") and not isinstance(
             expr, AppliedUndef
         )
         if not known and not isinstance(expr, _PRINTED):
@@ -88,10 +88,10 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def _print_Abs(self, expr: Expr) -> str:
         return f"R_CALL(fabs, {self._real(expr.args[0])})"
 
-    def _print_Above(self, expr: Expr) -> str:
+    def _print_Step(self, expr: Expr) -> str:
         return f"R_SELECT(R_MASK({self._real(expr.args[0])} > 0.0), R(1.0), R(0.0))"
 
-    def _print_Select(self, expr: Expr) -> str:
+    def _print_Where(self, expr: Expr) -> str:
         chosen, one, other = map(self._real, expr.args)
         return f"R_SELECT(R_MASK({chosen} != 0.0), {one}, {other})"
 
@@ -153,11 +153,11 @@ class NumpyPrinter(RealPrinter):
     def _print_Abs(self, expr: Expr) -> str:
         return f"fabs({self._print(expr.args[0])})"
 
-    def _print_Above(self, expr: Expr) -> str:
-        return self._call("Above", list(map(self._print, expr.args)))
+    def _print_Step(self, expr: Expr) -> str:
+        return self._call("Step", list(map(self._print, expr.args)))
 
-    def _print_Select(self, expr: Expr) -> str:
-        return self._call("Select", list(map(self._print, expr.args)))
+    def _print_Where(self, expr: Expr) -> str:
+        return self._call("Where", list(map(self._print, expr.args)))
 
     def _real(self, expression: Expr) -> str:
         return str(self._print(expression))

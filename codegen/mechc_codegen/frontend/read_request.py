@@ -1,4 +1,4 @@
-"""What a user asks for by name -> Wishes."""
+"""What a user asks for by name -> OutputRequest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 from mechc_codegen.convert.convert import find_symbol, number, reachable
 from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.request import OPTIONAL, USUAL, Wishes
+from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
 from mechc_codegen.description.source import Key
 from mechc_codegen.description.terms import Multiplier, as_expression
 from mechc_codegen.errors import MechanismError
@@ -29,14 +29,14 @@ RESERVED = frozenset(
 )
 
 
-def wishes_of(
+def read_request(
     mechanism: Mechanism,
     fix: Mapping[Key, Any],
     outputs: tuple[Any, ...] | None,
     *,
     of_object: bool,
-) -> Wishes:
-    """The wishes for a mechanism, each name checked against it.
+) -> OutputRequest:
+    """The request for a mechanism, each name checked against it.
 
     Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
     object of SymPy's.
@@ -56,7 +56,7 @@ def wishes_of(
         fixed[symbol] = exact
     if outputs is None:
         chosen = ("energy",) if of_object else USUAL
-        return Wishes(frozenset(chosen), fixed)
+        return OutputRequest(frozenset(chosen), fixed)
     names, own = _outputs(outputs)
     if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
         _refuse_unplaced(mechanism)
@@ -66,7 +66,7 @@ def wishes_of(
         _refuse_unknown(name, expression, mechanism)
     labels = {f"own_{k}": name for k, name in enumerate(own)}
     expressions = {label: own[name] for label, name in labels.items()}
-    return Wishes(frozenset(names), fixed, expressions, labels)
+    return OutputRequest(frozenset(names), fixed, expressions, labels)
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import Point, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
 from mechc_codegen.convert.convert import find_symbol, number
-from mechc_codegen.convert.fingerprint import Walk
+from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.joints import Body, Joint, joint_of, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import (
@@ -185,7 +185,9 @@ class _Names:
         self.states = states
         self.given = {find_symbol(key, known, "units", "symbol"): u for key, u in units.items()}
         self.parameters = tuple(
-            replace(p, quantity=replace(p.quantity, unit=self.given.get(p.symbol, p.quantity.unit)))
+            replace(p, quantity=p.quantity.with_unit(self.given[p.symbol]))
+            if p.symbol in self.given
+            else p
             for p in parameters
         )
         self._rate_of = {
@@ -211,7 +213,7 @@ def _symbols(
     more: Mapping[str, Any],
 ) -> list[Symbol]:
     """Every constant that the description holds."""
-    text = Walk(ground.frame)
+    text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:
         text.point(body.masscenter)

@@ -16,7 +16,7 @@ from sympy import Expr, S, Symbol, cse, diff
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import without_corners
-from mechc_codegen.description.request import Wishes
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.program import (
     Assign,
@@ -30,16 +30,16 @@ from mechc_codegen.ir.program import (
 Gradient = Mapping[int, Expr]
 
 
-def add_sensitivities(program: Program, wishes: Wishes) -> Program:
+def add_sensitivities(program: Program, request: OutputRequest) -> Program:
     """Add what the Jacobians that are wished are solved from."""
-    own = tuple(wishes.expressions)
-    if not wishes.wants_jacobian:
+    own = tuple(request.expressions)
+    if not request.includes_jacobian:
         return program
-    if wishes.wants("state_jacobian"):
+    if request.includes("state_jacobian"):
         program = _by_state(program, own)
-    if wishes.wants("parameter_jacobian") and program.symbols.parameters:
+    if request.includes("parameter_jacobian") and program.symbols.parameters:
         program = _by_parameters(program, own)
-    if wishes.wants("state_jacobian") and program.input_values():
+    if request.includes("state_jacobian") and program.input_values():
         program = _by_inputs(program, own)
     return program.verify()
 

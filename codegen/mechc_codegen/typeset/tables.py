@@ -13,12 +13,13 @@ from typing import Any
 
 from sympy import sympify
 
-from mechc_codegen.description.mechanism import Coordinate, Mechanism, Quantity, Speed, printed_name
+from mechc_codegen.description.mechanism import Coordinate, Mechanism, Speed, printed_name
+from mechc_codegen.description.quantity import Kind, Quantity
 from mechc_codegen.typeset.boxes import Box, layout, name
 
 _MOVING = ("symbol", "meaning", "unit", "bounds", "start")
 _CONSTANT = ("symbol", "meaning", "unit", "bounds", "default", "value")
-_UNITS = {"rad": "°", "rad/s": "°/s"}
+_DEGREES = {Kind.ANGLE: "°", Kind.ANGULAR_SPEED: "°/s"}
 
 Cell = str | Box
 
@@ -62,7 +63,7 @@ def value_tables(mechanism: Mechanism, values: Mapping[str, float]) -> list[Valu
     constant = [
         (
             *_row(p.symbol, p.quantity, p.default),
-            _default(values.get(printed_name(p.symbol)), p.quantity.unit),
+            _default(values.get(printed_name(p.symbol)), p.quantity),
         )
         for p in mechanism.parameters
     ]
@@ -77,30 +78,32 @@ def _row(symbol: Any, quantity: Quantity, default: Any) -> tuple[Cell, ...]:
     return (
         name(printed_name(symbol)),
         quantity.description,
-        _unit(quantity.unit),
+        _unit(quantity),
         _bounds(quantity),
-        _default(default, quantity.unit),
+        _default(default, quantity),
     )
 
 
-def _default(value: Any, unit: str) -> Cell:
+def _default(value: Any, quantity: Quantity) -> Cell:
     """A number in the unit shown, or the formula that it follows."""
     if value is None:
         return "–"
     formula = sympify(value)
-    return _number(float(formula), unit) if formula.is_number else layout(formula)
+    return _number(float(formula), quantity) if formula.is_number else layout(formula)
 
 
-def _unit(unit: str) -> str:
-    return _UNITS.get(unit, unit).replace("^2", "²").replace("^3", "³").replace(" ", "⋅")
+def _unit(quantity: Quantity) -> str:
+    shown = _DEGREES.get(quantity.kind, quantity.unit)
+    return shown.replace("^2", "²").replace("^3", "³").replace(" ", "⋅")
 
 
-def _number(value: float, unit: str) -> str:
-    return f"{degrees(value) if unit in _UNITS else value:.6g}".replace("-", "−")
+def _number(value: float, quantity: Quantity) -> str:
+    shown = degrees(value) if quantity.kind in _DEGREES else value
+    return f"{shown:.6g}".replace("-", "−")
 
 
 def _bounds(quantity: Quantity) -> str:
-    lower, upper = (_number(b, quantity.unit) for b in (quantity.lower, quantity.upper))
+    lower, upper = (_number(b, quantity) for b in (quantity.lower, quantity.upper))
     sign = "≤" if quantity.closed else "<"
     if isinf(quantity.lower) and isinf(quantity.upper):
         return "any"

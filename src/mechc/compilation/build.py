@@ -28,7 +28,7 @@ def compile_described(
     described: Described, reference: ModelReference, seconds: Seconds | None = None
 ) -> System:
     """Derive and emit; the texts name the cache entry."""
-    from mechc_codegen.compiler import signature
+    from mechc_codegen.extension.build import signature
 
     started, described = time.perf_counter(), lru_cache(described)
     scene = _built(described)

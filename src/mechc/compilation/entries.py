@@ -46,7 +46,7 @@ def scene_in(path: Path) -> Scene:
 
 def make_first_unit(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FIRST_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import FIRST_FLAGS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
@@ -58,7 +58,7 @@ def make_first_unit(scene: Any, folder: Path) -> None:
 
 def make_whole(scene: Any, folder: Path) -> None:
     """Write, compile and link one scene into ``folder``; only the shared object stays."""
-    from mechc_codegen.compiler import FLAGS, RUNTIME, SHARED
+    from mechc_codegen.extension.flags import FLAGS, RUNTIME, SHARED
 
     work = folder / "work"
     scene.write(work)

@@ -61,11 +61,11 @@ def variant(
 
 
 def _as_asked(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> tuple[Any, Any]:
-    from mechc_codegen.frontend.read_request import wishes_of
+    from mechc_codegen.frontend.read_request import read_request
 
     mechanism = mechanism_of(name, options)
     outputs = tuple(asked["outputs"]) if "outputs" in asked else None
-    return mechanism, wishes_of(mechanism, asked.get("fix", {}), outputs, of_object=False)
+    return mechanism, read_request(mechanism, asked.get("fix", {}), outputs, of_object=False)
 
 
 def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:

@@ -31,8 +31,8 @@ def _read(
     outputs: Iterable[Any] | None,
     **settings: Any,
 ) -> Any:
-    from mechc_codegen.description.source import Settings
-    from mechc_codegen.frontend.scene import Asked, Scene, compilable
+    from mechc_codegen.description.source import ConversionSettings
+    from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
 
     if not compilable(thing):
         raise TypeError(
@@ -43,7 +43,8 @@ def _read(
     if "states" in given:
         given["states"] = _rates(given["states"])
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    return Scene(thing, Asked(Settings(**given), dict(fix or {}), chosen))
+    options = CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
+    return CompileRequest(thing, options)
 
 
 def _rates(states: Any) -> dict[Any, Any]:

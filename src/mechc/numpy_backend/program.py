@@ -23,12 +23,12 @@ ARRAYS: dict[str, Any] = {
 }  # fmt: skip
 FLOATS = {name: getattr(math, name) for name in ARRAYS}
 ARRAYS |= {
-    "Above": lambda x: np.where(x > 0.0, 1.0, 0.0),
-    "Select": lambda chosen, one, other: np.where(chosen != 0.0, one, other),
+    "Step": lambda x: np.where(x > 0.0, 1.0, 0.0),
+    "Where": lambda chosen, one, other: np.where(chosen != 0.0, one, other),
 }
 FLOATS |= {
-    "Above": lambda x: 1.0 if x > 0.0 else 0.0,
-    "Select": lambda chosen, one, other: one if chosen != 0.0 else other,
+    "Step": lambda x: 1.0 if x > 0.0 else 0.0,
+    "Where": lambda chosen, one, other: one if chosen != 0.0 else other,
 }
 
 

@@ -9,17 +9,18 @@ import sys
 from typing import Any
 
 import pytest
-from mechc_codegen.compiler import build_scene, drop_parameters
+from mechc_codegen.compiler import build_scene
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.derive.differentiate import differentiate
+from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.source import Settings
+from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import multiplier
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.frontend.read import read, readable
-from mechc_codegen.frontend.scene import Asked, Scene
 from sympy import Function, Symbol, cos, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -40,11 +41,13 @@ v, w = dynamicsymbols("v w")
 
 
 def mechanism(thing: Any, **settings: Any) -> Mechanism:
-    return convert(read(thing), Settings(**settings))
+    return convert(read(thing), ConversionSettings(**settings))
 
 
 def described(thing: Any, fix: Any = (), outputs: Any = None, **settings: Any) -> Any:
-    return Scene(thing, Asked(Settings(**settings), dict(fix), outputs)).described()
+    return CompileRequest(
+        thing, CompileOptions(ConversionSettings(**settings), dict(fix), outputs)
+    ).described()
 
 
 # -- what is read ---------------------------------------------------------------------------------
@@ -59,8 +62,8 @@ def test_the_ground_is_no_body_and_its_symbols_are_nobodys_business() -> None:
 
 def build_parameters(thing: Any) -> list[Symbol]:
     """The parameters that a compiled scene has."""
-    made, wishes = described(thing)
-    kept, _ = drop_parameters(made, differentiate(derive(made, wishes)), wishes)
+    made, request = described(thing)
+    kept, _ = drop_parameters(made, differentiate(derive(made, request)), request)
     return [p.symbol for p in kept]
 
 
@@ -113,7 +116,7 @@ def test_auxiliary_speeds_are_zero_and_contact_forces_on_them_are_not_asked_for(
 
 
 def build_arguments(pair: Any) -> Any:
-    """build_scene takes (mechanism, sets, wishes)."""
+    """build_scene takes (mechanism, sets, request)."""
     return pair[0], None, pair[1]
 
 
@@ -230,15 +233,15 @@ def test_two_symbols_printed_alike_are_refused_where_both_are_meant() -> None:
 def test_specified_inputs_are_left_open_or_expressions_that_may_hold_the_state() -> None:
     force = Function("F_0")(t)
     pushed = slider(lambda q, u, N: force * N.x)
-    made, wishes = described(pushed)
+    made, request = described(pushed)
     assert made.open_inputs == (force,)
-    texts = build_scene(made, None, wishes).texts
+    texts = build_scene(made, None, request).texts
     assert "#define MECHC_NI 1 " in texts["scene_sizes.h"]
     assert "FN(read_inputs)(t, q, u, p, 0, 1, inputs)" in texts["scene_program.h"]
     for key in ("F_0", force):
-        made, wishes = described(pushed, inputs={key: 3 * sin(t) - 2 * v + Symbol("k") * x})
+        made, request = described(pushed, inputs={key: 3 * sin(t) - 2 * v + Symbol("k") * x})
         assert {p.symbol.name for p in made.parameters} == {"m", "k"}
-        build_scene(made, None, wishes)
+        build_scene(made, None, request)
 
 
 def test_an_input_whose_rate_is_needed_must_be_of_time_alone() -> None:
@@ -324,11 +327,11 @@ def test_weight_has_its_potential_and_a_spring_does_not_pass_for_none() -> None:
 # -- the name of a scene --------------------------------------------------------------------------
 
 DIGEST = """
-from tests.support import ROOT
 from tests.support.sympy_objects import four_bar_kane
-from mechc_codegen.frontend.scene import Asked, Scene
-from mechc_codegen.description.source import Settings
-print(Scene(four_bar_kane(), Asked(Settings(defaults={"rho": 2.0, "g": 9.81}))).digest)
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
+from mechc_codegen.description.source import ConversionSettings
+settings = ConversionSettings(defaults={"rho": 2.0, "g": 9.81})
+print(CompileRequest(four_bar_kane(), CompileOptions(settings)).digest)
 """
 
 
@@ -348,7 +351,9 @@ def test_whatever_decides_the_scene_changes_its_name() -> None:
         return -Symbol("m") * Symbol("g") * N.y
 
     def name(thing: Any, fix: Any = (), outputs: Any = None, **settings: Any) -> str | None:
-        return Scene(thing, Asked(Settings(**settings), dict(fix), outputs)).digest
+        return CompileRequest(
+            thing, CompileOptions(ConversionSettings(**settings), dict(fix), outputs)
+        ).digest
 
     heavy = slider(push)
     turned = slider(lambda q, u, N: push(q, u, N.orientnew("A", "Axis", (Symbol("a"), N.z))))

@@ -15,7 +15,7 @@ from mechc_codegen.derive.equations import Equations
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.derive.tree.recursion import derive_tree
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.request import Wishes
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import PASSES
 from mechc_codegen.ir.program import Program
@@ -27,7 +27,7 @@ from tests.support.linkages.linkage_objects import by_lagrangian, mechanism
 from tests.support.linkages.random_mechanisms import Linkage, examples, linkages, states, values
 from tests.support.linkages.textbook import DIGITS, Textbook
 
-WISHES = Wishes(outputs=frozenset({"energy", "multipliers"}))
+ONLY_ENERGY_AND_MULTIPLIERS = OutputRequest(outputs=frozenset({"energy", "multipliers"}))
 TINY = mpf(10) ** -30
 Values = dict[str, list[mpf]]
 
@@ -104,7 +104,7 @@ def stages(equations: Equations) -> Iterator[Program]:
 def check(case: Case, make: Callable[[Linkage], Mechanism], derived: Any) -> Sequence[Values]:
     """What each stage gives is the textbook's; what the textbook does not know stays the same."""
     made = make(case.linkage)
-    equations = differentiate(derived(made, WISHES))
+    equations = differentiate(derived(made, ONLY_ENERGY_AND_MULTIPLIERS))
     inputs, expected = case.inputs(equations, made), case.expected()
     found = [scenes.run_program(program, inputs) for program in stages(equations)]
     for after in found:
@@ -142,7 +142,7 @@ def test_energy_changes_by_the_power_of_the_loads_without_potential(case: Case) 
     """d(T + V)/dt along the motion; the loop's forces have no power."""
     case.rolls_on()
     made = mechanism(case.linkage)
-    equations = differentiate(derive(made, WISHES))
+    equations = differentiate(derive(made, ONLY_ENERGY_AND_MULTIPLIERS))
     program = lower(equations)
     found = scenes.run_program(program, case.inputs(equations, made))
     accelerations = _solved(found, len(case.u))

@@ -11,10 +11,10 @@ from mechc_codegen.convert.stationary import Rest
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.loop_joints import Cut
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity
-from mechc_codegen.description.source import Settings
+from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from mechc_codegen.frontend.read import read
-from mechc_codegen.frontend.scene import Asked, Scene
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Symbol, sqrt
 from sympy.physics.mechanics import (
@@ -212,7 +212,7 @@ def system_of(ground: RigidBody, joints: Any) -> System:
 def test_the_joints_of_a_system_are_those_of_its_mechanism() -> None:
     ground, a, b = bodies("a", "b")
     joints = pins(ground, a, b)
-    made = convert(read(system_of(ground, joints)), Settings())
+    made = convert(read(system_of(ground, joints)), ConversionSettings())
     assert [j.name for j in made.joints] == ["pin_a", "pin_b"]
     assert [(j.parent, j.child) for j in made.joints] == [(None, a), (a, b)]
     for mine, theirs in zip(made.joints, joints, strict=True):
@@ -228,12 +228,12 @@ def test_weights_of_a_system_that_are_all_alike_are_gravity_with_its_potential()
     ground, a, b = bodies("a", "b")
     system = system_of(ground, pins(ground, a, b))
     system.apply_uniform_gravity(-g * ground.y)
-    made = convert(read(system), Settings())
+    made = convert(read(system), ConversionSettings())
     assert made.gravity == -g * ground.y
     assert {place for place, _ in made.loads} <= {ground.masscenter}
     assert not made.unknown_potentials
     system.add_loads(Force(b.masscenter, g * ground.x))  # one weighs otherwise
-    made = convert(read(system), Settings())
+    made = convert(read(system), ConversionSettings())
     assert made.gravity is None
     assert len(made.loads) == 4
 
@@ -243,7 +243,9 @@ def test_what_turns_or_moves_otherwise_is_another_scene() -> None:
         ground, a, b = bodies("a", "b")
         joints = pins(ground, a, b)
         change(ground, a, b)
-        return Scene(system_of(ground, joints), Asked(Settings())).digest
+        return CompileRequest(
+            system_of(ground, joints), CompileOptions(ConversionSettings())
+        ).digest
 
     u = dynamicsymbols("u_pin_a")
     changes = [

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import Build, Mechanism, MechanismError, build_scene
-from mechc_codegen.compiler import FIRST_FLAGS, FLAGS, RUNTIME, STRICT, instruction_sets, signature
 from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,
@@ -24,10 +23,12 @@ from mechc_codegen.description.mechanism import (
     Quantity,
     Speed,
 )
-from mechc_codegen.description.request import OPTIONAL, Wishes
+from mechc_codegen.description.request import OPTIONAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.extension.build import signature
+from mechc_codegen.extension.flags import FIRST_FLAGS, FLAGS, RUNTIME, STRICT
 from sympy import (
     Abs,
     E,
@@ -147,7 +148,7 @@ def test_scenes_with_jacobians_compile_without_a_warning(
     own = {"own": multiplier(0) * Symbol("l_0")} if scene == "four_bar" else {}
     mechanism = scenes.SCENES[scene]()
     known = set(OPTIONAL) - (set() if mechanism.joints else {"reactions"})
-    build = build_scene(mechanism, wishes=Wishes(frozenset(known), expressions=own))
+    build = build_scene(mechanism, request=OutputRequest(frozenset(known), expressions=own))
     compiles(build, tmp_path, compiler, only="scene_avx2.c")
     compiles(build, tmp_path, compiler, only="scene_first.c")
 

@@ -3,10 +3,9 @@
 from types import SimpleNamespace
 
 import pytest
-from mechc_codegen.compiler import _fitting
 from mechc_codegen.derive.equations import Tree
-from mechc_codegen.emit.c import WIDER
 from mechc_codegen.emit.elimination_order import plan_rows
+from mechc_codegen.emit.instruction_sets import WIDER, with_fitting_lanes
 
 CHAIN = tuple(range(-1, 9))
 
@@ -64,4 +63,4 @@ def test_scenes_of_very_many_speeds_have_fewer_lanes(speeds, rows, lanes):
     """Rows that are solved together need factors of all lanes on the stack."""
     symbols = SimpleNamespace(u=(None,) * speeds)
     equations = SimpleNamespace(holonomic=rows, nonholonomic=0, symbols=symbols)
-    assert _fitting(WIDER[-1], equations).lanes == lanes
+    assert with_fitting_lanes(WIDER[-1], equations).lanes == lanes

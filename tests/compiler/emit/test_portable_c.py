@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import build_scene
-from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT
-from mechc_codegen.emit.c import BASELINE
+from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 
 import mechc
 from mechc.simulation.settings import METHODS

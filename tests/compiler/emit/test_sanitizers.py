@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import Build, build_scene
-from mechc_codegen.compiler import FLAGS, RUNTIME, STRICT, instruction_sets
-from mechc_codegen.emit.c import InstructionSet
+from mechc_codegen.emit.instruction_sets import InstructionSet, instruction_sets
+from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 
 import mechc
 from mechc.compilation import toolchain

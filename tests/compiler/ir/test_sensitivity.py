@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mechc_codegen import Mechanism, compiler
 from mechc_codegen.compiler import build_scene
-from mechc_codegen.description.request import USUAL, Wishes
+from mechc_codegen.description.request import USUAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
 from mechc_codegen.ir.optimize import optimize
 from mechc_codegen.ir.sensitivity import add_sensitivities
@@ -166,11 +166,11 @@ def test_a_trees_jacobians_are_those_of_the_equations_written_out(
 @pytest.mark.parametrize("scene", SCENES)
 def test_sensitivities_leave_the_program_as_it_was(scene: str) -> None:
     before = optimize(scenes.lowered(scene))
-    after = add_sensitivities(before, Wishes(frozenset((*USUAL, *JACOBIANS))))
+    after = add_sensitivities(before, OutputRequest(frozenset((*USUAL, *JACOBIANS))))
     names = {o.name for o in before.outputs}
     assert tuple(o for o in after.outputs if o.name in names) == before.outputs
     assert [s for s in after.body if s in before.body] == list(before.body)
-    assert add_sensitivities(before, Wishes()) is before
+    assert add_sensitivities(before, OutputRequest()) is before
 
 
 def test_what_was_not_asked_for_is_not_emitted() -> None:

@@ -74,7 +74,7 @@ class LinkBodies:
 
     def _body(self, body: RigidBody | Particle) -> Body:
         frames, local = self.links.frames, self.links.local
-        mass = local.plain(S(body.mass))
+        mass = local.to_symbols(S(body.mass))
         if not local.constant([mass]):
             raise NotATreeError(f"the mass of {body.name} changes")
         centre = self.links.motion(body.masscenter)

@@ -40,18 +40,18 @@ class FrameMotion:
 
 
 class Local:
-    """Expressions of one joint: in plain symbols, with rates along the motion."""
+    """Expressions of one joint: in state symbols, with rates along the motion."""
 
     def __init__(
-        self, symbols: Symbols, rates: Sequence[Expr], plain: Callable[[Expr], Expr]
+        self, symbols: Symbols, rates: Sequence[Expr], to_symbols: Callable[[Expr], Expr]
     ) -> None:
-        self.symbols, self.rates, self.plain = symbols, rates, plain
+        self.symbols, self.rates, self.to_symbols = symbols, rates, to_symbols
         self._moving = {*symbols.q, *symbols.u, symbols.time}
         self._moving |= {value for chain in symbols.inputs for value in chain}
         self._rate_of = dict(zip(symbols.q, rates, strict=True))
 
     def entries(self, values: Sequence[Expr]) -> V3:
-        x, y, z = (self.plain(S(v)) for v in values)
+        x, y, z = (self.to_symbols(S(v)) for v in values)
         return (x, y, z)
 
     def constant(self, values: Sequence[Expr]) -> bool:

@@ -14,7 +14,7 @@ from sympy import Expr, S, sympify
 
 from mechc_codegen.derive.equations import Equations, Output, Tree
 from mechc_codegen.derive.joint_reactions import reaction_outputs, refuse_unknown_reactions
-from mechc_codegen.derive.state_symbols import Plain, plain_symbols
+from mechc_codegen.derive.state_symbols import StateSymbols, state_symbols
 from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import Body, LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
@@ -24,12 +24,12 @@ from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, dot, vanishes
 from mechc_codegen.derive.tree.velocities import refuse_other_velocities
 from mechc_codegen.description.mechanism import Mechanism, is_rigid, printed_name
-from mechc_codegen.description.request import EVERYTHING, Wishes
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 
 AXES = ("x", "y", "z")
 
 
-def derive_tree(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
+def derive_tree(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
     """Derive the equations link by link.
 
     Raises
@@ -38,7 +38,7 @@ def derive_tree(mechanism: Mechanism, wishes: Wishes = EVERYTHING) -> Equations:
         Where the description is none of a tree of links; the message says what is in the way.
     """
     _refuse_others(mechanism)
-    return _Derivation(mechanism, wishes).equations()
+    return _Derivation(mechanism, request).equations()
 
 
 def _refuse_others(mechanism: Mechanism) -> None:
@@ -66,10 +66,10 @@ class _Cut:
 
 
 class _Derivation:
-    def __init__(self, mechanism: Mechanism, wishes: Wishes) -> None:
-        self.mechanism, self.wishes = mechanism, wishes
-        self.symbols = plain_symbols(mechanism)
-        self.plain = Plain(mechanism, self.symbols, wishes)
+    def __init__(self, mechanism: Mechanism, request: OutputRequest) -> None:
+        self.mechanism, self.request = mechanism, request
+        self.symbols = state_symbols(mechanism)
+        self.to_symbols = StateSymbols(mechanism, self.symbols, request)
         self.tape = Tape(self.symbols.parameters)
         rates = (*mechanism.kinematics, *(state.rate for state in mechanism.states))
         self.rates = [self._plain(rate) for rate in rates]
@@ -80,7 +80,7 @@ class _Derivation:
         self.loaded = LinkBodies(mechanism, self.links)
         refuse_other_velocities(mechanism, self.links)
         self.cuts = self._cuts()
-        if wishes.wants("reactions"):  # before the links are counted
+        if request.includes("reactions"):  # before the links are counted
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
                 self.links.motion(joint.child_point)
@@ -88,25 +88,27 @@ class _Derivation:
             raise NotATreeError("a speed moves no link, or more than one, against its parent")
 
     def equations(self) -> Equations:
-        mechanism, wants = self.mechanism, self.wishes.wants
+        mechanism, includes = self.mechanism, self.request.includes
         links = self.links.links
         planar = self._planar(links)
         outputs = [
             *self._tree_outputs(links, planar),
             *self._kinematics(),
             *self._closures(planar),
-            *(self._energies() if wants("energy") else ()),
-            *(self._momenta() if wants("momenta") else ()),
-            *(self._points() if wants("points") else ()),
-            *(self._accelerations() if wants("accelerations") else ()),
-            *(self._residual() if self.wishes.wants_jacobian else ()),
-            *(self._reactions() if wants("reactions") else ()),
+            *(self._energies() if includes("energy") else ()),
+            *(self._momenta() if includes("momenta") else ()),
+            *(self._points() if includes("points") else ()),
+            *(self._accelerations() if includes("accelerations") else ()),
+            *(self._residual() if self.request.includes_jacobian else ()),
+            *(self._reactions() if includes("reactions") else ()),
             *self._scalars(),
         ]
         return Equations(
             symbols=self.symbols,
             outputs={o.name: o for o in outputs},
-            parameter_defaults=tuple(self.plain.default(p.default) for p in mechanism.parameters),
+            parameter_defaults=tuple(
+                self.to_symbols.default(p.default) for p in mechanism.parameters
+            ),
             holonomic=len(self.cuts),
             nonholonomic=0,
             identity_kinematics=self._plain_kinematics(),
@@ -128,7 +130,7 @@ class _Derivation:
         return tuple(mechanism.kinematics) == mechanism.u and not mechanism.states
 
     def _plain(self, expression: Expr) -> Expr:
-        return self.plain.expression(sympify(expression).xreplace(self.mechanism.rates))
+        return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
 
     # -- the tree ---------------------------------------------------------------------------
 
@@ -332,8 +334,8 @@ class _Derivation:
 
     def _scalars(self) -> list[Output]:
         told = "of several assemblies the one where this is largest is taken"
-        own = [Output(n, "asked for", (e,), (), (n,)) for n, e in self.wishes.expressions.items()]
-        scalars = [self.plain.solved(output) for output in own]
+        own = [Output(n, "asked for", (e,), (), (n,)) for n, e in self.request.expressions.items()]
+        scalars = [self.to_symbols.solved(output) for output in own]
         if self.mechanism.preference is not None:
             value = self._plain(self.mechanism.preference)
             scalars.append(Output("preference", told, (value,), (), ("preference",)))

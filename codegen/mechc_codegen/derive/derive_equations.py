@@ -1,0 +1,22 @@
+"""Stage 1: Mechanism -> Equations, by the form of Kane's method that suits the mechanism."""
+
+from __future__ import annotations
+
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.derive.kane import derive
+from mechc_codegen.derive.tree.frames import NotATreeError
+from mechc_codegen.derive.tree.recursion import derive_tree
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+
+LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (benchmarks/growth.py)
+
+
+def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
+    """By recursion over the links where there are many and the description allows it."""
+    if len(mechanism.speeds) >= LEAST_TREE:
+        try:
+            return derive_tree(mechanism, request)
+        except NotATreeError:
+            pass
+    return derive(mechanism, request)

@@ -1,0 +1,46 @@
+"""The instruction sets that a scene is compiled for."""
+
+from __future__ import annotations
+
+import platform
+from dataclasses import dataclass, replace
+
+from mechc_codegen.derive.equations import Equations
+
+# Of rows solved together: beyond it, the factors of all lanes would overflow a stack of 8 MB.
+MOST_SQUARES = 65536  # squares of the speeds, times lanes
+
+
+@dataclass(frozen=True)
+class InstructionSet:
+    """A compilation of the scene: its lanes and the compiler flags that allow them."""
+
+    name: str
+    lanes: int
+    flags: tuple[str, ...]
+
+
+BASELINE = InstructionSet("baseline", 2, ())
+WIDER = (
+    InstructionSet("avx2", 4, ("-mavx2", "-mfma")),
+    InstructionSet(
+        "avx512",
+        8,
+        ("-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx2", "-mfma", "-mprefer-vector-width=512"),
+    ),
+)
+
+
+def instruction_sets() -> tuple[InstructionSet, ...]:
+    """Baseline, and on x86-64 the wider ones, among which a program chooses when it starts."""
+    return (BASELINE, *WIDER) if platform.machine() in {"x86_64", "AMD64"} else (BASELINE,)
+
+
+def with_fitting_lanes(chosen: InstructionSet, equations: Equations) -> InstructionSet:
+    """With fewer lanes, down to two, where a scene with loops has very many speeds."""
+    if not equations.holonomic + equations.nonholonomic:
+        return chosen
+    lanes = chosen.lanes
+    while lanes > BASELINE.lanes and lanes * len(equations.symbols.u) ** 2 > MOST_SQUARES:
+        lanes //= 2
+    return replace(chosen, lanes=lanes)

@@ -1,0 +1,131 @@
+"""The files of a scene beside its program: sizes, and the model with its metadata.
+
+Input: the scene's functions.  Output: the texts of ``scene_sizes.h`` and ``scene_model.c``.
+Invariant: what a user named is in string literals alone, escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from importlib.resources import files
+from string import Template
+
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.instruction_sets import InstructionSet
+from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.ir.program import SineCosine
+
+
+def sizes_header(functions: SceneFunctions) -> str:
+    """The sizes of the scene and the list of its outputs, for the preprocessor."""
+    equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
+    jacobians = functions.jacobians()
+    values = {
+        "nq": len(symbols.q),
+        "nu": len(symbols.u),
+        "nh": equations.holonomic,
+        "nc": functions.rows,
+        "np": len(symbols.parameters),
+        "nk": len(functions.constants),
+        "saved": layout.kept + len(functions.saved),
+        "turns": sum(isinstance(s, SineCosine) for s in functions.configuration),
+        "identity": int(equations.identity_kinematics),
+        **layout.sizes,
+        "tables": _sizes_of_few(functions) + layout.tables,
+        "widest": max([*_widths(functions), len(symbols.q) + len(symbols.u), functions.rows]),
+        "outputs": _output_list(functions),
+        "solved": _solved_list(functions),
+        "state_jacobian": int("residual_by_state" in functions.outputs),
+        "parameter_jacobian": int("residual_by_parameters" in functions.outputs),
+        "input_jacobian": int("residual_by_inputs" in functions.outputs),
+        "own": len(functions.request.expressions),
+        "multipliers": int(functions.rows > 0 and _uses_multipliers(functions, bool(jacobians))),
+    }
+    return template("scene_sizes.h.in").substitute(values)
+
+
+def _sizes_of_few(functions: SceneFunctions) -> str:
+    """Sizes of what few scenes have."""
+    states, values = functions.equations.states, len(functions.program.input_values())
+    text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
+    return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
+
+
+def _widths(functions: SceneFunctions) -> list[int]:
+    widths = [len(o.elements) for o in functions.own_functions()]
+    return widths + [width for _, width in (*functions.layout.solved, *functions.jacobians())]
+
+
+def _uses_multipliers(functions: SceneFunctions, jacobians: bool) -> bool:
+    """Whether an output is computed from them; the motion itself is solved without."""
+    solved = any(functions.needs_motion(o) for o in functions.listed())
+    return jacobians or solved or functions.request.includes("multipliers")
+
+
+def _output_list(functions: SceneFunctions) -> str:
+    explicit = [o for o in functions.listed() if not functions.needs_motion(o)]
+    entries = [(o.name, len(o.elements)) for o in explicit]
+    return _entries(functions, [*entries, *functions.solved()])
+
+
+def _solved_list(functions: SceneFunctions) -> str:
+    """Outputs that hold accelerations or multipliers."""
+    solved = [o for o in functions.listed() if functions.needs_motion(o)]
+    return _entries(functions, ((o.name, len(o.elements)) for o in solved))
+
+
+def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> str:
+    """Label, what the user calls it, width."""
+    name_of = functions.request.name_of
+    return " \\\n".join(
+        f"    X({label}, {_in_one_line(name_of(label))}, {width})" for label, width in outputs
+    )
+
+
+def model_source(functions: SceneFunctions, metadata: str, sets: Sequence[InstructionSet]) -> str:
+    """What the scene is, and the choice among its compilations."""
+    values = {
+        "metadata": _string_literal(metadata),
+        "externs": "\n".join(f"extern const mechc_unit mechc_unit_{s.name};" for s in sets),
+        "units": "\n".join(_choice(s) for s in reversed(sets)),
+        "defaults": "\n".join(_default_lines(functions)),
+    }
+    return template("scene_model.c.in").substitute(values)
+
+
+def _default_lines(functions: SceneFunctions) -> Iterable[str]:
+    symbols, printer = functions.program.symbols.parameters, RealPrinter()
+    for i, value, held in functions.defaults():
+        if value is None:
+            yield f"    if (!given[{i}]) p[{i}] = NAN;"
+            continue
+        loads = "".join(f"const double {symbols[j].name} = p[{j}]; " for j in held)
+        yield f"    if (!given[{i}]) {{ {loads}p[{i}] = {printer.real(value)}; }}"
+
+
+def _choice(each: InstructionSet) -> str:
+    wanted = f'!strcmp(instruction_set, "{each.name}")'
+    features = [f[2:] for f in each.flags if f.startswith("-m") and "=" not in f]
+    supported = " && ".join(f'__builtin_cpu_supports("{f}")' for f in features) or "1"
+    return (
+        f"    if ((!instruction_set || {wanted})\n        && {supported})\n"
+        f"        return &mechc_unit_{each.name};"
+    )
+
+
+def _in_one_line(name: str) -> str:
+    return _string_literal(name).replace("\n    ", " ")
+
+
+def _string_literal(text: str) -> str:
+    """A C string literal in lines of bounded length; anything but plain ASCII is escaped."""
+    escaped = [
+        chr(byte) if 32 <= byte < 127 and chr(byte) not in '"\\?' else f"\\{byte:03o}"
+        for byte in text.encode("utf-8", "surrogatepass")
+    ]
+    chunks = ["".join(escaped[i : i + 80]) for i in range(0, len(escaped), 80)] or [""]
+    return "\n    ".join(f'"{chunk}"' for chunk in chunks)
+
+
+def template(name: str) -> Template:
+    return Template(files("mechc_codegen.emit").joinpath("templates", name).read_text("utf-8"))

@@ -1,0 +1,68 @@
+"""The sources of one scene, and all that decides its binary.
+
+Input: emitted texts.  Output: files to compile, with the flags of each.  Invariant: everything that
+decides the binary is in :class:`Build` or in :func:`signature`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+from mechc_codegen.emit.instruction_sets import InstructionSet
+from mechc_codegen.extension.flags import FLAGS, runtime_headers
+
+
+@dataclass(frozen=True)
+class Build:
+    """The texts of one scene, and per source file the compiler flags beyond ``FLAGS``."""
+
+    name: str
+    texts: Mapping[str, str]
+    flags: Mapping[str, tuple[str, ...]]
+    seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
+
+    @property
+    def first_flags(self) -> tuple[str, ...]:
+        """Those of the widest instruction set, which the first unit is compiled for."""
+        return max(self.flags.values(), key=len)
+
+    @property
+    def sources(self) -> tuple[str, ...]:
+        return tuple(self.flags)
+
+    def write(self, folder: Path) -> None:
+        """Write the texts; an unchanged file keeps its time stamp."""
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in self.texts.items():
+            path = folder / name
+            if not path.exists() or path.read_text("utf-8") != text:
+                path.write_text(text, "utf-8")
+
+
+def extension(
+    name: str,
+    texts: Mapping[str, str],
+    sets: Sequence[InstructionSet],
+    seconds: Mapping[str, float],
+) -> Build:
+    """Emitted C with the Cython wrapper and the flags of each instruction set."""
+    wrapper = files("mechc_codegen.emit") / "templates" / "scene.pyx.in"
+    flags = {f"scene_{each.name}.c": each.flags for each in sets} | {"scene_model.c": ()}
+    return Build(name, {**texts, "scene.pyx": wrapper.read_text("utf-8")}, flags, seconds)
+
+
+def signature(build: Build, compiler: str, python: str) -> str:
+    """Hash of all that decides a binary."""
+    digest = hashlib.sha256()
+    parts = [*(f"{name}\n{text}" for name, text in sorted(build.texts.items()))]
+    parts += [f"{name} {flags}" for name, flags in sorted(build.flags.items())]
+    parts += [Path(header).read_text("utf-8") for header in runtime_headers()]
+    parts += [" ".join(FLAGS), compiler, python, platform.machine()]
+    for part in parts:
+        digest.update(f"{len(part)}:".encode() + part.encode())
+    return digest.hexdigest()

@@ -1,0 +1,29 @@
+"""Compiler flags of scenes, and the C headers that they include."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+
+# -ffast-math would let a loaded extension flush denormals for the whole process.
+# gcc's vectorisers gather the scalar code's numbers into vectors, which takes twice the time; where
+# vectors pay, the code is written in lanes.
+FLAGS = (
+    "-std=gnu11",
+    "-O3",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-ffp-contract=fast",
+    "-fno-tree-vectorize",
+    "-fvisibility=hidden",
+)
+# Quick to compile rather than quick to run: it serves until the whole is compiled.
+FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
+SHARED = ("-DMECHC_SHARED",)  # the model is found by name
+STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
+RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"
+
+
+def runtime_headers() -> list[str]:
+    """Every header that generated code includes: what a build depends on."""
+    return sorted(str(path) for path in RUNTIME.rglob("*.h"))

@@ -1,0 +1,148 @@
+"""A mechanism or SymPy object with compile options -> a request with a digest.
+
+The digest of a SymPy object is computed from what was read of it, before anything is derived: a
+binary in the cache is found by it without deriving again.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, TypeGuard
+
+from sympy import Expr
+
+from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
+from mechc_codegen.description.source import ConversionSettings
+from mechc_codegen.description.terms import as_expression
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.read import read, readable
+
+if TYPE_CHECKING:
+    from mechc_codegen.description.mechanism import Mechanism
+    from mechc_codegen.description.request import OutputRequest
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CompileOptions:
+    """Settings of the conversion, parameters to fix, and outputs (None: the default ones)."""
+
+    settings: ConversionSettings
+    fix: Mapping[Any, Any] = field(default_factory=dict)
+    outputs: tuple[Any, ...] | None = None
+
+
+class CompileRequest:
+    """A SymPy object or a Mechanism, with the options to compile it with."""
+
+    def __init__(self, thing: Any, options: CompileOptions) -> None:
+        self.options = _with_expressions(options)
+        self._mechanism = thing if _is_mechanism(thing) else None
+        self._source = None if self._mechanism else read(thing)
+        self._fingerprint = fingerprint(self._source) if self._source else None
+        if self._mechanism:
+            _refuse_settings(options.settings)
+
+    @property
+    def digest(self) -> str | None:
+        """Hash of everything that decides the derivation; None where that cannot be written."""
+        if self._fingerprint is None or self._source is None:
+            return None
+        text = Fingerprint(self._source.frame)
+        text.lines.append(self._fingerprint.digest())
+        try:
+            _write_options(text, self.options)
+        except _NotWritableError:
+            return None
+        return text.digest()
+
+    def described(self) -> tuple[Mechanism, OutputRequest]:
+        """The mechanism, and the outputs and fixed parameters requested of it."""
+        from mechc_codegen.convert.convert import convert
+        from mechc_codegen.frontend.read_request import read_request
+
+        mechanism, options = self._mechanism, self.options
+        if mechanism is None:
+            assert self._source is not None
+            mechanism = convert(self._source, options.settings, self._fingerprint)
+        of_object = self._source is not None
+        return mechanism, read_request(mechanism, options.fix, options.outputs, of_object=of_object)
+
+
+def compilable(thing: object) -> bool:
+    """Whether it is a Mechanism or a SymPy object that can be converted to one."""
+    return _is_mechanism(thing) or readable(thing)
+
+
+def _is_mechanism(thing: object) -> TypeGuard[Mechanism]:
+    """Whether it is a Mechanism; the module is not imported for the question, which takes long."""
+    module = sys.modules.get("mechc_codegen.description.mechanism")
+    return module is not None and isinstance(thing, module.Mechanism)
+
+
+def _refuse_settings(settings: ConversionSettings) -> None:
+    if settings != ConversionSettings():
+        given = next(k for k, v in vars(settings).items() if v != getattr(ConversionSettings(), k))
+        raise MechanismError(
+            f"{given} is an option for SymPy objects; a Mechanism holds it in its description"
+        )
+
+
+def _with_expressions(options: CompileOptions) -> CompileOptions:
+    """The options with every expression as a SymPy expression; texts are refused."""
+    settings, outputs = options.settings, options.outputs
+    added = settings.configuration_constraints
+    read = replace(
+        settings,
+        inputs={
+            key: None if value is None else as_expression(value, f"inputs: {key}")
+            for key, value in settings.inputs.items()
+        },
+        states={x: as_expression(rate, f"states: {x}") for x, rate in settings.states.items()},
+        configuration_constraints=None
+        if added is None
+        else tuple(as_expression(each, "configuration_constraints") for each in added),
+    )
+    converted = tuple(
+        {name: as_expression(value, f"outputs: {name!r}") for name, value in item.items()}
+        if isinstance(item, Mapping)
+        else item
+        for item in outputs or ()
+    )
+    return replace(options, settings=read, outputs=None if outputs is None else converted)
+
+
+def _write_options(text: Fingerprint, options: CompileOptions) -> None:
+    """Write the options into the fingerprint, in a fixed order."""
+    settings = options.settings
+    text.write("name", [repr(settings.name)])
+    for label, pairs in (
+        ("fix", options.fix),
+        ("defaults", settings.defaults),
+        ("units", settings.units),
+        ("inputs", settings.inputs),
+    ):
+        lines = [f"{_text(text, key)}={_text(text, value)}" for key, value in pairs.items()]
+        text.write(label, sorted(lines))
+    rates = [f"{_text(text, x)}={_text(text, rate)}" for x, rate in settings.states.items()]
+    text.write("states", rates)
+    extra = settings.configuration_constraints
+    text.write("added", ["None"] if extra is None else [_text(text, e) for e in extra])
+    outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in options.outputs or ()]
+    text.write("outputs", [str(options.outputs is None), *outputs])
+    for item in options.outputs or ():
+        if isinstance(item, Mapping):
+            text.write("own", [f"{n!r}={_text(text, e)}" for n, e in item.items()])
+
+
+class _NotWritableError(Exception):
+    """A value whose text does not determine it, as that of a long array."""
+
+
+def _text(text: Fingerprint, value: Any) -> str:
+    if isinstance(value, Expr):
+        return text.expression(value)
+    if value is None or isinstance(value, (str, int, float)):  # numpy's numbers among them
+        return repr(value)
+    raise _NotWritableError

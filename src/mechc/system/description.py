@@ -45,10 +45,10 @@ class Description:
         found = (Quantity.from_metadata(each) for kind in kinds for each in self.data[kind])
         return MappingProxyType({quantity.name: quantity for quantity in found})
 
-    @cached_property
+    @property
     def units(self) -> Mapping[str, str]:
         """Unit of every coordinate, speed and parameter."""
-        return MappingProxyType({name: q.unit for name, q in self.quantities.items()})
+        return {name: q.unit for name, q in self.quantities.items()}
 
     @property
     def descriptions(self) -> Mapping[str, str]:

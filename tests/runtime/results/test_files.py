@@ -32,7 +32,7 @@ def hostile(sol):
         name=HOSTILE[0], title=HOSTILE[0], coordinates=names[0], speeds=names[1], units=units,
         quantities=fake_linkage.quantities(units),
         parameters=sol.model.parameters, defaults=sol.model.defaults,
-        reference=ModelReference(HOSTILE[0], custom=True),
+        reference=ModelReference(HOSTILE[0], custom=True, key=64 * "0", state=HOSTILE[:6]),
         constraint_names=sol.model.constraint_names, knows_energy=True,
     )  # fmt: skip
     columns = dict(zip((*names[0], *names[1]), sol.y.T, strict=True))

@@ -1,4 +1,4 @@
-"""Options of the whole suite."""
+"""Options of the whole suite, and the cache of compiled scenes that all of it shares."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import os
 
 import pytest
 from hypothesis import settings
+
+from mechc.compilation import build
+from tests.support.first_units import MadeOnRequest
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)
@@ -22,17 +25,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def own_cache(tmp_path_factory):
-    """A cache of compiled scenes that belongs to the tests alone."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "compiled"))
-        yield
+def compiled_once(tmp_path_factory):
+    """What any test compiles is found by all others, in every worker, and by nobody else.
 
-
-@pytest.fixture(scope="session")
-def shared_cache(tmp_path_factory):
-    """A cache for the library's mechanisms, which each test run compiles once for all workers."""
+    Integrators are compiled when a test asks for them.
+    """
     own = tmp_path_factory.getbasetemp()
-    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "library"
-    folder.mkdir(mode=0o700, exist_ok=True)
-    return folder
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MECHC_CACHE_DIR", str(folder))
+        patch.setattr(build, "Pending", MadeOnRequest)
+        yield

@@ -15,13 +15,6 @@ PAGES = (
 )  # whose examples are whole programs
 
 
-@pytest.fixture(scope="module", autouse=True)
-def cache(shared_cache):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
-        yield
-
-
 @pytest.mark.parametrize("page", PAGES)
 def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -17,7 +17,6 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
-from mechc.compilation import build
 from mechc.errors import MechcError
 
 t = dynamicsymbols._t
@@ -28,13 +27,6 @@ NAMES = (
     ".", "", " ", "time", "energy", "closure", "y", "y0", "t", "status", "member", "state",
     "zarr.json", "x" * 120, "__import__('os').system('touch PWNED')", "lambda", "gamma",
 )  # fmt: skip
-
-
-class NeverBehind:
-    """In place of the thread that compiles the integrators, where a test needs none."""
-
-    def __init__(self, make, at_once):
-        self.result = make
 
 
 def particles(coordinates, speeds, masses, gravity, points):
@@ -179,11 +171,6 @@ def slider(q, u, mass, stiffness, *, twice=False):
     return kane
 
 
-@pytest.fixture
-def rates_alone(monkeypatch):
-    monkeypatch.setattr(build, "Pending", NeverBehind)
-
-
 q, u = dynamicsymbols("q u")
 m, c = Symbol("m"), Symbol("c")
 
@@ -216,7 +203,7 @@ def test_two_coordinates_of_one_name_are_refused():
         mechc.compile(kane)
 
 
-def test_points_and_bodies_of_one_name_are_told_apart(rates_alone):
+def test_points_and_bodies_of_one_name_are_told_apart():
     model = mechc.compile(slider(q, u, m, c, twice=True), outputs=("points", "momenta"))
     assert model.point_names == ("P", "P (2)")
     assert model.body_names == ("B", "B (2)")
@@ -226,7 +213,7 @@ def test_points_and_bodies_of_one_name_are_told_apart(rates_alone):
     np.testing.assert_allclose(model.momenta([0.5, 0.1], values).linear[:, 0], [0.1, 0.2])
 
 
-def test_symbols_that_differ_in_assumptions_alone_are_two_scenes(rates_alone):
+def test_symbols_that_differ_in_assumptions_alone_are_two_scenes():
     """Of each there is one here, so each is called by its name; but one is not the other."""
     kinds = (Symbol("m"), Symbol("m", positive=True), Symbol("m", real=True))
     models = [mechc.compile(slider(q, u, kind, c)) for kind in kinds]
@@ -236,7 +223,7 @@ def test_symbols_that_differ_in_assumptions_alone_are_two_scenes(rates_alone):
     assert len(keys) == 2
 
 
-def test_names_made_to_look_like_other_expressions_are_other_scenes(rates_alone):
+def test_names_made_to_look_like_other_expressions_are_other_scenes():
     """What is written down for the key cannot be forged by a name."""
 
     def digest(*expressions):

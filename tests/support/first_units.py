@@ -1,12 +1,15 @@
-"""Rates and outputs alone: what is compiled first, without the integrators behind it."""
+"""Rates and outputs alone: integrators are compiled when they are asked for, not behind a test."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
+from mechc.compilation.pending import Pending
 
-class NeverBehind:
-    """In place of the thread that compiles the integrators."""
 
-    def __init__(self, make: Any, at_once: bool) -> None:
-        self.result = make
+class MadeOnRequest(Pending):
+    """In place of the thread that compiles the integrators: many tests need none."""
+
+    def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
+        super().__init__(make, at_once=False)

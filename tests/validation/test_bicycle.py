@@ -7,7 +7,6 @@ import pytest
 from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G, bicycle, values
 
 import mechc
-from mechc.compilation import build
 from tests.support import DATA
 
 PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))
@@ -18,19 +17,9 @@ TORQUES = ("lean_torque", "steer_torque")
 LATERAL = ("roll", "steer", "roll_rate", "steer_rate")
 
 
-class NeverBehind:
-    """In place of the thread that compiles the integrators, which these tests do not need."""
-
-    def __init__(self, make, at_once):
-        self.result = make
-
-
 @pytest.fixture(scope="module")
-def model(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(build, "Pending", NeverBehind)
-        yield mechc.compile(bicycle(), defaults=values(), outputs=OUTPUTS)
+def model():
+    return mechc.compile(bicycle(), defaults=values(), outputs=OUTPUTS)
 
 
 def places(model):

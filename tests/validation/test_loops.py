@@ -15,10 +15,8 @@ SCENES = {
 
 
 @pytest.fixture(scope="module", params=SCENES)
-def model(request, tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("loops")))
-        yield mechc.compile(SCENES[request.param](), outputs=("energy", "multipliers"))
+def model(request):
+    return mechc.compile(SCENES[request.param](), outputs=("energy", "multipliers"))
 
 
 def states(model, count, spread=0.4):

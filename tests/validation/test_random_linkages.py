@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from mechc_codegen import compiler
 
 import mechc
-from mechc.compilation import build
-from tests.support.first_units import NeverBehind
 from tests.support.linkages.linkage_objects import formed, mechanism, system
 from tests.support.linkages.random_mechanisms import Linkage, examples, linkages, states, values
 from tests.support.linkages.textbook import DIGITS, Textbook
@@ -26,7 +24,6 @@ EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # central differe
 
 def compiled(thing: Any, least_tree: int = compiler.LEAST_TREE, **asked: Any) -> mechc.Model:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "Pending", NeverBehind)
         patch.setattr(compiler, "LEAST_TREE", least_tree)
         return mechc.compile(thing, outputs=OUTPUTS, **asked)
 

@@ -122,15 +122,13 @@ BEFORE_THE_CROSSING = 0.7
 
 
 @pytest.fixture(scope="module")
-def model_of(shared_cache):
+def model_of():
     """A problem's model by name, compiled once."""
 
     def compiled(name):
         return mechc.load(PROBLEMS[name].mechanism, **PROBLEMS[name].options)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
-        yield compiled
+    return compiled
 
 
 def start_of(model, problem):

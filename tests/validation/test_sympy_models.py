@@ -8,17 +8,10 @@ from sympy import cos, symbols
 from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pendulum_on_cart
 
 import mechc
-from mechc.compilation import build
 from tests.support import sympy_models
 from tests.support.actuators import ACTUATED
-from tests.support.first_units import NeverBehind
 
 STATES = 3
-
-
-@pytest.fixture(autouse=True)
-def rates_and_outputs_alone(monkeypatch):
-    monkeypatch.setattr(build, "Pending", NeverBehind)
 
 
 def check(thing):

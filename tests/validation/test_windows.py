@@ -17,10 +17,8 @@ FLOOR = 1e-6
 
 
 @pytest.fixture(scope="module", params=[2, 5])
-def row(request, tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("windows")))
-        yield request.param, mechc.compile(windows(request.param), outputs=("points", "energy"))
+def row(request):
+    return request.param, mechc.compile(windows(request.param), outputs=("points", "energy"))
 
 
 def error_of(count, model, sol):

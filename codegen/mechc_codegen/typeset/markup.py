@@ -65,16 +65,17 @@ _TEX_TEXT = {
 
 def html_text(text: str) -> str:
     """Text for HTML and XML, quotes included; what XML forbids or nobody can see is replaced."""
-    return escape("".join(map(_visible, text)))
+    return escape(visible(text))
 
 
 def latex_text(text: str) -> str:
     """Text for LaTeX outside formulas; signs that a plain LaTeX lacks are written as U+XXXX."""
-    return "".join(_TEX_TEXT.get(c) or _tex_character(c) for c in map(_visible, text))
+    return "".join(_TEX_TEXT.get(c) or _tex_character(c) for c in visible(text))
 
 
-def _visible(character: str) -> str:
-    return "\N{REPLACEMENT CHARACTER}" if _hidden(character) else character
+def visible(text: str) -> str:
+    """The text with a sign in place of each character that nobody can see or XML forbids."""
+    return "".join("\N{REPLACEMENT CHARACTER}" if _hidden(c) else c for c in text)
 
 
 def _tex_character(character: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.batch.layout import dimensions
 from mechc.batch.reductions import read_reduction
 from mechc.batch.spec import Recipe
 from mechc.results.files import netcdf_names, xarray_module
@@ -61,17 +62,6 @@ def _labels(recipe: Recipe, arrays: Mapping[str, Any]) -> dict[str, str]:
     for name, key in zip(asked, escaped, strict=True):
         labels[name] = key if key not in own else f"{key}_asked"
     return labels
-
-
-def dimensions(name: str, rank: int) -> tuple[str, ...]:
-    """Names of the axes of a result."""
-    if name in ("y", "y0"):
-        return ("member", "state")
-    if name == "y_eval":
-        return ("member", "time", "state")
-    if name.startswith("output_"):
-        return ("member", "time", *(f"{name}_{i}" for i in range(rank - 2)))
-    return ("member",)
 
 
 def attributes(system: System, recipe: Recipe, name: str) -> dict[str, str]:

@@ -97,7 +97,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "max_steps": policy.max_steps,
         "method": METHODS[policy.method],
         "dense": reduces or len(recipe.t_eval) > 0,
-        "abreast": policy.method == LOCKSTEP,
+        "lockstep": policy.method == LOCKSTEP,
         "may_stiffen": policy.stiff_switch,
         "on_change_point": policy.on_change_point != "continue",
     }

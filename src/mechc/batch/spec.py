@@ -154,7 +154,7 @@ def checked_recipe(
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
     every = {**columns, **coordinates, **speeds} | ({"y0": states} if states is not None else {})
-    count = _common_count(every)
+    count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
     if until:
@@ -224,7 +224,7 @@ def _column(values: Array, name: str) -> Array:
     return np.ascontiguousarray(values) if values.ndim else values
 
 
-def _common_count(every: Mapping[str, Array]) -> int:
+def common_count(every: Mapping[str, Array]) -> int:
     """How many members there are; all that is given per member must agree on it."""
     counts = {
         name: len(values)

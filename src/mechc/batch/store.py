@@ -1,32 +1,44 @@
 """Batches as xarray datasets, and streamed to Zarr so that a killed call can go on.
 
 A folder holds ``data.zarr`` (a Zarr group of format 3, one array per result) and ``mechc``: the
-request, and one manifest per finished chunk, moved into place after the chunk's data.
+request, and one manifest per finished chunk, moved into place after the chunk's data is on the
+disk.  The manifests are checked when a folder is opened and when a call goes on with it.
 """
 
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
-from collections.abc import Callable, Iterator
+import shutil
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.batch.dataset import attributes, dimensions
+from mechc.batch import manifests
+from mechc.batch.dataset import attributes
+from mechc.batch.layout import (
+    METADATA,
+    Layout,
+    create,
+    layouts,
+    open_array,
+    output_shapes,
+)
 from mechc.batch.results import Batch
-from mechc.batch.spec import Compute, Recipe
+from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.simulation.settings import Policy
+from mechc.results.durable import replacing, write_text
+from mechc.results.files import reference_in
+from mechc.results.untrusted import names_of, printable, read_arrays, read_json
+from mechc.simulation.settings import Policy, checked_policy, checked_span, checked_times
 from mechc.system.parameters import Array
-from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
-FORMAT = 1
+FORMAT = 2
 DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
 LOCK = ".mechc-lock"
 
@@ -47,21 +59,39 @@ def stream(
         differs.
     """
     zarr = _zarr()
-    notes = folder / NOTES
+    notes, data = folder / NOTES, folder / DATA
     with _locked(folder):
         _claim(system, recipe, folder, size)
-        every = recipe.ranges(size)
-        missing = [r for r in every if not _manifest(notes, r[0]).exists()]
+        stored = layouts(recipe, system.scene.width, output_shapes(system, recipe), size)
+        with _named(folder):
+            arrays = _prepared(zarr, system, recipe, folder, stored)
+            every = recipe.ranges(size)
+            for first, _, _ in manifests.damaged(notes, data, arrays, stored, every):
+                manifests.discard(notes, data, stored, first)
+        missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
         report(recipe.count - sum(last - first for first, last in missing))
         complete = True
         try:
             for first, found, whole in compute(missing, report):
                 complete = complete and whole
                 if whole:
-                    _write_chunk(zarr, system, recipe, folder, size, first, found)
+                    with _named(folder):
+                        _write_chunk(folder, arrays, stored, first, found)
         except KeyboardInterrupt:
             complete = False
-    return Batch(system, recipe, _arrays(zarr, folder), complete)
+    return Batch(system, recipe, arrays, complete)
+
+
+@contextmanager
+def _named(folder: Path) -> Iterator[None]:
+    """What the operating system refuses, as an error that names the folder."""
+    try:
+        yield
+    except OSError as error:
+        raise MechcError(
+            f"cannot write into {folder}: {error.strerror or error}. What is done is kept: make "
+            "the same call again to go on"
+        ) from None
 
 
 def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
@@ -72,9 +102,10 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
             raise MechcError(f"{folder} holds other things ({foreign[0]}): name a new folder")
-        notes.mkdir(exist_ok=True)
-        _write_inputs(notes, recipe)
-        _move_into_place(notes / REQUEST, json.dumps(request, indent=1))
+        with _named(folder):
+            notes.mkdir(exist_ok=True)
+            _write_inputs(notes, recipe)
+            write_text(notes / REQUEST, json.dumps(request, indent=1))
         return
     differing = _differences(_read_request(folder), request)
     if differing:
@@ -82,6 +113,7 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
             f"{folder} holds the results of another request: {'; '.join(differing)}. Name a new "
             "folder, or make the same call again to go on"
         )
+    _write_inputs(notes, recipe)  # the same, whatever became of them on the disk
 
 
 def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
@@ -128,63 +160,36 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         arrays["states"] = recipe.states
     if atol is not None:
         arrays["atol"] = atol
-    with (notes / f"{INPUTS}.part").open("wb") as file:
+    with replacing(notes / f"{INPUTS}.npz") as part, part.open("wb") as file:
         np.savez(file, **arrays)
-    (notes / f"{INPUTS}.part").replace(notes / f"{INPUTS}.npz")
-    _move_into_place(notes / f"{INPUTS}.json", json.dumps(told))
+    write_text(notes / f"{INPUTS}.json", json.dumps(told))
 
 
-def _move_into_place(path: Path, text: str) -> None:
-    part = path.with_name(f"{path.name}.part")
-    part.write_text(text, "utf-8")
-    part.replace(path)
-
-
-def _manifest(notes: Path, first: int) -> Path:
-    return notes / f"chunk-{first:012d}.json"
+def _prepared(
+    zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
+) -> dict[str, Any]:
+    """Every array, writable; one that is not there or is not as it must be begins anew."""
+    group = folder / DATA
+    if not (group / METADATA).is_file():
+        zarr.open_group(str(group), mode="a", zarr_format=3)
+    arrays = {}
+    for name, layout in stored.items():
+        try:
+            arrays[name] = open_array(zarr, group / name, layout, "r+")
+        except MechcError:
+            shutil.rmtree(group / name, ignore_errors=True)
+            arrays[name] = create(zarr, group / name, layout, attributes(system, recipe, name))
+    return arrays
 
 
 def _write_chunk(
-    zarr: Any, system: System, recipe: Recipe, folder: Path, size: int, first: int,
-    found: dict[str, Array],
+    folder: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout], first: int,
+    found: Mapping[str, Array],
 ) -> None:  # fmt: skip
     """The data of one chunk, then the manifest that vouches for it."""
-    digest = hashlib.sha256()
-    for name, values in found.items():
-        array = _array(zarr, system, recipe, folder, size, name, values)
-        array[first : first + len(values)] = values
-        digest.update(np.ascontiguousarray(values).data)
-    told = {"members": [first, first + len(found["t"])], "sha256": digest.hexdigest()}
-    _move_into_place(_manifest(folder / NOTES, first), json.dumps(told))
-
-
-def _array(
-    zarr: Any, system: System, recipe: Recipe, folder: Path, size: int, name: str, values: Array
-) -> Any:
-    """The array of one result, made when it is first needed."""
-    group = folder / DATA
-    path = group / name
-    if (path / "zarr.json").exists():
-        return zarr.open_array(str(path), mode="r+")
-    blank = np.nan if values.dtype.kind == "f" else 0
-    if not (group / "zarr.json").exists():
-        zarr.open_group(str(group), mode="a", zarr_format=3)
-    return zarr.create_array(
-        str(path),
-        shape=(recipe.count, *values.shape[1:]),
-        chunks=(min(size, recipe.count), *values.shape[1:]),
-        dtype=values.dtype,
-        fill_value=blank,
-        dimension_names=dimensions(name, values.ndim),
-        attributes=attributes(system, recipe, name),
-        overwrite=True,
-    )
-
-
-def _arrays(zarr: Any, folder: Path) -> dict[str, Any]:
-    """Every array of a folder, unread."""
-    held = sorted(path.parent.name for path in (folder / DATA).glob("*/zarr.json"))
-    return {name: zarr.open_array(str(folder / DATA / name), mode="r") for name in held}
+    for name in stored:
+        arrays[name][first : first + len(found["t"])] = found[name]
+    manifests.write(folder / NOTES, folder / DATA, first, found, stored)
 
 
 @contextmanager
@@ -206,56 +211,172 @@ def _locked(folder: Path) -> Iterator[None]:
 # -- opening ----------------------------------------------------------------------------------
 
 
-def open_batch(folder: Path, system: System | None = None) -> Batch:
-    """A batch that was streamed to a folder; its arrays are read when they are used.
+def open_batch(folder: Path, given: System | None = None) -> Batch:
+    """A batch that was streamed to a folder, checked; its arrays are read when they are used.
 
-    ``system`` is needed where the mechanism is one's own and not in the cache any more.
+    Everything in the folder may come from a stranger: what it says about its arrays is compared
+    with its request, the request with the system, and the data with their sha256.
+
+    ``given`` is needed where the mechanism is one's own and not in the cache any more.
 
     Raises
     ------
     MechcError
-        If the folder is not one, or its mechanism is not at hand.
+        If the folder is not one, its mechanism is not at hand, or it is damaged: with what.
     """
     zarr = _zarr()
-    request = _read_request(folder)
+    held = _read(folder)
     try:
+        system = system_of(reference_in(held.request, given=given is not None), given)
+    except MechcError as error:
+        raise MechcError(printable(str(error))) from None
+    with _damaged(folder):
+        recipe = _checked_again(system, held.recipe)
+        tails = output_shapes(system, recipe)
+    arrays, stored = _opened(zarr, held, tails)
+    for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, arrays, stored, held.ranges):
+        raise MechcError(f"{why}. The call that made {folder}, made again, mends it")
+    return Batch(system, recipe, arrays, not held.missing())
+
+
+class Examined(NamedTuple):
+    """What :func:`examine` found: chunks in all, those not computed yet, what is wrong."""
+
+    chunks: int
+    missing: int
+    damage: list[str]
+
+
+def examine(folder: Path) -> Examined:
+    """Check all of a streamed batch, without its model.
+
+    Raises
+    ------
+    MechcError
+        If the folder is none, or so damaged that its chunks cannot be looked at.
+    """
+    zarr = _zarr()
+    held = _read(folder)
+    arrays, stored = _opened(zarr, held, None)
+    notes, data = folder / NOTES, folder / DATA
+    damage = [why for *_, why in manifests.damaged(notes, data, arrays, stored, held.ranges)]
+    return Examined(len(held.ranges), len(held.missing()), damage)
+
+
+class _Held(NamedTuple):
+    """A folder's request and inputs, in agreement with each other."""
+
+    folder: Path
+    request: dict[str, Any]
+    recipe: Recipe
+    state: tuple[str, ...]
+    size: int
+    ranges: list[tuple[int, int]]
+
+    def missing(self) -> list[int]:
+        """First members of the chunks without a manifest."""
+        notes = self.folder / NOTES
+        return [first for first, _ in self.ranges if not manifests.path_of(notes, first).exists()]
+
+
+def _read(folder: Path) -> _Held:
+    request = _read_request(folder)
+    with _damaged(folder):
         recipe = _read_recipe(folder / NOTES)
-        system = system_of(ModelReference.from_json(request), system)
-        chunks = recipe.ranges(int(request["chunk"]))
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise MechcError(f"{folder} is damaged: {error}") from None
-    complete = all(_manifest(folder / NOTES, first).exists() for first, _ in chunks)
-    return Batch(system, recipe, _arrays(zarr, folder), complete)
+        for key, value in json.loads(json.dumps(recipe.told())).items():
+            if request[key] != value:
+                raise ValueError(f"its inputs are not those of its request: {key}")
+        state = names_of(request["state"], "its states")
+        size = request["chunk"]
+        if type(size) is not int or size < 1:
+            raise ValueError(f"chunks of {printable(str(size))} members")
+    return _Held(folder, request, recipe, state, size, recipe.ranges(size))
+
+
+@contextmanager
+def _damaged(folder: Path) -> Iterator[None]:
+    """Whatever is wrong with what a folder says, as an error that names it."""
+    try:
+        yield
+    except MechcError as error:
+        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+    except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
+        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+
+
+def _opened(
+    zarr: Any, held: _Held, tails: Mapping[str, tuple[int, ...]] | None
+) -> tuple[dict[str, Any], dict[str, Layout]]:
+    """The arrays of a folder, whose metadata are those of its request, unread.
+
+    ``tails``: shapes of the outputs at one state; None: what the folder itself says.
+    """
+    data = held.folder / DATA
+    if tails is None:
+        with _damaged(held.folder):
+            tails = {
+                name: tuple(read_json(data / f"output_{i}" / METADATA, 2**20)["shape"][2:])
+                for i, name in enumerate(held.recipe.outputs)
+            }
+    with _damaged(held.folder):
+        stored = layouts(held.recipe, len(held.state), tails, held.size)
+    return {name: open_array(zarr, data / name, stored[name]) for name in stored}, stored
 
 
 def _read_request(folder: Path) -> dict[str, Any]:
-    path = folder / NOTES / REQUEST
     try:
-        request = json.loads(path.read_text("utf-8"))
+        request = read_json(folder / NOTES / REQUEST)
     except FileNotFoundError:
         raise MechcError(f"{folder} holds no batch written by mechc") from None
-    except ValueError as error:
-        raise MechcError(f"{path} is damaged: {error}") from None
-    if not isinstance(request, dict) or request.get("format") != FORMAT:
-        raise MechcError(f"{folder} was written in another format than {FORMAT}")
+    if request.get("format") != FORMAT:
+        raise MechcError(
+            f"{folder} was written in another format than {FORMAT}: make the call again into a "
+            "new folder"
+        )
     return request
 
 
 def _read_recipe(notes: Path) -> Recipe:
-    told = json.loads((notes / f"{INPUTS}.json").read_text("utf-8"))
-    with np.load(notes / f"{INPUTS}.npz", allow_pickle=False) as held:
-        arrays = {name: held[name] for name in held.files}
+    """The request as data; what only the model can tell is not checked yet."""
+    told = read_json(notes / f"{INPUTS}.json")
+    arrays = read_arrays(notes / f"{INPUTS}.npz")
     columns = {
-        kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(names)}
-        for kind, names in told["names"].items()
+        kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"][kind])}
+        for kind in ("params", "coordinates", "speeds")
     }
-    return Recipe(
-        count=int(told["count"]), span=(told["span"][0], told["span"][1]),
-        states=arrays.get("states"), guess=told["guess"], t_eval=arrays["t_eval"],
-        keep_states=bool(told["keep_states"]), outputs=tuple(told["outputs"]),
-        reductions=tuple(told["reductions"]), until=str(told["until"]),
+    recipe = Recipe(
+        count=told["count"], span=(told["span"][0], told["span"][1]),
+        states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
+        keep_states=told["keep_states"], outputs=names_of(told["outputs"], "its outputs"),
+        reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
         policy=Policy(atol=arrays.get("atol"), **told["policy"]), **columns,
     )  # fmt: skip
+    every = {name: values for kind in columns.values() for name, values in kind.items()}
+    if recipe.states is not None:
+        every["y0"] = recipe.states
+    if type(recipe.count) is not int or recipe.count != common_count(every):
+        raise ValueError("it has another number of members than its inputs")
+    return recipe
+
+
+def _checked_again(system: System, recipe: Recipe) -> Recipe:
+    """The request checked as a user's is; raises ValueError where it comes out different."""
+    told = recipe.policy._asdict()
+    switches = told.pop("stiff_switch")
+    told["method"] = "auto" if switches else told["method"]
+    told["first_step"] = told["first_step"] or None
+    span = checked_span(recipe.span)
+    start: Any = recipe.states
+    if start is None:
+        start = Assembly(recipe.coordinates, recipe.speeds, recipe.guess)
+    again = checked_recipe(
+        system, span, start, recipe.params, checked_times(recipe.t_eval, span),
+        recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
+        checked_policy(system, **told),
+    )  # fmt: skip
+    if again.told() != recipe.told():
+        raise ValueError("no call makes such a request")
+    return again
 
 
 def _zarr() -> Any:

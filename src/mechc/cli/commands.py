@@ -1,4 +1,4 @@
-"""The command ``mechc``: list, show, run, sweep, emit, cache, doctor, bench."""
+"""The command ``mechc``: list, show, run, sweep, verify, emit, cache, doctor, bench."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ from mechc.cli.options import (
     sweep_options,
     variant_options,
 )
+from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError
@@ -87,6 +88,8 @@ def _parser() -> argparse.ArgumentParser:
     _add(commands, "list", "the library's mechanisms", _list)
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
+    saved = _add(commands, "verify", "whether what was saved is as it was written", verify_command)
+    saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
     show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")

@@ -14,7 +14,7 @@ from mechc.compilation.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
 
 Check = tuple[str, bool, str]
-PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray")
+PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
 OPTIONAL = ("nbclient", "ipykernel")
 
 

@@ -35,7 +35,7 @@ def errors_of_compiler() -> dict[str, type[MechcError]]:
 
 
 def include_folder() -> Path:
-    """Where the headers of compiled scenes lie."""
+    """Where the headers lie that C programs which use a model include."""
     import mechc_codegen
 
-    return Path(mechc_codegen.__file__).parent / "runtime"
+    return Path(mechc_codegen.__file__).parent / "runtime" / "abi"

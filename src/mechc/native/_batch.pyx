@@ -41,7 +41,7 @@ cdef extern from "batch/members.h":
     ctypedef struct mechc_batch:
         const mechc_unit *unit
         mechc_options options
-        int coordinates, width, parameters, abreast
+        int coordinates, width, parameters, lockstep
         double open_at_most
         ptrdiff_t count
         const double *y0
@@ -179,7 +179,7 @@ cdef class Runs(Job):
         batch.parameters = unit.model.parameters
         batch.open_at_most = open_at_most
         batch.count = count
-        batch.abreast = options["abreast"]
+        batch.lockstep = options["lockstep"]
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
         if count:
             batch.y0, batch.length = &y0[0, 0], &length[0]

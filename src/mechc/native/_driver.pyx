@@ -58,8 +58,8 @@ cdef extern from "abi/model.h":
         double *t
         double *y
         double *dense
-        ptrdiff_t passage_count
-        double *passages
+        ptrdiff_t crossing_count
+        double *crossings
 
     ctypedef struct mechc_run:
         int status
@@ -454,7 +454,7 @@ cdef class Run:
     @property
     def passages(self):
         """Number of change points passed."""
-        return self.run.trajectory.passage_count
+        return self.run.trajectory.crossing_count
 
     @property
     def count(self):
@@ -478,11 +478,11 @@ cdef class Run:
         """
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef ptrdiff_t width = self.scene.coordinates + 2, i, j
-        rows = np.empty((record.passage_count, width))
+        rows = np.empty((record.crossing_count, width))
         cdef double[:, ::1] view = rows
-        for i in range(record.passage_count):
+        for i in range(record.crossing_count):
             for j in range(width):
-                view[i, j] = record.passages[i * width + j]
+                view[i, j] = record.crossings[i * width + j]
         return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
 
     def interpolate(self, const double[::1] t):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import hashlib
+import io
 import json
 import re
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -16,11 +19,22 @@ from mechc.errors import (
     MissingPackageError,
     ValueOutOfBoundsError,
 )
+from mechc.results.durable import replacing
+from mechc.results.untrusted import (
+    checked_options,
+    json_object,
+    names_of,
+    printable,
+    read_regular,
+)
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
+from mechc.system.reference import ModelReference
 
-FORMAT = 1
+FORMAT = 2
 LONGEST = 200  # characters of a NetCDF name
+LARGEST_FILE = 2**33  # bytes of a file that is opened
+_FORMULA = re.compile(r"[\s\ufeff\u200b]*[=+@\-＝＋＠－]")
 TAKEN = {"time", "energy", "closure", "velocity_closure"}
 TAKEN |= {"byte", "char", "short", "ushort", "int", "uint", "int64", "uint64"}  # NetCDF's own
 TAKEN |= {"float", "real", "double", "bool", "string"}
@@ -48,7 +62,18 @@ def to_dataset(sol: Trajectory) -> Any:
         "status": _ascii(str(sol.status)),
         "mechc": json.dumps(_recipe(sol)),
     }
-    return xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
+    data = xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
+    return data.assign_attrs(sha256=digest(data))
+
+
+def digest(data: Any) -> str:
+    """The sha256 of all numbers of a dataset, and of what is needed to simulate again."""
+    told = hashlib.sha256(str(data.attrs["mechc"]).encode())
+    for key in sorted(map(str, data.variables)):
+        values = np.ascontiguousarray(data[key].values, dtype="<f8")
+        told.update(f"\n{key} {values.shape}\n".encode())
+        told.update(values.data)
+    return told.hexdigest()
 
 
 def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
@@ -66,14 +91,23 @@ def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
 
 
 def save(sol: Trajectory, path: Path) -> Path:
-    """Write ``.nc`` or ``.csv``, by the ending of the path."""
-    if path.suffix == ".nc":
-        to_dataset(sol).to_netcdf(path, engine="scipy")
-    elif path.suffix == ".csv":
-        _write_csv(sol, path)
-    else:
+    """Write ``.nc`` or ``.csv``, by the ending of the path.
+
+    Raises
+    ------
+    MechcError
+        If the file cannot be written; one that was there is then as it was.
+    """
+    writers = {".nc": _write_netcdf, ".csv": _write_csv}
+    if path.suffix not in writers:
         raise ValueOutOfBoundsError(f"cannot save as {path.name!r}: end it in .nc or .csv")
+    with replacing(path) as part:
+        writers[path.suffix](sol, part)
     return path
+
+
+def _write_netcdf(sol: Trajectory, path: Path) -> None:
+    to_dataset(sol).to_netcdf(path, engine="scipy")
 
 
 def _recipe(sol: Trajectory) -> dict[str, Any]:
@@ -86,6 +120,7 @@ def _recipe(sol: Trajectory) -> dict[str, Any]:
         **sol.system.reference.to_json(),
         "params": sol.params.tolist(),
         "span": list(sol.span),
+        "steps": int(sol.stats["steps"] + sol.stats["rejected"]),
         "y0": y0.tolist(),
         "policy": policy,
         "status": asdict(sol.status),
@@ -96,14 +131,56 @@ def _recipe(sol: Trajectory) -> dict[str, Any]:
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
     """What is needed to simulate again, and the times and states saved."""
+    data = _loaded(read_regular(path, LARGEST_FILE))
+    recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
+    if recipe["format"] != FORMAT:
+        raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
+    if data.attrs["sha256"] != digest(data):
+        raise MechcError("it is damaged: its sha256 is another; what is right in it xarray reads")
+    keys = netcdf_names(names_of(recipe["state"], "its states"))
+    states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
+    return recipe, data["time"].values.astype(np.float64), states
+
+
+def _loaded(content: bytes) -> Any:
+    """The dataset in a file of NetCDF 3, in memory."""
     xarray = xarray_module()
-    with xarray.open_dataset(path, engine="scipy", decode_times=False) as data:
-        recipe = json.loads(data.attrs["mechc"])
-        if recipe["format"] != FORMAT:
-            raise MechcError(f"its format is {recipe['format']}, not {FORMAT}")
-        keys = netcdf_names(tuple(recipe["state"]))
-        states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
-        return recipe, data["time"].values.astype(np.float64), states
+    if content[:3] != b"CDF":
+        raise MechcError("it is no file of NetCDF 3")
+    try:
+        with xarray.open_dataset(io.BytesIO(content), engine="scipy", decode_cf=False) as data:
+            return data.load()
+    except Exception as error:  # of another's reader, whatever it stumbles over
+        raise MechcError(f"it is damaged: {error or type(error).__name__}") from None
+
+
+def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelReference:
+    """Which mechanism a file is of; ``given``: its model is at hand and need not be derived.
+
+    Raises
+    ------
+    MechcError
+        If it does not say that, or if deriving it could take long.
+    """
+    derived = not (given or told.get("custom"))
+    options = checked_options(told.get("options")) if derived else told.get("options")
+    return ModelReference.from_json({**told, "options": options})
+
+
+def verify(path: Path) -> None:
+    """Refuse a saved solution that is not as it was written.
+
+    Raises
+    ------
+    MechcError
+        With what is wrong.
+    FileNotFoundError
+        If there is none.
+    """
+    try:
+        read(path)
+    except (MechcError, LookupError, TypeError, ValueError) as error:
+        raise MechcError(f"{path}: {printable(str(error))}") from None
 
 
 def _write_csv(sol: Trajectory, path: Path) -> None:
@@ -119,8 +196,9 @@ def _write_csv(sol: Trajectory, path: Path) -> None:
 
 
 def _csv_text(text: str) -> str:
-    """Spreadsheets take some first characters for a formula."""
-    return f"'{text}" if text[:1] in ("=", "+", "-", "@", "\t", "\r") else text
+    """Spreadsheets take some first characters of a line for a formula."""
+    line = " ".join(text.splitlines())
+    return f"'{line}" if text[:1] in ("\t", "\r", "\n") or _FORMULA.match(line) else line
 
 
 def _ascii(text: str) -> str:

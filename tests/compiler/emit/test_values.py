@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cache
 
 import mpmath
@@ -14,14 +13,6 @@ from tests.support import scenes
 from tests.support.exact_values import OUTPUTS, Array, Reference
 
 STATES = 1000
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Scenes compiled on demand go to a folder of this test."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @cache

@@ -8,15 +8,9 @@ from sympy.physics.mechanics import dynamicsymbols
 import mechc
 from mechc.compilation import build, cache
 from mechc.errors import MissingParameterError, UnavailableOutputError
-from tests.support.first_units import NeverBehind
 from tests.support.sympy_objects import four_bar_kane, four_bar_system, slider
 
 t = dynamicsymbols._t
-
-
-@pytest.fixture(autouse=True)
-def rates_and_outputs_alone(monkeypatch):
-    monkeypatch.setattr(build, "Pending", NeverBehind)
 
 
 VALUES = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.5, "g": 9.81}
@@ -25,11 +19,9 @@ VALUES = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.5, "g": 9.81}
 @pytest.fixture(scope="module")
 def four_bar():
     """By Kane's method, with everything that can be asked for."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(build, "Pending", NeverBehind)
-        power = -sum(Symbol("rho") * l for l in map(Symbol, ("l_0", "l_1"))) * dynamicsymbols("u_0")
-        outputs = ("energy", "points", "momenta", "multipliers", {"power": power, "wave": sin(t)})
-        return mechc.compile(four_bar_kane(), outputs=outputs, name="four-bar")
+    power = -sum(Symbol("rho") * l for l in map(Symbol, ("l_0", "l_1"))) * dynamicsymbols("u_0")
+    outputs = ("energy", "points", "momenta", "multipliers", {"power": power, "wave": sin(t)})
+    return mechc.compile(four_bar_kane(), outputs=outputs, name="four-bar")
 
 
 def test_parameters_without_a_value_are_asked_for_by_name(four_bar):

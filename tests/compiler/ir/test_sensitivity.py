@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -27,13 +27,6 @@ JACOBIANS = ("state_jacobian", "parameter_jacobian")
 SCENES = ("four_bar", "everything", "swing", "guided swing", "bead")
 STATES = 3
 Rates = Callable[[list[mpmath.mpf]], list[mpmath.mpf]]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        yield
 
 
 @cache

@@ -21,13 +21,6 @@ CONSERVATIVE = ("four_bar", "heavy_top", "pendulum", "planar_chain", "rigid_body
 DRIVEN = {"andrews": ("beta", "T"), "slider_crank": ("theta", "T")}  # angle, torque on it
 
 
-@pytest.fixture(scope="module", autouse=True)
-def cache(shared_cache):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(shared_cache))
-        yield
-
-
 @pytest.fixture(scope="module")
 def run():
     """What ``mechc run NAME`` simulates, by name."""

@@ -26,19 +26,11 @@ from tests.support.pendulums import pendulum
 RATE = -np.cos(0.3)  # of a unit pendulum, times gravity
 
 
-class NeverBehind:
-    """In place of the thread that compiles the integrators, which few of these tests need."""
-
-    def __init__(self, make, at_once):
-        self.result = make
-
-
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
-    monkeypatch.setattr(build, "Pending", NeverBehind)
     toolchain.version.cache_clear()
     yield tmp_path
     toolchain.version.cache_clear()
@@ -67,11 +59,9 @@ RUN = """
 import warnings
 import mechc
 from mechc.compilation import build, entries, processor
+from tests.support.first_units import MadeOnRequest
 from tests.support.pendulums import pendulum
-class NeverBehind:
-    def __init__(self, make, at_once):
-        self.result = make
-build.Pending = NeverBehind
+build.Pending = MadeOnRequest
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)
@@ -115,11 +105,9 @@ def test_processes_at_once_derive_and_compile_once(fresh):
 KANE = """
 import mechc
 from mechc.compilation import build, entries, processor
+from tests.support.first_units import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
-class NeverBehind:
-    def __init__(self, make, at_once):
-        self.result = make
-build.Pending = NeverBehind
+build.Pending = MadeOnRequest
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)

@@ -22,6 +22,7 @@ from tests.support.pendulums import pendulum
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(build, "Pending", Pending)
     monkeypatch.setattr(build, "_compiled", {})
     return tmp_path
 
@@ -65,7 +66,7 @@ def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     assert first[0][1] == pytest.approx(-4.0 * np.cos(0.3), rel=1e-14)
     assert cache.entries() == []
     with pytest.raises(UnknownNameError):
-        model.output("nothing", [0.3, 0.1])
+        model._evaluate("nothing", [0.3, 0.1], None, 0.0)
     begin.set()
     assert model.simulate(1.0, [0.3, 0.1]).status.ok
     assert len(cache.entries()) == 1

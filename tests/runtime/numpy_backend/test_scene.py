@@ -45,21 +45,6 @@ STATES = 25
 REGULAR = {"l_3": 3.5}
 
 
-class NeverBehind:
-    """In place of the thread that compiles the integrators, which few of these tests need."""
-
-    def __init__(self, make, at_once):
-        self.result = cache(make)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def own_cache(tmp_path_factory):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(tmp_path_factory.mktemp("cache")))
-        patch.setattr(build, "Pending", NeverBehind)
-        yield
-
-
 @cache
 def without_c(scene):
     return mechc.compile(SCENES[scene](), backend="numpy")

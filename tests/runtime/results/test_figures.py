@@ -255,7 +255,14 @@ def test_odd_runs_are_drawn_without_a_warning(sol: FakeSolution) -> None:
 def test_a_run_that_left_the_numbers_is_drawn_up_to_there() -> None:
     run = view.sample(fake_linkage.run(), 60)
     run.y[40:] = np.nan
-    texts(plot._picture("overview", run))
+    assert "Coordinates" in texts(plot._picture("overview", run))
+    figure: Any = plot._picture("coordinates", run)
+    expected = np.rad2deg(fake_linkage.exact_state(run.t)[:40, :3])
+    for line, values in zip(figure.axes[0].get_lines(), expected.T, strict=True):
+        np.testing.assert_allclose(line.get_ydata()[:40], values)
+        assert np.isnan(line.get_ydata()[40:]).all()
+    low, high = figure.axes[0].get_ylim()
+    assert low < expected.min() < expected.max() < high < expected.max() + np.ptp(expected)
 
 
 def test_files_have_fixed_names_and_the_same_bytes_every_time(tmp_path: Path) -> None:

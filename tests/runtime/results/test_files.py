@@ -152,6 +152,7 @@ def test_a_tampered_file_is_refused_by_name(tmp_path, sol, change):
     """A file is somebody's input: nothing in it is trusted to have the right size or kind."""
     data = sol.to_xarray()
     data.attrs["mechc"] = json.dumps(json.loads(data.attrs["mechc"]) | change)
+    data.attrs["sha256"] = storage.digest(data)
     path = tmp_path / "tampered.nc"
     data.to_netcdf(path, engine="scipy")
     with pytest.raises(MechcError, match=r"tampered\.nc"):
@@ -161,6 +162,7 @@ def test_a_tampered_file_is_refused_by_name(tmp_path, sol, change):
 def test_a_saved_motion_that_comes_out_different_is_refused(tmp_path, sol):
     data = sol.to_xarray()
     data["theta_1"] = data["theta_1"] + 1e-3
+    data.attrs["sha256"] = storage.digest(data)
     data.to_netcdf(tmp_path / "other.nc", engine="scipy")
     with pytest.raises(MechcError, match="differs from the one saved"):
         mechc.open(tmp_path / "other.nc")

@@ -1,9 +1,12 @@
 """Runs that end early say when, why and what to do, and keep what was computed."""
 
+import ctypes
 import gc
 import os
 import signal
 import threading
+import weakref
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -88,14 +91,56 @@ def test_warnings_are_part_of_the_prose():
     assert status.ok
 
 
-def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
-    """The cycle collector clears what an object holds before the object itself goes."""
+class HeapInfo(ctypes.Structure):
+    """What glibc says of its heap: ``struct mallinfo2``."""
+
+    _fields_: ClassVar = [
+        (name, ctypes.c_size_t)
+        for name in (
+            *("arena", "ordblks", "smblks", "hblks", "hblkhd"),
+            *("usmblks", "fsmblks", "uordblks", "fordblks", "keepcost"),
+        )
+    ]
+
+
+def bytes_in_use():
+    libc = ctypes.CDLL(None)
+    if not hasattr(libc, "mallinfo2"):
+        pytest.skip("only glibc 2.33 and later says how much memory is in use")
+    libc.mallinfo2.restype = HeapInfo
+    info = libc.mallinfo2()
+    return info.uordblks + info.hblkhd
+
+
+def in_a_cycle(model, regular):
+    """A run that only the cycle collector can free, as a solution and as what is behind it."""
     params, start = regular
-    for _ in range(3):
-        sol = model.simulate((0, 1), start, params)
-        sol.itself = sol
-        cycle = [sol._run]
-        cycle.append(cycle)
-        sol._run = cycle
-        del sol, cycle
+    sol = model.simulate((0, 20), start, params)
+    sol.itself = sol
+    cycle = [sol._run]
+    cycle.append(cycle)
+    sol._run = cycle
+    return sol
+
+
+def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
+    """The cycle collector clears what an object holds before the object itself goes.
+
+    What is alive in C is seen in the heap alone: a run that is kept takes some 200 KB of it.
+    """
+    in_a_cycle(model, regular)
+    gc.collect()
+    before = bytes_in_use()
+    kept = in_a_cycle(model, regular)
+    gc.collect()
+    size = bytes_in_use() - before
+    assert size > 8 * 6 * 200, "the states of more than 200 steps"
+    solution, runs = weakref.ref(kept), [kept._run]
+    assert len(runs[0][0].times(0)) > 200
+    del kept, runs
+    gc.collect()
+    assert solution() is None
+    for _ in range(4):
+        in_a_cycle(model, regular)
         gc.collect()
+    assert bytes_in_use() - before < size / 2

@@ -11,9 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-#include "model.h"
 
-#define MECHC_PASSED (MECHC_NP + (MECHC_NI > 0)) /* numbers handed on as parameters */
 #define MECHC_ADDRESS_BITS 52
 
 typedef struct mechc_inputs mechc_inputs;

@@ -5,6 +5,7 @@
 #ifndef MECHC_SIGNALS_H
 #define MECHC_SIGNALS_H
 
+#include <stddef.h>
 #include "inputs.h"
 
 /* A piecewise polynomial, piece by piece in powers of the time since its knot; pieces outside

@@ -3,8 +3,8 @@
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
  * go on while they close the loops further: where two assemblies meet each gains a bit.
  */
-#ifndef MECHC_BATCH_CLOSE_H
-#define MECHC_BATCH_CLOSE_H
+#ifndef MECHC_CLOSE_LOOPS_H
+#define MECHC_CLOSE_LOOPS_H
 
 #include <float.h>
 #include <math.h>

@@ -1,15 +1,16 @@
 /* Many runs of one compiled scene, each exactly the run that one trajectory makes.
  *
- * Threads take members from a common counter, as many at a time as run abreast in the lanes; one
+ * Threads take members from a common counter, as many at a time as run in lockstep; one
  * that ends makes room for the next.  A member's trajectory is drained every few steps into what
  * was asked for (reductions, states at given times), so that memory does not grow with its length.
  */
-#ifndef MECHC_BATCH_H
-#define MECHC_BATCH_H
+#ifndef MECHC_MEMBERS_H
+#define MECHC_MEMBERS_H
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "abi/codes.h"
 #include "abi/model.h"
 #include "batch/reductions.h"
 
@@ -17,21 +18,13 @@
 #define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
 #define MECHC_BATCH_COUNTS 5
 
-/* Statuses of members beside those of runs. */
-enum {
-    MECHC_NOT_RUN = 0,
-    MECHC_STOPPED_BY_EVENT = 109,
-    MECHC_OPEN_AT_START = 111,
-    MECHC_NOT_ASSEMBLED = 112
-};
-
 typedef struct {
     const mechc_unit *unit;
     mechc_options options; /* t0, t1, tolerances and policy; y0, p, scale are set per member */
     int coordinates, width, parameters;
     double open_at_most; /* closure gap of a start that is rounding, of the model's length */
     ptrdiff_t count;
-    int abreast; /* whether members run side by side, rather than one by one */
+    int lockstep; /* whether members run side by side, rather than one by one */
     const double *y0, *p, *length;
     const unsigned char *pure, *assembled;
     ptrdiff_t times;
@@ -76,7 +69,7 @@ static int mechc_batch_slot_make(const mechc_batch *batch, mechc_batch_slot *slo
 
 static int mechc_batch_worker_make(const mechc_batch *batch, mechc_batch_worker *worker)
 {
-    const int width = batch->abreast ? batch->unit->lanes : 1;
+    const int width = batch->lockstep ? batch->unit->lanes : 1;
     worker->slot = calloc((size_t)width, sizeof *worker->slot);
     worker->busy = calloc((size_t)width, sizeof *worker->busy);
     if (!worker->slot || !worker->busy) return 0;
@@ -145,12 +138,12 @@ static void mechc_batch_drain(mechc_trajectory *steps, int width)
 }
 
 /* Change points passed up to the time t. */
-static long mechc_batch_passages(const mechc_batch *batch, const mechc_trajectory *steps, double t)
+static long mechc_batch_crossings(const mechc_batch *batch, const mechc_trajectory *steps, double t)
 {
     const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
     long passed = 0;
-    for (ptrdiff_t i = 0; i < steps->passage_count; i++)
-        passed += direction * (steps->passages[i * (batch->coordinates + 2)] - t) <= 0.0;
+    for (ptrdiff_t i = 0; i < steps->crossing_count; i++)
+        passed += direction * (steps->crossings[i * (batch->coordinates + 2)] - t) <= 0.0;
     return passed;
 }
 
@@ -179,7 +172,7 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     counts[1] = stats->rejected;
     counts[2] = stats->rhs_evaluations;
     counts[3] = stats->closure_iterations;
-    counts[4] = stopped ? mechc_batch_passages(batch, steps, t) : (long)steps->passage_count;
+    counts[4] = stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
 }
 
 static long mechc_batch_attempts(const mechc_run *run)
@@ -299,7 +292,7 @@ static int mechc_batch_work(mechc_batch *batch)
     for (int busy; made && (busy = mechc_batch_fill(batch, &worker)) > 0;) {
         if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
         const long ahead = mechc_batch_ahead(&worker, piece);
-        if (batch->abreast) batch->unit->advance_abreast(worker.busy, busy, ahead);
+        if (batch->lockstep) batch->unit->advance_lockstep(worker.busy, busy, ahead);
         else batch->unit->advance(worker.busy[0], ahead);
         mechc_batch_collect(batch, &worker, piece);
     }

@@ -3,16 +3,14 @@
  * A quantity is looked at eight times in every step on the dense output, and extremes and crossings
  * seen there are refined; means are Gauss-Legendre sums over the steps.
  */
-#ifndef MECHC_BATCH_REDUCE_H
-#define MECHC_BATCH_REDUCE_H
+#ifndef MECHC_REDUCTIONS_H
+#define MECHC_REDUCTIONS_H
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include "abi/codes.h"
 #include "abi/model.h"
-
-enum { MECHC_MINIMUM = 0, MECHC_MAXIMUM = 1, MECHC_MEAN = 2, MECHC_FIRST = 3, MECHC_LAST = 4 };
-enum { MECHC_PLAIN = 0, MECHC_ABSOLUTE = 1, MECHC_NORM = 2, MECHC_SUM = 3 };
 
 #define MECHC_LOOKS 8 /* a step */
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
@@ -172,7 +170,7 @@ static double mechc_look_once(const mechc_look *look, double s)
 {
     double value;
     mechc_look_many(look, 1, &s, &value);
-    if (look->quantity->reduction == MECHC_FIRST) return value - look->quantity->level;
+    if (look->quantity->reduction == MECHC_FIRST_CROSSING) return value - look->quantity->level;
     return look->sign * value;
 }
 
@@ -355,14 +353,14 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
                              quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
     double s[MECHC_LOOKS + 1], seen[MECHC_LOOKS + 1];
     if (quantity->reduction == MECHC_LAST) return;
-    if (quantity->reduction == MECHC_FIRST && reducer->known[i]) return;
+    if (quantity->reduction == MECHC_FIRST_CROSSING && reducer->known[i]) return;
     if (quantity->reduction == MECHC_MEAN) {
         mechc_reduce_mean(&look, i);
         return;
     }
     for (int j = 0; j <= MECHC_LOOKS; j++) s[j] = end * j / MECHC_LOOKS;
     mechc_look_many(&look, MECHC_LOOKS + 1, s, seen);
-    if (quantity->reduction == MECHC_FIRST) mechc_reduce_first(&look, i, s, seen);
+    if (quantity->reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(&look, i, s, seen);
     else mechc_reduce_extreme(&look, i, s, seen);
 }
 
@@ -400,7 +398,7 @@ static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y,
         const mechc_quantity *quantity = reducer->quantity + i;
         double now;
         mechc_reduce_states(reducer, quantity, 1, &t, y, &now);
-        if (quantity->reduction == MECHC_FIRST) now = NAN;
+        if (quantity->reduction == MECHC_FIRST_CROSSING) now = NAN;
         if (quantity->reduction == MECHC_MEAN && reducer->known[i]) reducer->value[i] /= passed;
         if (reducer->known[i]) now = reducer->value[i];
         out[i] = now;

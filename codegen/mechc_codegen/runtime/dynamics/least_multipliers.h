@@ -4,6 +4,17 @@
  * reactions the least ones lie in the column space of J: the multipliers found are projected onto
  * an orthonormal basis of it (columns made orthogonal twice, the largest remaining one first).
  */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LEAST_MULTIPLIERS_VECTOR : !defined MECHC_LEAST_MULTIPLIERS_SCALAR
+#if R_VECTOR
+#define MECHC_LEAST_MULTIPLIERS_VECTOR
+#else
+#define MECHC_LEAST_MULTIPLIERS_SCALAR
+#endif
+#include "dynamics/linear.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+
 #if MECHC_NC > 0
 
 /* Bring the largest remaining column to place i; its squared length. */
@@ -55,4 +66,5 @@ MECHC_ONCE __attribute__((cold)) void FN(least_multipliers)(const real *jacobian
     for (int i = 0; i < MECHC_NC; i++)
         lambda[i] = R_SELECT(redundant, lambda[i] - left[i], lambda[i]);
 }
+#endif
 #endif

@@ -7,6 +7,16 @@
  * enough).  No normal equations are formed, so singular values are not squared.  A row that
  * vanishes against the largest is redundant here and is left out.
  */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LINEAR_VECTOR : !defined MECHC_LINEAR_SCALAR
+#if R_VECTOR
+#define MECHC_LINEAR_VECTOR
+#else
+#define MECHC_LINEAR_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+#include "simd/rough.h"
 
 /* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
 #define MECHC_REDUNDANT 1.3e-29
@@ -74,12 +84,6 @@ typedef struct {
     real inverse_norm[MECHC_NC]; /* 0 where redundant */
     rmask swapped[MECHC_NC * MECHC_NC];
 } FN(factors);
-
-/* 1/x within an eighth, for positive x: exponent and mantissa subtracted as one integer. */
-MECHC_INLINE real FN(rough_inverse)(real x)
-{
-    return R_FROM_BITS(INT64_C(0x7fde623822fc16e6) - R_BITS(x));
-}
 
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
 {
@@ -249,4 +253,5 @@ MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
     for (int i = 0; i < MECHC_NC - 1; i++) scale *= f->scale[i];
     return f->norm[MECHC_NC - 1] / (f->norm[0] * (scale * scale));
 }
+#endif
 #endif

@@ -4,6 +4,20 @@
  * a cut joins two links that both move, they are solved together: with M = L D L^T a row a of J
  * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared.
  */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LOOP_MOTION_VECTOR : !defined MECHC_LOOP_MOTION_SCALAR
+#if R_VECTOR
+#define MECHC_LOOP_MOTION_VECTOR
+#else
+#define MECHC_LOOP_MOTION_SCALAR
+#endif
+#include "dynamics/least_multipliers.h"
+#include "dynamics/linear.h"
+#include "dynamics/loop_rows.h"
+#include "dynamics/sizes.h"
+#include "dynamics/tree.h"
+#include "simd/lanes.h"
+
 #if MECHC_LINKS > 0 && MECHC_NC > 0
 
 typedef struct {
@@ -113,4 +127,5 @@ MECHC_ONCE void FN(least_step)(const real *tree, const FN(solver) *f, const real
     FN(least_change)(&f->factors, MECHC_NC, values, other);
     for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->apart, step[i], other[i]);
 }
+#endif
 #endif

@@ -13,6 +13,18 @@
  * value over its greatest measures the conditioning; I grows by its inverse, so that below
  * MECHC_SAFE the rows are solved together, by the orthogonal factors of linear.h.
  */
+#include <math.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_LOOP_ROWS_VECTOR : !defined MECHC_LOOP_ROWS_SCALAR
+#if R_VECTOR
+#define MECHC_LOOP_ROWS_VECTOR
+#else
+#define MECHC_LOOP_ROWS_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "dynamics/tree.h"
+#include "simd/lanes.h"
+
 #if MECHC_LINKS > 0 && MECHC_NC > 0
 
 /* What is kept of the elimination, column by column. */
@@ -199,5 +211,6 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
         }
     }
 }
+#endif
 #endif
 #endif

@@ -6,6 +6,19 @@
  * Elsewhere Gauss's principle: the accelerations nearest to the free ones in the metric M.  With
  * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
  */
+#include <string.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_MOTION_VECTOR : !defined MECHC_MOTION_SCALAR
+#if R_VECTOR
+#define MECHC_MOTION_VECTOR
+#else
+#define MECHC_MOTION_SCALAR
+#endif
+#include "dynamics/least_multipliers.h"
+#include "dynamics/linear.h"
+#include "dynamics/one_freedom.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
 
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
@@ -326,6 +339,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
     }
 }
+#endif
 #endif
 #endif
 #endif

@@ -7,6 +7,18 @@
  * is one division and no choice of rows or of speeds to go wrong; n is rounded like J itself, by
  * eps over the conditioning, and the error that this makes is a reaction, M^-1 J^T, not motion.
  */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_ONE_FREEDOM_VECTOR : !defined MECHC_ONE_FREEDOM_SCALAR
+#if R_VECTOR
+#define MECHC_ONE_FREEDOM_VECTOR
+#else
+#define MECHC_ONE_FREEDOM_SCALAR
+#endif
+#include "dynamics/linear.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+#include "simd/rough.h"
+
 #define MECHC_ONE_FREEDOM \
     (MECHC_LINKS == 0 && MECHC_NC > 0 && MECHC_NU == MECHC_NC + 1 && MECHC_NU <= 3)
 
@@ -108,4 +120,5 @@ MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const r
     for (int row = 0; row < MECHC_NC; row++) most *= f->longest;
     return square / most;
 }
+#endif
 #endif

@@ -1,4 +1,15 @@
 /* One state, moved to the nearest one on the constraints. */
+#ifndef MECHC_PROJECT_H
+#define MECHC_PROJECT_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
 
 /* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
 MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const double *k,
@@ -144,3 +155,21 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const
 #endif
     return MECHC_RUNNING;
 }
+
+/* Take from an error what the projection of the end will take from it. */
+MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *error)
+{
+#if MECHC_NH > 0
+    for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
+        double values[MECHC_NC], step[MECHC_NU];
+        mechc_scalar_rates_of_rows(place, error + part, values);
+        for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
+        mechc_scalar_least_step_at(place, values, step);
+        for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
+    }
+#else
+    (void)place, (void)error;
+#endif
+}
+
+#endif

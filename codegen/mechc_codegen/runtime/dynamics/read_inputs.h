@@ -1,4 +1,15 @@
 /* Reading the inputs of a run, over `real`: each lane at its own time and state. */
+#include <string.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_READ_INPUTS_VECTOR : !defined MECHC_READ_INPUTS_SCALAR
+#if R_VECTOR
+#define MECHC_READ_INPUTS_VECTOR
+#else
+#define MECHC_READ_INPUTS_SCALAR
+#endif
+#include "abi/inputs.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
 
 #if MECHC_NI > 0
 /* Values first .. last - 1; u may be NULL where no input needs the speeds. */
@@ -20,4 +31,5 @@ MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const real
     }
     for (int i = 0; i < last - first; i++) memcpy(values + i, found[i], sizeof found[i]);
 }
+#endif
 #endif

@@ -4,6 +4,22 @@
  * steady: nearest speeds that keep them closed.   accelerate: u' from M u' + J^T lambda = F and
  * J u' = gamma.
  */
+#include <math.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_STAGE_VECTOR : !defined MECHC_STAGE_SCALAR
+#if R_VECTOR
+#define MECHC_STAGE_VECTOR
+#else
+#define MECHC_STAGE_SCALAR
+#endif
+#include "abi/codes.h"
+#include "dynamics/linear.h"
+#include "dynamics/loop_motion.h"
+#include "dynamics/motion.h"
+#include "dynamics/sizes.h"
+#include "dynamics/tree.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
 
 typedef struct {
 #if MECHC_NC > 0
@@ -313,3 +329,5 @@ MECHC_INLINE void FN(rates)(real t, const real *y, const real *p, const real *k,
     FN(coordinate_rates_of)(t, y, y + MECHC_NQ, p, k, out);
     FN(accelerate)(t, y, y + MECHC_NQ, p, k, &place, out + MECHC_NQ, 0);
 }
+
+#endif

@@ -6,6 +6,17 @@
  * bodies: Featherstone 2008, chapters 5 to 7; accelerations are those of points, not spatial ones.
  * Columns are the speeds in the order of the links that they move.
  */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_TREE_VECTOR : !defined MECHC_TREE_SCALAR
+#if R_VECTOR
+#define MECHC_TREE_VECTOR
+#else
+#define MECHC_TREE_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
+
 #if MECHC_LINKS > 0
 #if MECHC_PLANAR
 #define MECHC_DIM 3
@@ -441,5 +452,6 @@ MECHC_INLINE void FN(output_constraint_jacobian)(real t, const real *q, const re
 {
     FN(tree_terms)(t, q, u, p, k, out, 0, 0);
 }
+#endif
 #endif
 #endif

@@ -1,7 +1,6 @@
 /* Gauss-Legendre collocation with 8 stages, the stages of one trajectory side by side in the lanes.
  *
- * It takes part in the run of explicit_rk.h: only how a step, its error and its dense output are
- * found differs.  Where q' = u the accelerations are the only unknowns and positions and speeds
+ * Where q' = u the accelerations are the only unknowns and positions and speeds
  * their second and first integrals, otherwise all rates are.  Fixed-point iteration, begun by
  * extrapolating the last step's polynomial.
  *
@@ -11,27 +10,57 @@
  * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
  * are projected outright.
  */
+#ifndef MECHC_GAUSS_H
+#define MECHC_GAUSS_H
 
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "methods/gauss_stages.h"
+#include "methods/gauss_tableau.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/rates.h"
+#include "simd/lanes.h"
+#include "simd/vector.h"
+#include "singularities/critical.h"
+#include "singularities/monitor.h"
+#include "singularities/weakest.h"
+#include "stepping/control.h"
+
+#define MECHC_GAUSS_GROWTH 2.0 /* a collocation polynomial is worth nothing farther ahead */
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which what closes a loop changes quickly */
-#define MECHC_GAUSS_PLAIN MECHC_CLEAR    /* conditioning above which equations are taken as they stand */
+/* Conditioning above which equations are taken as they stand. */
+#define MECHC_GAUSS_PLAIN MECHC_CLEAR
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
 
+/* Stability limits the steps where the iteration shrinks slowly on steps far more accurate than
+ * asked for. */
+#define MECHC_GAUSS_SLOW 0.2
+#define MECHC_GAUSS_NEEDLESS 0.01
+
+MECHC_STATIC mechc_gauss *mechc_gauss_of(const mechc_integration *run)
+{
+    return run->work[MECHC_GAUSS8];
+}
+
 /* Start values: the last step's polynomial through its stages and its end, continued. */
-MECHC_STATIC void mechc_gauss_extrapolate(struct mechc_gauss *g, double h)
+MECHC_STATIC void mechc_gauss_extrapolate(mechc_gauss *g, double h)
 {
     const double ratio = h / g->last_step;
     for (int block = 0; block < MECHC_BLOCKS; block++) {
-        mechc_lane before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS];
-        const mechc_lane x = 1.0 + ratio * mechc_take(mechc_gauss_nodes, block);
+        mechc_vector before[MECHC_STAGES + 1], after = mechc_spread(1.0), sum[MECHC_UNKNOWNS];
+        const mechc_vector x = 1.0 + ratio * mechc_take(mechc_gauss_nodes, block);
         before[0] = mechc_spread(1.0);
         for (int j = 0; j < MECHC_STAGES; j++)
             before[j + 1] = before[j] * (x - mechc_gauss_nodes[j]);
         for (int i = 0; i < MECHC_UNKNOWNS; i++) sum[i] = mechc_spread(0.0);
         for (int j = MECHC_STAGES; j >= 0; j--) {
-            const mechc_lane weight = before[j] * after * mechc_gauss_barycentric[j];
+            const mechc_vector weight = before[j] * after * mechc_gauss_barycentric[j];
             for (int i = 0; i < MECHC_UNKNOWNS; i++)
                 sum[i] += weight * (j < MECHC_STAGES ? g->tried[i][j] : g->ends[i]);
             after *= x - mechc_gauss_nodes[j];
@@ -40,7 +69,7 @@ MECHC_STATIC void mechc_gauss_extrapolate(struct mechc_gauss *g, double h)
     }
 }
 
-MECHC_STATIC void mechc_gauss_predict(struct mechc_gauss *g, double h)
+MECHC_STATIC void mechc_gauss_predict(mechc_gauss *g, double h)
 {
     memset(g->shift, 0, sizeof g->shift);
     if (g->last_step != 0.0 && fabs(h) <= MECHC_GAUSS_GROWTH * fabs(g->last_step)) {
@@ -58,7 +87,7 @@ MECHC_STATIC double mechc_sum(const double *weights, const double *x)
     return sum;
 }
 
-MECHC_INLINE void mechc_gauss_sums(const struct mechc_gauss *g, int unknown, mechc_sums *sums)
+MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
 {
     const double *x = g->rates[unknown];
     mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
@@ -71,11 +100,11 @@ MECHC_INLINE void mechc_gauss_sums(const struct mechc_gauss *g, int unknown, mec
 
 /* Weights of this step's errors; steps looser than the bound, and stages that no next step can be
  * begun from, cost more in refused steps than they gain. */
-MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss *g)
+MECHC_STATIC void mechc_gauss_weigh(const mechc_integration *run, mechc_gauss *g)
 {
     g->tolerated = 0.0;
     for (int i = 0; i < MECHC_NX; i++) {
-        const double scale = run->scale[i], tolerance = mechc_rk_tolerance(run, i, run->y);
+        const double scale = run->scale[i], tolerance = mechc_tolerance(run, i, run->y);
         const double bound = mechc_min(tolerance, MECHC_GAUSS_LOOSEST * scale);
         g->weights[i] = 1.0 / bound;
         g->tolerated = mechc_max(g->tolerated, bound / scale);
@@ -88,58 +117,56 @@ MECHC_STATIC void mechc_gauss_weigh(const mechc_rk_run *run, struct mechc_gauss 
 /* Root of the step's error over what is tolerated.  The end is of order 16, twice that of the
  * stages: what the stages' polynomial lacks, by its two coefficients of highest degree (one alone
  * may vanish), counts with its square. */
-MECHC_STATIC double mechc_gauss_measure(const struct mechc_gauss *g, double h)
+MECHC_STATIC double mechc_gauss_measure(const mechc_gauss *g, double h)
 {
     double square = 0.0;
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         mechc_sums sums;
         mechc_gauss_sums(g, i, &sums);
         const mechc_sums squares = sums * sums;
-        square += (squares[MECHC_TOP] + squares[MECHC_NEXT]) * g->error_weights[i];
+        square += (squares[MECHC_DEGREE_7] + squares[MECHC_DEGREE_6]) * g->error_weights[i];
     }
     return fabs(h) * sqrt(square);
 }
 
-MECHC_STATIC double mechc_gauss_error(const mechc_rk_run *run) { return run->collocation->error; }
-
-/* The step's error as it grew from the last step to this one is expected to go on growing.
- * Gustafsson (1991). */
-MECHC_STATIC double mechc_gauss_factor(const mechc_rk_run *run, double error)
+MECHC_STATIC double mechc_gauss_error(mechc_integration *run, double h, const double *end)
 {
-    struct mechc_gauss *g = run->collocation;
-    const double plain = pow(error, -1.0 / run->tableau->order);
-    g->factor = plain;
-    if (!(g->last_factor > 0.0) || error > 1.0) return 0.85 * plain;
-    const double trend = run->step / fabs(g->last_step) * (plain / g->last_factor);
-    return 0.85 * plain * mechc_min(1.0, trend);
+    (void)h, (void)end;
+    return mechc_gauss_of(run)->error;
+}
+
+MECHC_STATIC double mechc_gauss_factor(mechc_integration *run, double error)
+{
+    mechc_gauss *g = mechc_gauss_of(run);
+    return mechc_predictive_factor(run, error, g->last_step, g->last_factor, &g->factor);
 }
 
 /* Near a critical configuration the closing of loops must not lag behind. */
-MECHC_INLINE void mechc_gauss_watch(struct mechc_gauss *g)
+MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 {
 #if MECHC_NH > 0
-    mechc_lane least = -mechc_take(g->least, 0);
+    mechc_vector least = -mechc_take(g->least, 0);
     for (int block = 1; block < MECHC_BLOCKS; block++)
         least = mechc_greater(least, -mechc_take(g->least, block));
     const double square = g->lowest = -mechc_greatest(least);
     g->closing = square < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL ? MECHC_CLOSE_BEFORE
                : square < MECHC_GAUSS_PLAIN * MECHC_GAUSS_PLAIN       ? MECHC_CLOSE_AFTER
-                                                                      : MECHC_PLAIN;
+                                                                      : MECHC_UNPROJECTED;
 #else
-    g->closing = MECHC_NC > 0 ? MECHC_CLOSE_AFTER : MECHC_PLAIN;
+    g->closing = MECHC_NC > 0 ? MECHC_CLOSE_AFTER : MECHC_UNPROJECTED;
 #endif
 }
 
-MECHC_STATIC int mechc_gauss_crosses(const mechc_rk_run *run, double h)
+MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
 {
-    return MECHC_NH > 0 && run->dip.ahead < fabs(h);
+    return MECHC_NH > 0 && run->monitor.ahead < fabs(h);
 }
 
 /* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
  * which the projection of the end takes away; elsewhere it is motion. */
-MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
+MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 {
-    const struct mechc_gauss *g = run->collocation;
+    const mechc_gauss *g = mechc_gauss_of(run);
     double most = 0.0;
     for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
     if (mechc_gauss_crosses(run, h)) {
@@ -155,7 +182,7 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_rk_run *run, double h)
 
 /* What closed the loops of stages far from converged has a part along the motion, where no later
  * correction takes it back: begun anew until what such a part can be no longer matters. */
-MECHC_STATIC void mechc_gauss_reclose(struct mechc_gauss *g, double change)
+MECHC_STATIC void mechc_gauss_reclose(mechc_gauss *g, double change)
 {
     if (change * change * g->tolerated > MECHC_GAUSS_LEFT) memset(g->shift, 0, sizeof g->shift);
 }
@@ -164,15 +191,15 @@ MECHC_STATIC void mechc_gauss_reclose(struct mechc_gauss *g, double change)
  * though small, which near a singularity is rounding; where loops are closed a round late, changes
  * may shrink every other round.  A step whose error shows after three iterations is not worth
  * more. */
-MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
+MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
 {
-    struct mechc_gauss *g = run->collocation;
+    mechc_gauss *g = mechc_gauss_of(run);
     double before = HUGE_VAL, rate_before = 0.0;
     g->shrinking = 0.0;
-    g->left = mechc_knows_crossing(&run->dip) ? 0.0 : 0.25; /* there, noise is reactions */
+    g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
-        if (iteration == 1 || g->closing != MECHC_PLAIN) mechc_gauss_watch(g);
-        if (g->closing != MECHC_PLAIN) mechc_gauss_reclose(g, before);
+        if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
+        if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
         const double rate = change / before;
         if (iteration == 2) g->shrinking = rate;
@@ -195,54 +222,54 @@ MECHC_STATIC int mechc_gauss_converge(mechc_rk_run *run, double h)
 
 /* Were the stages moved little to close their loops?  They are off by the polynomial's error;
  * stages moved farther have landed on another branch or another way to assemble the mechanism. */
-MECHC_STATIC int mechc_gauss_stays(const mechc_rk_run *run)
+MECHC_STATIC int mechc_gauss_stays(const mechc_integration *run)
 {
-    mechc_lane most = {0};
-    const double tolerated = run->collocation->tolerated;
-    if (run->collocation->closing == MECHC_PLAIN) return 1;
+    mechc_vector most = {0};
+    const double tolerated = mechc_gauss_of(run)->tolerated;
+    if (mechc_gauss_of(run)->closing == MECHC_UNPROJECTED) return 1;
     for (int i = 0; i < MECHC_NQ; i++) {
         const double weight = 1.0 / run->scale[i];
         for (int block = 0; block < MECHC_BLOCKS; block++)
-            most = mechc_larger(most, run->collocation->shift[i][block] * weight);
+            most = mechc_larger(most, mechc_gauss_of(run)->shift[i][block] * weight);
     }
     return mechc_greatest(most) < 1e-11 + sqrt(tolerated / MECHC_GAUSS_SAFETY);
 }
 
-MECHC_INLINE void mechc_gauss_gain(struct mechc_gauss *g, const double *y, double gain, int i,
+MECHC_INLINE void mechc_gauss_gain(mechc_gauss *g, const double *y, double gain, int i,
                                    double *end)
 {
-    const double whole = gain + g->low[i];
+    const double whole = gain + g->compensation[i];
     end[i] = y[i] + whole;
     const double moved = end[i] - y[i];
-    g->next_low[i] = (y[i] - (end[i] - moved)) + (whole - moved);
+    g->next_compensation[i] = (y[i] - (end[i] - moved)) + (whole - moved);
 }
 
 /* The end of the step in twice the digits, before it is projected. */
-MECHC_STATIC void mechc_gauss_end(struct mechc_gauss *g, const double *y, double h, double *end)
+MECHC_STATIC void mechc_gauss_end(mechc_gauss *g, const double *y, double h, double *end)
 {
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
         mechc_sums sums;
         mechc_gauss_sums(g, i, &sums);
-        mechc_gauss_gain(g, y, h * sums[MECHC_FIRST], MECHC_FIRST_UNKNOWN + i, end);
+        mechc_gauss_gain(g, y, h * sums[MECHC_ONCE_INTEGRATED], MECHC_FIRST_UNKNOWN + i, end);
 #if MECHC_IDENTITY_KINEMATICS
-        const double speed = y[MECHC_NQ + i] + g->low[MECHC_NQ + i];
-        mechc_gauss_gain(g, y, h * (speed + h * sums[MECHC_SECOND]), i, end);
+        const double speed = y[MECHC_NQ + i] + g->compensation[MECHC_NQ + i];
+        mechc_gauss_gain(g, y, h * (speed + h * sums[MECHC_TWICE_INTEGRATED]), i, end);
 #endif
     }
 }
 
-/* Conditioning of the configuration rows at a stage: see mechc_rk_conditioning. */
-MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, int stage,
+/* Conditioning of the configuration rows at a stage: see mechc_conditioning. */
+MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, double h, int stage,
                                              const double *q)
 {
 #if MECHC_NH > 0
-    const struct mechc_gauss *g = run->collocation;
-    if (MECHC_NC == MECHC_NH && run->dip.rank == MECHC_NH)
+    const mechc_gauss *g = mechc_gauss_of(run);
+    if (MECHC_NC == MECHC_NH && run->monitor.rank == MECHC_NH)
         return sqrt(g->least[stage]);
     mechc_scalar_place place;
     mechc_weakest weakest;
     mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k, &place);
-    mechc_find_weakest(place.jacobian, place.mass, run->dip.rank, &weakest);
+    mechc_find_weakest(place.jacobian, place.mass, run->monitor.rank, &weakest);
     return weakest.ratio;
 #else
     (void)run, (void)h, (void)stage, (void)q;
@@ -251,29 +278,29 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_rk_run *run, double h, 
 }
 
 /* The conditioning met at the stages. */
-MECHC_STATIC void mechc_gauss_meet(mechc_rk_run *run, double h)
+MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
 {
-    const struct mechc_gauss *g = run->collocation;
+    const mechc_gauss *g = mechc_gauss_of(run);
     if (g->lowest > MECHC_CLEAR * MECHC_CLEAR) return;
     for (int stage = 0; MECHC_NH > 0 && stage < MECHC_STAGES; stage++) {
         double q[MECHC_NQ];
         for (int i = 0; i < MECHC_NQ; i++)
             q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
-        mechc_dip_meet(&run->dip, mechc_gauss_conditioning(run, h, stage, q), q);
+        mechc_monitor_meet(&run->monitor, mechc_gauss_conditioning(run, h, stage, q), q);
     }
 }
 
 /* A step is followed to its end where it will be accepted or where its end tells how to place a
  * crossing. */
-MECHC_STATIC int mechc_gauss_reached_end(const mechc_rk_run *run, double error)
+MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
-    return error <= run->allowed || (run->collocation->closing == MECHC_CLOSE_BEFORE && error < 10.0);
+    return error <= run->allowed || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
 }
 
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
-MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
+MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
 {
-    struct mechc_gauss *g = run->collocation;
+    mechc_gauss *g = mechc_gauss_of(run);
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
     memcpy(end, run->y, sizeof run->y);
@@ -286,24 +313,24 @@ MECHC_STATIC int mechc_gauss_step(mechc_rk_run *run, double h, double *end)
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
     mechc_gauss_meet(run, h);
     mechc_gauss_end(g, run->y, h, end);
-    return mechc_rk_stage(run, run->head.t + h, end, MECHC_RATE(run, run->tableau->stages));
+    return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, run->current->last_rate));
 }
 
 /* Take over an accepted step. */
-MECHC_STATIC void mechc_gauss_accept(mechc_rk_run *run, double h)
+MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
-    struct mechc_gauss *g = run->collocation;
-    memcpy(g->low, g->next_low, sizeof g->low);
+    mechc_gauss *g = mechc_gauss_of(run);
+    memcpy(g->compensation, g->next_compensation, sizeof g->compensation);
     memcpy(g->tried, g->rates, sizeof g->tried);
     g->last_step = h;
     g->last_factor = g->factor;
 }
 
-/* Rows of the dense output: see tableaus.h. */
-MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const double *end,
-                                   double *rows)
+MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const double *end,
+                                    int count, double *rows)
 {
-    const struct mechc_gauss *g = run->collocation;
+    const mechc_gauss *g = mechc_gauss_of(run);
+    (void)count; /* no method has more rows */
     for (int row = 0; row < MECHC_GAUSS_DENSE; row++)
         for (int i = 0; i < MECHC_NX; i++) {
             const double *first = mechc_gauss_first_dense + row * MECHC_STAGES;
@@ -318,25 +345,78 @@ MECHC_STATIC void mechc_gauss_rows(const mechc_rk_run *run, double h, const doub
     for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
 }
 
-/* Work space, for lanes; 0 without memory. */
-MECHC_STATIC int mechc_gauss_make(mechc_rk_run *run)
+/* How long a step the last one's polynomial may begin. */
+MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 {
-    const size_t size = (sizeof(struct mechc_gauss) + 63) / 64 * 64;
-    struct mechc_gauss *g = run->collocation = aligned_alloc(64, size);
-    if (!g) return 0;
-    memset(g, 0, sizeof *g);
+    const mechc_gauss *g = mechc_gauss_of(run);
+    if (g->last_step == 0.0) return HUGE_VAL;
+    return fabs(g->last_step) * mechc_min(3.0, mechc_max(1.3, 0.9 * g->last_factor));
+}
+
+MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, const double *end,
+                                     double error)
+{
+    (void)h, (void)end;
+    return mechc_gauss_of(run)->shrinking > MECHC_GAUSS_SLOW && error < MECHC_GAUSS_NEEDLESS;
+}
+
+MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
+{
+    mechc_gauss *g = mechc_gauss_of(run);
     for (int j = 0; j < MECHC_STAGES; j++)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};
     for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
     for (int i = 0; i < MECHC_NK; i++) g->k[i] = mechc_spread(run->k[i]);
-    return 1;
 }
 
-/* With other inputs; no polynomial leads over a kink of them. */
-MECHC_STATIC void mechc_gauss_renew(const mechc_rk_run *run)
+/* No polynomial leads on, and nothing of the state is kept. */
+MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
-    struct mechc_gauss *g = run->collocation;
+    mechc_gauss *g = mechc_gauss_of(run);
+    g->last_step = g->last_factor = 0.0;
+    memset(g->compensation, 0, sizeof g->compensation);
+}
+
+/* No polynomial leads over a kink of the inputs. */
+MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
+{
+    mechc_gauss *g = mechc_gauss_of(run);
     for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
     g->last_step = g->last_factor = 0.0;
 }
+
+static const double mechc_gauss8_nodes[MECHC_STAGES + 2] = {
+    0, 0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
+    0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681, 1.0,
+};
+
+static const mechc_method mechc_gauss8 = {
+    .number = MECHC_GAUSS8,
+    .order = 8,
+    .last_rate = MECHC_STAGES + 1,
+    .dense_rows = MECHC_GAUSS_DENSE,
+    .nodes = {MECHC_STAGES + 1, mechc_gauss8_nodes},
+    .share = MECHC_SHARE,
+    .growth = MECHC_GAUSS_GROWTH,
+    .farthest = MECHC_GAUSS_GROWTH,
+    .ignored = 1.0,
+    .after_failure = 0.7,
+    .root_error = 1,
+    .holds_crossing = 1,
+    .horizon = 1.3,
+    .work_size = sizeof(mechc_gauss),
+    .make = mechc_gauss_make,
+    .enter = mechc_gauss_enter,
+    .renew = mechc_gauss_renew,
+    .step = mechc_gauss_step,
+    .error = mechc_gauss_error,
+    .factor = mechc_gauss_factor,
+    .shows_end = mechc_gauss_reached_end,
+    .accept = mechc_gauss_accept,
+    .limited = mechc_gauss_limited,
+    .reach = mechc_gauss_reach,
+    .dense = mechc_gauss_dense,
+};
+
+#endif

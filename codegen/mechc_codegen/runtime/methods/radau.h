@@ -1,12 +1,50 @@
 /* Radau IIA of order 5 for stiff scenes: three implicit stages by simplified Newton iteration.
  *
- * It takes part in the explicit pairs' run (explicit_rk.h): only how a step's rates and its error
- * are found differs.  The rates are those of the projected state, so that a stage's closure is
- * part of the equations solved; their Jacobian is taken by differences in compiled code, and kept
- * with its factors while the iteration shrinks fast with it.  Hairer & Wanner (1996), section IV.8.
+ * The rates are those of the projected state, so that a stage's closure is part of the equations
+ * solved; their Jacobian is taken by differences in compiled code, and kept with its factors while
+ * the iteration shrinks fast with it.  Hairer & Wanner (1996), section IV.8.
  */
+#ifndef MECHC_RADAU_H
+#define MECHC_RADAU_H
+
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "methods/lu.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/rates.h"
+#include "run/tableau.h"
+#include "simd/lanes.h"
+#include "stepping/control.h"
 
 #define MECHC_RADAU_STAGES 3
+
+/* Radau IIA, order 5, 3 stages (Radau's quadrature; Hairer & Wanner 1996, section IV.8).  Rate 0 is
+ * the start's; the error is that of an embedded formula of order 3, filtered by (I - h g J)^-1. */
+#define MECHC_RADAU_GAMMA 0.27488882959567734
+static const double mechc_radau5_nodes[] = {
+    0, 0.1550510257216822, 0.6449489742783178, 1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+};
+static const double mechc_radau5_matrix[] = {
+    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0.1968154772236604, -0.06553542585019839, 0.02377097434822015, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0,
+    0, 0.3944243147390873, 0.2920734116652285, -0.04154875212599793, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0, 0,
+    0, 0.37640306270046725, 0.5124858261884216, 0.1111111111111111, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0,
+};
+static const double mechc_radau5_error[] = {
+    0, -10.048809399827416, 1.382142733160749, -0.3333333333333333, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+    0,
+};
+static const mechc_tableau mechc_radau5_tableau = {
+    MECHC_RADAU_STAGES, MECHC_RADAU_STAGES + 1, 3, mechc_radau5_nodes, mechc_radau5_matrix,
+    mechc_radau5_error, 0, 0, 0.0,
+};
+
 #define MECHC_RADAU_SIZE (MECHC_RADAU_STAGES * MECHC_NX)
 #define MECHC_RADAU_ITERATIONS 10
 
@@ -16,7 +54,7 @@
 #define MECHC_RADAU_REACH 8.0
 
 /* Work space of one implicit step, and what is kept from the last one. */
-struct mechc_radau {
+typedef struct {
     double jacobian[MECHC_NX * MECHC_NX];
     double jacobian_time;         /* of the state that it was taken at */
     double factored_step;         /* that the factors are for; 0: none */
@@ -27,58 +65,23 @@ struct mechc_radau {
     int system_rows[MECHC_RADAU_SIZE], filter_rows[MECHC_NX];
     double z[MECHC_RADAU_SIZE];   /* stages less the start */
     double error[MECHC_NX];
-};
+} mechc_radau;
 
-/* a = P^-1 L U in place; 0 where a pivot vanishes. */
-MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size)
+MECHC_STATIC mechc_radau *mechc_radau_of(const mechc_integration *run)
 {
-    for (int j = 0; j < size; j++) {
-        int best = j;
-        for (int i = j + 1; i < size; i++)
-            if (fabs(a[i * size + j]) > fabs(a[best * size + j])) best = i;
-        rows[j] = best;
-        if (!(fabs(a[best * size + j]) > 0.0)) return 0;
-        if (best != j)
-            for (int k = 0; k < size; k++) {
-                const double kept = a[j * size + k];
-                a[j * size + k] = a[best * size + k];
-                a[best * size + k] = kept;
-            }
-        const double inverse = 1.0 / a[j * size + j];
-        for (int i = j + 1; i < size; i++) {
-            const double factor = a[i * size + j] *= inverse;
-            if (factor != 0.0)
-                for (int k = j + 1; k < size; k++) a[i * size + k] -= factor * a[j * size + k];
-        }
-    }
-    return 1;
-}
-
-MECHC_ONCE void mechc_lu_solve(const double *a, const int *rows, int size, double *x)
-{
-    for (int i = 0; i < size; i++) {
-        const double kept = x[i];
-        x[i] = x[rows[i]];
-        x[rows[i]] = kept;
-    }
-    for (int i = 1; i < size; i++)
-        for (int k = 0; k < i; k++) x[i] -= a[i * size + k] * x[k];
-    for (int i = size - 1; i >= 0; i--) {
-        for (int k = i + 1; k < size; k++) x[i] -= a[i * size + k] * x[k];
-        x[i] /= a[i * size + i];
-    }
+    return run->work[MECHC_RADAU5];
 }
 
 /* Derivative of the projected rates by the state at the step's start, by differences. */
-MECHC_STATIC int mechc_radau_jacobian(mechc_rk_run *run)
+MECHC_STATIC int mechc_radau_jacobian(mechc_integration *run)
 {
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     for (int j = 0; j < MECHC_NX; j++) {
         double y[MECHC_NX], rates[MECHC_NX];
         memcpy(y, run->y, sizeof y);
         const double change = 1e-7 * mechc_max(run->scale[j], 1e-2 * fabs(y[j]));
         y[j] += change;
-        const int status = mechc_rk_stage(run, run->head.t, y, rates);
+        const int status = mechc_rates_at(run, run->head.t, y, rates);
         if (status != MECHC_RUNNING) return status;
         for (int i = 0; i < MECHC_NX; i++)
             radau->jacobian[i * MECHC_NX + j] = (rates[i] - MECHC_RATE(run, 0)[i]) / change;
@@ -87,10 +90,10 @@ MECHC_STATIC int mechc_radau_jacobian(mechc_rk_run *run)
 }
 
 /* Factor I - h A (x) J and I - h g J. */
-MECHC_STATIC int mechc_radau_factor(mechc_rk_run *run, double h)
+MECHC_STATIC int mechc_radau_factor(mechc_integration *run, double h)
 {
-    mechc_radau *radau = run->implicit;
-    const double *matrix = run->tableau->matrix;
+    mechc_radau *radau = mechc_radau_of(run);
+    const double *matrix = run->current->tableau->matrix;
     for (int a = 0; a < MECHC_RADAU_STAGES; a++)
         for (int b = 0; b < MECHC_RADAU_STAGES; b++) {
             const double weight = h * matrix[(a + 1) * MECHC_MOST_RATES + b + 1];
@@ -108,25 +111,25 @@ MECHC_STATIC int mechc_radau_factor(mechc_rk_run *run, double h)
 }
 
 /* Rates at the stages as they stand. */
-MECHC_STATIC int mechc_radau_rates(mechc_rk_run *run, double h, double *end)
+MECHC_STATIC int mechc_radau_rates(mechc_integration *run, double h, double *end)
 {
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     for (int a = 0; a < MECHC_RADAU_STAGES; a++) {
         for (int i = 0; i < MECHC_NX; i++) end[i] = run->y[i] + radau->z[a * MECHC_NX + i];
-        const double t = run->head.t + run->tableau->nodes[a + 1] * h;
-        const int status = mechc_rk_stage(run, t, end, MECHC_RATE(run, a + 1));
+        const double t = run->head.t + run->current->tableau->nodes[a + 1] * h;
+        const int status = mechc_rates_at(run, t, end, MECHC_RATE(run, a + 1));
         if (status != MECHC_RUNNING) return status;
     }
     return MECHC_RUNNING;
 }
 
 /* One Newton correction of the stages; its size over what is tolerated. */
-MECHC_STATIC double mechc_radau_correct(mechc_rk_run *run, double h)
+MECHC_STATIC double mechc_radau_correct(mechc_integration *run, double h)
 {
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     double change[MECHC_RADAU_SIZE], square = 0.0;
     for (int a = 0; a < MECHC_RADAU_STAGES; a++) {
-        const double *row = run->tableau->matrix + (a + 1) * MECHC_MOST_RATES;
+        const double *row = run->current->tableau->matrix + (a + 1) * MECHC_MOST_RATES;
         for (int i = 0; i < MECHC_NX; i++) {
             double sum = -radau->z[a * MECHC_NX + i];
             for (int b = 1; b <= MECHC_RADAU_STAGES; b++)
@@ -137,34 +140,34 @@ MECHC_STATIC double mechc_radau_correct(mechc_rk_run *run, double h)
     mechc_lu_solve(radau->system, radau->system_rows, MECHC_RADAU_SIZE, change);
     for (int n = 0; n < MECHC_RADAU_SIZE; n++) {
         radau->z[n] += change[n];
-        square += pow(change[n] / mechc_rk_tolerance(run, n % MECHC_NX, run->y), 2);
+        square += pow(change[n] / mechc_tolerance(run, n % MECHC_NX, run->y), 2);
     }
     return sqrt(square / MECHC_RADAU_SIZE);
 }
 
 /* The rates that the next step begins with. */
-MECHC_STATIC int mechc_radau_end(mechc_rk_run *run, double h, double *end)
+MECHC_STATIC int mechc_radau_end(mechc_integration *run, double h, double *end)
 {
     const int last = MECHC_RADAU_STAGES - 1;
     for (int i = 0; i < MECHC_NX; i++)
-        end[i] = run->y[i] + run->implicit->z[last * MECHC_NX + i];
-    return mechc_rk_stage(run, run->head.t + h, end, MECHC_RATE(run, last + 1));
+        end[i] = run->y[i] + mechc_radau_of(run)->z[last * MECHC_NX + i];
+    return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, last + 1));
 }
 
 /* Solve for the stages; MECHC_NOT_CLOSED where the iteration does not converge. */
-MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
+MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end)
 {
     const double enough = 1e-2; /* of what is tolerated */
     double before = HUGE_VAL, floor = 0.0;
-    run->implicit->contraction = 0.0;
+    mechc_radau_of(run)->contraction = 0.0;
     for (int i = 0; i < MECHC_NX; i++) /* rounding of the state itself */
-        floor = mechc_max(floor, 2e-16 * fabs(run->y[i]) / mechc_rk_tolerance(run, i, run->y));
+        floor = mechc_max(floor, 2e-16 * fabs(run->y[i]) / mechc_tolerance(run, i, run->y));
     for (int iteration = 0; iteration < MECHC_RADAU_ITERATIONS; iteration++) {
         const int status = mechc_radau_rates(run, h, end);
         if (status != MECHC_RUNNING) return status;
         const double size = mechc_radau_correct(run, h);
         const double contraction = size / before;
-        if (iteration) run->implicit->contraction = contraction;
+        if (iteration) mechc_radau_of(run)->contraction = contraction;
         if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
             return MECHC_NOT_CLOSED;
         const double left = iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
@@ -175,13 +178,13 @@ MECHC_STATIC int mechc_radau_solve(mechc_rk_run *run, double h, double *end)
 }
 
 /* The embedded error of order 3, filtered so that stiff components do not blow it up. */
-MECHC_STATIC void mechc_radau_estimate(mechc_rk_run *run, double h, const double *rates)
+MECHC_STATIC void mechc_radau_estimate(mechc_integration *run, double h, const double *rates)
 {
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     for (int i = 0; i < MECHC_NX; i++) {
         double sum = h * rates[i];
         for (int a = 0; a < MECHC_RADAU_STAGES; a++)
-            sum += run->tableau->error[a + 1] * radau->z[a * MECHC_NX + i];
+            sum += run->current->tableau->error[a + 1] * radau->z[a * MECHC_NX + i];
         radau->error[i] = MECHC_RADAU_GAMMA * sum;
     }
     mechc_lu_solve(radau->filter, radau->filter_rows, MECHC_NX, radau->error);
@@ -208,17 +211,17 @@ MECHC_STATIC void mechc_radau_predict(mechc_radau *radau, const double *nodes, d
 }
 
 /* Is the state where the last attempt ended? */
-MECHC_STATIC int mechc_radau_follows(const mechc_rk_run *run)
+MECHC_STATIC int mechc_radau_follows(const mechc_integration *run)
 {
-    const mechc_radau *radau = run->implicit;
+    const mechc_radau *radau = mechc_radau_of(run);
     return !run->refused && radau->tried_step != 0.0
         && fabs(run->head.t - radau->tried_end) <= 1e-9 * fabs(radau->tried_step);
 }
 
 /* The Jacobian at this state, and factors for h, where those at hand do not serve. */
-MECHC_STATIC int mechc_radau_prepare(mechc_rk_run *run, double h, int anew)
+MECHC_STATIC int mechc_radau_prepare(mechc_integration *run, double h, int anew)
 {
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     if (anew && radau->jacobian_time != run->head.t) {
         const int status = mechc_radau_jacobian(run);
         if (status != MECHC_RUNNING) return status;
@@ -232,16 +235,10 @@ MECHC_STATIC int mechc_radau_prepare(mechc_rk_run *run, double h, int anew)
     return MECHC_RUNNING;
 }
 
-/* All rates of a step: the explicit pairs' mechc_rk_rates, implicitly.  With a Jacobian of an
- * earlier state where that still serves, else with this one's. */
-MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end)
+/* With a Jacobian of an earlier state where that still serves, else with this one's. */
+MECHC_STATIC int mechc_radau_step(mechc_integration *run, double h, double *end)
 {
-    if (!run->implicit) {
-        if (!(run->implicit = calloc(1, sizeof *run->implicit))) return MECHC_NO_MEMORY;
-        run->implicit->jacobian_time = NAN;
-        run->implicit->contraction = 1.0;
-    }
-    mechc_radau *radau = run->implicit;
+    mechc_radau *radau = mechc_radau_of(run);
     if (mechc_radau_follows(run)) {
         memcpy(radau->taken, radau->z, sizeof radau->taken);
         radau->taken_step = radau->tried_step;
@@ -254,42 +251,43 @@ MECHC_STATIC int mechc_radau_step(mechc_rk_run *run, double h, double *end)
     for (int anew = radau->contraction > MECHC_RADAU_FAST;; anew = 1) {
         const int prepared = mechc_radau_prepare(run, h, anew);
         if (prepared != MECHC_RUNNING) return prepared;
-        mechc_radau_predict(radau, run->tableau->nodes, h);
+        mechc_radau_predict(radau, run->current->tableau->nodes, h);
         const int status = mechc_radau_solve(run, h, end);
         if (status == MECHC_RUNNING || radau->jacobian_time == run->head.t) return status;
     }
 }
 
-MECHC_STATIC double mechc_radau_size(const mechc_rk_run *run, const double *end)
+MECHC_STATIC double mechc_radau_size(const mechc_integration *run, const double *end)
 {
     double square = 0.0;
     for (int i = 0; i < MECHC_NX; i++)
-        square += pow(run->implicit->error[i] / mechc_rk_tolerance(run, i, end), 2);
+        square += pow(mechc_radau_of(run)->error[i] / mechc_tolerance(run, i, end), 2);
     return sqrt(square / MECHC_NX);
 }
 
-MECHC_STATIC double mechc_radau_error(mechc_rk_run *run, double h, const double *end)
+MECHC_STATIC double mechc_radau_error(mechc_integration *run, double h, const double *end)
 {
     mechc_radau_estimate(run, h, MECHC_RATE(run, 0));
     const double size = mechc_radau_size(run, end);
     if (size < 1.0 || !(run->refused || run->head.stats.steps == 0)) return size;
     double y[MECHC_NX], rates[MECHC_NX];
-    for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + run->implicit->error[i];
-    if (mechc_rk_stage(run, run->head.t, y, rates) != MECHC_RUNNING) return size;
+    for (int i = 0; i < MECHC_NX; i++) y[i] = run->y[i] + mechc_radau_of(run)->error[i];
+    if (mechc_rates_at(run, run->head.t, y, rates) != MECHC_RUNNING) return size;
     mechc_radau_estimate(run, h, rates);
     return mechc_radau_size(run, end);
 }
 
 /* The collocation polynomial through start and stages, in the rows of the dense output: what is
  * left of it beyond the chord is s (1 - s)(r1 + s r2). */
-MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, int count,
-                                    double *rows)
+MECHC_STATIC void mechc_radau_dense(mechc_integration *run, double h, const double *end,
+                                    int count, double *rows)
 {
-    const double *nodes = run->tableau->nodes, a = nodes[1], b = nodes[2];
+    const double *nodes = run->current->tableau->nodes, a = nodes[1], b = nodes[2];
+    (void)h;
     for (int i = 0; i < MECHC_NX; i++) {
         const double chord = end[i] - run->y[i];
-        const double at_a = (run->implicit->z[i] - a * chord) / (a * (1.0 - a));
-        const double at_b = (run->implicit->z[MECHC_NX + i] - b * chord) / (b * (1.0 - b));
+        const double at_a = (mechc_radau_of(run)->z[i] - a * chord) / (a * (1.0 - a));
+        const double at_b = (mechc_radau_of(run)->z[MECHC_NX + i] - b * chord) / (b * (1.0 - b));
         const double slope = (at_b - at_a) / (b - a);
         rows[i] = chord;
         rows[MECHC_NX + i] = at_a - a * slope;
@@ -297,3 +295,33 @@ MECHC_STATIC void mechc_radau_dense(const mechc_rk_run *run, const double *end, 
         for (int row = 3; row < count; row++) rows[row * MECHC_NX + i] = 0.0;
     }
 }
+
+MECHC_STATIC void mechc_radau_make(mechc_integration *run)
+{
+    mechc_radau_of(run)->jacobian_time = NAN;
+    mechc_radau_of(run)->contraction = 1.0;
+}
+
+static const mechc_method mechc_radau5 = {
+    .number = MECHC_RADAU5,
+    .order = 3,
+    .last_rate = MECHC_RADAU_STAGES,
+    .dense_rows = 3,
+    .nodes = {MECHC_RADAU_STAGES, mechc_radau5_nodes},
+    .tableau = &mechc_radau5_tableau,
+    .share = MECHC_SHARE,
+    .growth = 10.0,
+    .farthest = HUGE_VAL,
+    .ignored = 1.2, /* the factors of the iteration's matrix are kept */
+    .after_failure = 0.3,
+    .horizon = 8.0,
+    .work_size = sizeof(mechc_radau),
+    .make = mechc_radau_make,
+    .step = mechc_radau_step,
+    .error = mechc_radau_error,
+    .factor = mechc_elementary_factor,
+    .shows_end = mechc_error_is_small,
+    .dense = mechc_radau_dense,
+};
+
+#endif

@@ -1,7 +1,22 @@
-/* Dense output of the explicit pairs. */
+/* Dense output, in the same form for every method:
+ * y0 + s(r0 + (1-s)(r1 + s(r2 + (1-s)(r3 + ...)))) at the fraction s of a step, with r0 = y1 - y0.
+ */
+#ifndef MECHC_DENSE_OUTPUT_H
+#define MECHC_DENSE_OUTPUT_H
+
+#include <math.h>
+#include "abi/codes.h"
+#include "abi/run.h"
+#include "dynamics/project.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "run/trajectory.h"
+#include "simd/lanes.h"
 
 /* The dense output of one step at the fraction s. */
-MECHC_STATIC void mechc_rk_polynomial(const double *y, const double *rows, int count, double s,
+MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, int count, double s,
                                       double *out)
 {
     for (int i = 0; i < MECHC_NX; i++) {
@@ -12,10 +27,9 @@ MECHC_STATIC void mechc_rk_polynomial(const double *y, const double *rows, int c
     }
 }
 
-static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
-                                 ptrdiff_t count, const double *t, double *out)
+MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p, ptrdiff_t count,
+                                    const double *t, double *out)
 {
-    (void)method;
     double k[MECHC_AT_LEAST_ONE(MECHC_NK)];
     mechc_scalar_hoist(p, k);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
@@ -24,10 +38,12 @@ static void mechc_rk_interpolate(int method, const mechc_trajectory *trajectory,
         const double s = trajectory->count > 1
                        ? (t[n] - start) / (trajectory->t[step + 1] - start) : 0.0;
         const int rows = trajectory->count > 1 ? trajectory->dense_rows : 0;
-        mechc_rk_polynomial(trajectory->y + step * MECHC_NX,
+        mechc_dense_polynomial(trajectory->y + step * MECHC_NX,
                             trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
                             out);
         if (s != 0.0 && mechc_project_between(t[n], out, p, k) != MECHC_RUNNING)
             for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
     }
 }
+
+#endif

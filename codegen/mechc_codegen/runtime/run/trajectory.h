@@ -1,4 +1,12 @@
 /* A growing record of accepted states and of the dense output between them. */
+#ifndef MECHC_TRAJECTORY_H
+#define MECHC_TRAJECTORY_H
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include "abi/run.h"
+#include "simd/lanes.h"
 
 MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
 {
@@ -33,16 +41,16 @@ MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const doub
     return 1;
 }
 
-/* One more passage of a change point; `coordinates` of them in q. */
-MECHC_STATIC int mechc_append_passage(mechc_trajectory *trajectory, double t, double gap,
+/* One more crossing of a change point; `coordinates` of them in q. */
+MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, double gap,
                                       const double *q, int coordinates)
 {
-    if (trajectory->passage_count == trajectory->passage_capacity) {
-        const ptrdiff_t capacity = 2 * trajectory->passage_capacity + 8;
-        if (!mechc_grow(&trajectory->passages, capacity * (coordinates + 2))) return 0;
-        trajectory->passage_capacity = capacity;
+    if (trajectory->crossing_count == trajectory->crossing_capacity) {
+        const ptrdiff_t capacity = 2 * trajectory->crossing_capacity + 8;
+        if (!mechc_grow(&trajectory->crossings, capacity * (coordinates + 2))) return 0;
+        trajectory->crossing_capacity = capacity;
     }
-    double *row = trajectory->passages + trajectory->passage_count++ * (coordinates + 2);
+    double *row = trajectory->crossings + trajectory->crossing_count++ * (coordinates + 2);
     row[0] = t;
     row[1] = gap;
     memcpy(row + 2, q, (size_t)coordinates * sizeof(double));
@@ -54,9 +62,9 @@ MECHC_STATIC void mechc_free(mechc_trajectory *trajectory)
     free(trajectory->t);
     free(trajectory->y);
     free(trajectory->dense);
-    free(trajectory->passages);
-    trajectory->passages = 0;
-    trajectory->passage_count = trajectory->passage_capacity = 0;
+    free(trajectory->crossings);
+    trajectory->crossings = 0;
+    trajectory->crossing_count = trajectory->crossing_capacity = 0;
     trajectory->t = trajectory->y = trajectory->dense = 0;
     trajectory->count = trajectory->capacity = 0;
 }
@@ -74,3 +82,5 @@ MECHC_STATIC ptrdiff_t mechc_step_of(const mechc_trajectory *trajectory, double 
     }
     return low;
 }
+
+#endif

@@ -1,12 +1,15 @@
-/* Binds the names that generic code uses to one double. */
+/* Binds the names that generic code uses to one double: see real.h. */
 #include "simd/unbind.h"
+#include "simd/scalar.h"
+#define R_VECTOR 0
 #define real double
 #define rmask int64_t
 #define RLANES 1
 #define FN(name) mechc_scalar_##name
 #define R(number) ((double)(number))
 #define R_BITS(x) mechc_bits(x)
-#define R_FROM_BITS(b) mechc_from_bits(b)
+#define R_FROM_BITS(b) mechc_from_bits((int64_t)(b))
+#define R_UNSIGNED(x) ((uint64_t)mechc_bits(x))
 #define R_MASK(condition) (-(int64_t)(condition))
 #define R_SELECT(mask, a, b) ((mask) ? (a) : (b))
 #define R_ANY(mask) ((mask) != 0)
@@ -16,19 +19,3 @@
 #define R_CALL2(f, x, y) f(x, y)
 #define R_GREATEST(x) (x)
 #define R_LEAST(x) (x)
-
-#ifndef MECHC_SCALAR_BITS
-#define MECHC_SCALAR_BITS
-MECHC_INLINE int64_t mechc_bits(double x)
-{
-    int64_t b;
-    memcpy(&b, &x, sizeof b);
-    return b;
-}
-MECHC_INLINE double mechc_from_bits(int64_t b)
-{
-    double x;
-    memcpy(&x, &b, sizeof x);
-    return x;
-}
-#endif

@@ -1,4 +1,15 @@
 /* Sine and cosine of one argument with a shared range reduction; generic over `real`. */
+#include <math.h>
+#include <stdint.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_SINE_COSINE_VECTOR : !defined MECHC_SINE_COSINE_SCALAR
+#if R_VECTOR
+#define MECHC_SINE_COSINE_VECTOR
+#else
+#define MECHC_SINE_COSINE_SCALAR
+#endif
+#include "simd/constants.h"
+#include "simd/lanes.h"
 
 /* Out of line, by value: the usual path keeps its registers. */
 MECHC_ONCE __attribute__((cold)) real FN(sin_beyond)(real x) { return R_CALL(sin, x); }
@@ -61,3 +72,5 @@ MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosin
     *sine = turn[1] + (turn[2] * s + turn[1] * c);
     *cosine = turn[2] + (turn[2] * c - turn[1] * s);
 }
+
+#endif

@@ -1,9 +1,16 @@
 /* A full block of rows of numbers in memory to lanes, a row a lane, and back. */
+#ifndef MECHC_TRANSPOSE_H
+#define MECHC_TRANSPOSE_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+#include "simd/lanes.h"
 
 #if (MECHC_LANES == 8 && defined __AVX512F__) || (MECHC_LANES == 4 && defined __AVX__)
 #if MECHC_LANES == 8
 /* The numbers of 8 rows, an exchange within pairs, then between quarters, then between halves. */
-MECHC_INLINE void mechc_transpose(const mechc_lane *rows, mechc_lane *out)
+MECHC_INLINE void mechc_transpose(const mechc_vector *rows, mechc_vector *out)
 {
     __m512d pairs[8], halves[8];
     for (int i = 0; i < 8; i += 2) {
@@ -16,18 +23,18 @@ MECHC_INLINE void mechc_transpose(const mechc_lane *rows, mechc_lane *out)
                               : _mm512_shuffle_f64x2(pairs[first], pairs[first + 2], 0xdd);
     }
     for (int i = 0; i < 4; i++) {
-        out[i] = (mechc_lane)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0x88);
-        out[i + 4] = (mechc_lane)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0xdd);
+        out[i] = (mechc_vector)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0x88);
+        out[i + 4] = (mechc_vector)_mm512_shuffle_f64x2(halves[i], halves[i + 4], 0xdd);
     }
 }
 
 /* The first `count` numbers, then zeros; what is beyond them is not read. */
-MECHC_INLINE mechc_lane mechc_load_some(const double *from, int count)
+MECHC_INLINE mechc_vector mechc_load_some(const double *from, int count)
 {
-    return (mechc_lane)_mm512_maskz_loadu_pd((__mmask8)(0xff >> (8 - count)), from);
+    return (mechc_vector)_mm512_maskz_loadu_pd((__mmask8)(0xff >> (8 - count)), from);
 }
 #else
-MECHC_INLINE void mechc_transpose(const mechc_lane *rows, mechc_lane *out)
+MECHC_INLINE void mechc_transpose(const mechc_vector *rows, mechc_vector *out)
 {
     __m256d pairs[4];
     for (int i = 0; i < 4; i += 2) {
@@ -35,15 +42,15 @@ MECHC_INLINE void mechc_transpose(const mechc_lane *rows, mechc_lane *out)
         pairs[i + 1] = _mm256_unpackhi_pd((__m256d)rows[i], (__m256d)rows[i + 1]);
     }
     for (int i = 0; i < 2; i++) {
-        out[i] = (mechc_lane)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x20);
-        out[i + 2] = (mechc_lane)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x31);
+        out[i] = (mechc_vector)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x20);
+        out[i + 2] = (mechc_vector)_mm256_permute2f128_pd(pairs[i], pairs[i + 2], 0x31);
     }
 }
 
-MECHC_INLINE mechc_lane mechc_load_some(const double *from, int count)
+MECHC_INLINE mechc_vector mechc_load_some(const double *from, int count)
 {
     const int64_t some[7] = {-1, -1, -1, -1, 0, 0, 0};
-    return (mechc_lane)_mm256_maskload_pd(from,
+    return (mechc_vector)_mm256_maskload_pd(from,
                                           _mm256_loadu_si256((const __m256i *)(some + 4 - count)));
 }
 #endif
@@ -52,11 +59,11 @@ MECHC_INLINE int mechc_fewer(int a, int b) { return a < b ? a : b; }
 
 /* out[i][lane] = from[lane * stride + i], i < width */
 MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int width,
-                                     mechc_lane *out)
+                                     mechc_vector *out)
 {
     for (int first = 0; first < width; first += MECHC_LANES) {
         const int some = mechc_fewer(MECHC_LANES, width - first);
-        mechc_lane rows[MECHC_LANES], columns[MECHC_LANES];
+        mechc_vector rows[MECHC_LANES], columns[MECHC_LANES];
         for (int lane = 0; lane < MECHC_LANES; lane++)
             rows[lane] = mechc_load_some(from + lane * stride + first, some);
         mechc_transpose(rows, columns);
@@ -65,13 +72,13 @@ MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int w
 }
 
 /* Rows one after the other. */
-MECHC_INLINE void mechc_scatter_block(const mechc_lane *values, int width, double *to)
+MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, double *to)
 {
     for (int first = 0; first < width; first += MECHC_LANES) {
         const int some = mechc_fewer(MECHC_LANES, width - first);
-        mechc_lane rows[MECHC_LANES], columns[MECHC_LANES];
+        mechc_vector rows[MECHC_LANES], columns[MECHC_LANES];
         for (int i = 0; i < MECHC_LANES; i++)
-            columns[i] = i < some ? values[first + i] : (mechc_lane){0};
+            columns[i] = i < some ? values[first + i] : (mechc_vector){0};
         mechc_transpose(columns, rows);
         for (int lane = 0; lane < MECHC_LANES; lane++)
             memcpy(to + lane * width + first, &rows[lane], (size_t)some * sizeof(double));
@@ -79,7 +86,7 @@ MECHC_INLINE void mechc_scatter_block(const mechc_lane *values, int width, doubl
 }
 #else
 MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int width,
-                                     mechc_lane *out)
+                                     mechc_vector *out)
 {
     for (int i = 0; i < width; i++) {
         double column[MECHC_LANES];
@@ -88,7 +95,7 @@ MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int w
     }
 }
 
-MECHC_INLINE void mechc_scatter_block(const mechc_lane *values, int width, double *to)
+MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, double *to)
 {
     for (int i = 0; i < width; i++) {
         double column[MECHC_LANES];
@@ -96,4 +103,6 @@ MECHC_INLINE void mechc_scatter_block(const mechc_lane *values, int width, doubl
         for (int lane = 0; lane < MECHC_LANES; lane++) to[lane * width + i] = column[lane];
     }
 }
+#endif
+
 #endif

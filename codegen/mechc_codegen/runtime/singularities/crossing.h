@@ -9,31 +9,26 @@
  * the closure is magnified (as its distance to the power -3); so the crossing is put into the
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
+#ifndef MECHC_CROSSING_H
+#define MECHC_CROSSING_H
+
+#include <math.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/monitor.h"
+#include "singularities/placement.h"
+#include "singularities/weakest.h"
 
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
 #define MECHC_TOO_NEAR 3e-4
 
 /* Past a gap that is almost rounding, a state nearer than this is rounding too. */
 #define MECHC_LOST 1e-5
-
-/* The conditioning met within one step. */
-typedef struct {
-    double first, least, most;
-    double q[MECHC_NQ]; /* where it was least */
-    int rank;           /* of the configuration rows at a generic place; 0: not known yet */
-    int tries;          /* since the last accepted step */
-    double patience;    /* the crossing may be bridged from this time before it */
-    double wanted;      /* the step that the error would have allowed, before it was shortened to
-                           place a crossing; 0: was not */
-    double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
-    int leaving;        /* over the last step the conditioning rose */
-    int bends;          /* a near miss comes, so narrow that the motion bends sharply */
-    double fall;        /* of the conditioning in time, over the last step; 0: not known */
-#if MECHC_NH > 0
-    mechc_critical known; /* the last one found */
-    int has_known;
-#endif
-} mechc_dip;
 
 /* A step as proposed: states and rates at both ends. */
 typedef struct {
@@ -44,7 +39,8 @@ typedef struct {
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
     int last;               /* of the run: nothing goes on from its end */
-    const mechc_tableau *approach; /* whose gaps are aimed at beforehand (approach.h); NULL: none */
+    int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
+    mechc_nodes nodes;      /* ... between these */
 } mechc_span;
 
 enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
@@ -55,63 +51,9 @@ typedef struct {
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
-} mechc_passing;
-
-MECHC_STATIC void mechc_dip_begin(mechc_dip *dip, const double *q)
-{
-    dip->least = dip->most = dip->first;
-    memcpy(dip->q, q, sizeof dip->q);
-}
-
-MECHC_STATIC void mechc_dip_meet(mechc_dip *dip, double conditioning, const double *q)
-{
-    if (conditioning > dip->most) dip->most = conditioning;
-    if (conditioning >= dip->least) return;
-    dip->least = conditioning;
-    memcpy(dip->q, q, sizeof dip->q);
-}
-
-/* Conditioning below which a step is looked at however short it is: short steps see little change. */
-#define MECHC_NARROW 0.03
-
-/* Conditioning above which no crossing is near, however fast it falls. */
-#define MECHC_CLEAR 0.4
-
-/* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
-MECHC_STATIC int mechc_dipped(const mechc_dip *dip, double horizon)
-{
-    const int nearest_at_start = dip->least >= dip->first && dip->first > MECHC_NARROW;
-    return dip->least < MECHC_CLEAR && !(nearest_at_start && dip->leaving)
-        && dip->least <= mechc_max(MECHC_NARROW, horizon * (dip->most - dip->least));
-}
-
-/* Is what was found near a crossing?  Past a near miss everything is regular. */
-MECHC_STATIC int mechc_knows_crossing(const mechc_dip *dip)
-{
-#if MECHC_NH > 0
-    return dip->has_known && mechc_judge(&dip->known) == MECHC_CROSSING;
-#else
-    (void)dip;
-    return 0;
-#endif
-}
+} mechc_finding;
 
 #if MECHC_NH > 0
-
-/* The longest step, no longer than `open`, that is good for a crossing so far ahead: the crossing
- * lies in a wide gap between the nodes, or well beyond the end. */
-MECHC_STATIC double mechc_plan(const mechc_tableau *tableau, double ahead, double open)
-{
-    if (!(ahead < 1.5 * open)) return open;
-    for (int i = 1; ahead < open && i < tableau->stages; i++) {
-        const double gap = tableau->nodes[i + 1] - tableau->nodes[i];
-        const double middle = tableau->nodes[i] + 0.5 * gap, low = middle - 0.2 * gap;
-        if (gap < 0.08 || middle > 0.9 || ahead > (middle + 0.2 * gap) * open) continue;
-        return ahead < low * open ? ahead / middle : open;
-    }
-    return mechc_min(open, 0.53 * ahead); /* and the next, a third longer, straddles it */
-}
-
 MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,
                                    mechc_weakest *out)
 {
@@ -217,34 +159,34 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-MECHC_STATIC void mechc_retry(mechc_passing *out, double factor, int bridge)
+MECHC_STATIC void mechc_retry(mechc_finding *out, double factor, int bridge)
 {
     out->action = MECHC_RETRY;
     out->factor = factor;
     out->bridge = bridge;
 }
 
-MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip, int between,
-                                         int turned, int too_near, mechc_passing *out)
+MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor, int between,
+                                         int turned, int too_near, mechc_finding *out)
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || (too_near && !span->last)) {
-        dip->ahead = HUGE_VAL;
-        if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
-        else mechc_retry(out, factors[dip->tries % 8], 0);
+        monitor->ahead = HUGE_VAL;
+        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        else mechc_retry(out, factors[monitor->tries % 8], 0);
         return;
     }
-    if (span->approach) {
+    if (span->looks_ahead) {
         const int known = out->fraction > 0.02 && out->fraction < span->horizon - 0.1;
-        dip->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
-        const double planned = mechc_plan(span->approach, dip->ahead, fabs(span->h));
+        monitor->ahead = known ? out->fraction * fabs(span->h) : HUGE_VAL;
+        const double planned = mechc_plan(span->nodes, monitor->ahead, fabs(span->h));
         const int at_end = fabs(out->fraction - 1.0) < 0.1;
-        if (planned < 0.9 * fabs(span->h) && dip->tries < 4 && !(span->last && at_end)) {
+        if (planned < 0.9 * fabs(span->h) && monitor->tries < 4 && !(span->last && at_end)) {
             mechc_retry(out, 1.0, 1);
-        } else if (at_end && !span->last && dip->tries < 16) {
-            dip->ahead = HUGE_VAL;
-            mechc_retry(out, factors[dip->tries % 8], 0);
+        } else if (at_end && !span->last && monitor->tries < 16) {
+            monitor->ahead = HUGE_VAL;
+            mechc_retry(out, factors[monitor->tries % 8], 0);
         } else if (turned) {
             out->action = MECHC_CROSSES;
         }
@@ -252,33 +194,33 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_dip *dip,
     }
     if (!span->bridge) {
         const double ahead = out->fraction * fabs(span->h);
-        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= dip->patience) {
-            dip->patience = 0.7 * ahead;
-            dip->wanted = fabs(span->h);
+        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= monitor->patience) {
+            monitor->patience = 0.7 * ahead;
+            monitor->wanted = fabs(span->h);
             mechc_retry(out, out->fraction / span->best, 1);
             return;
         }
     }
-    const double factor = dip->tries < 4 ? mechc_aim(span, out->fraction) : 1.0;
-    if (factor < 1.0 && !dip->wanted) dip->wanted = fabs(span->h);
+    const double factor = monitor->tries < 4 ? mechc_aim(span, out->fraction) : 1.0;
+    if (factor < 1.0 && !monitor->wanted) monitor->wanted = fabs(span->h);
     if (factor != 1.0) mechc_retry(out, factor, span->bridge);
     else if (turned) out->action = MECHC_CROSSES;
 }
 
 /* The critical configuration near q: the one known from before where nothing spoke against it. */
 MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
-                                 mechc_dip *dip, double reach, mechc_critical *c)
+                                 mechc_monitor *monitor, double reach, mechc_critical *c)
 {
-    if (dip->has_known && !dip->tries
-        && mechc_still_critical(t, q, p, k, reach, &dip->known, c)) return 1;
-    if (!mechc_find_critical(t, q, p, k, dip->rank, reach, c)) return 0;
-    dip->known = *c;
-    dip->has_known = 1;
+    if (monitor->has_known && !monitor->tries
+        && mechc_still_critical(t, q, p, k, reach, &monitor->known, c)) return 1;
+    if (!mechc_find_critical(t, q, p, k, monitor->rank, reach, c)) return 0;
+    monitor->known = *c;
+    monitor->has_known = 1;
     return 1;
 }
 
 /* Judge a step whose conditioning dipped. */
-MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_passing *out)
+MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_finding *out)
 {
     mechc_weakest before, after;
     mechc_critical critical;
@@ -286,15 +228,15 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     out->action = MECHC_STANDS;
     mechc_place_at(span->t, span->start, span->p, span->k, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
-    if (before.rank > dip->rank) dip->rank = before.rank;
-    if (before.rank < dip->rank) mechc_weakest_at(span->t, span->start, span, dip->rank, &before);
-    mechc_weakest_at(span->t + span->h, span->end, span, dip->rank, &after);
+    if (before.rank > monitor->rank) monitor->rank = before.rank;
+    if (before.rank < monitor->rank) mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
+    mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
-    if (!mechc_find_near(span->t, dip->q, span->p, span->k, dip, reach, &critical)) {
+    if (!mechc_find_near(span->t, monitor->q, span->p, span->k, monitor, reach, &critical)) {
         if (turned != 1) return;
-        if (dip->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, 0.5, 0);
         return;
     }
@@ -304,7 +246,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
-        mechc_examine_crossing(span, dip, between, turned, after.ratio < MECHC_TOO_NEAR, out);
+        mechc_examine_crossing(span, monitor, between, turned, after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
@@ -314,5 +256,6 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_dip *dip, mechc_pass
         break;
     }
 }
+#endif
 
 #endif

@@ -1,133 +1,34 @@
-/* The explicit pairs at critical configurations: see passage.h. */
+/* What a run does about critical configurations: all that the driver asks of singularities/.
+ *
+ * monitor_start: at the start.   step_ahead: before a step is tried.   leave_to_pair, step_aside,
+ * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
+ * stand?   record_crossing: when it went through a change point.
+ */
+#ifndef MECHC_CROSSINGS_H
+#define MECHC_CROSSINGS_H
 
-/* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
-MECHC_STATIC double mechc_rk_conditioning(const mechc_rk_run *run, const mechc_scalar_place *place)
-{
-#if MECHC_NH > 0
-    if (MECHC_NC == MECHC_NH && (run->dip.rank == 0 || run->dip.rank == MECHC_NH))
-        return mechc_scalar_conditioning(place);
-    return mechc_weakest_ratio(place, run->dip.rank);
-#else
-    (void)run, (void)place;
-    return 1.0;
-#endif
-}
-
-MECHC_STATIC void mechc_rk_meet(mechc_rk_run *run, double t, const double *y,
-                                const mechc_scalar_place *place)
-{
-#if MECHC_NC > 0
-    mechc_stats *stats = &run->head.stats;
-    const double singular = mechc_rk_conditioning(run, place);
-    if (singular < stats->least_singular) {
-        stats->least_singular = singular;
-        stats->least_singular_time = t;
-    }
-    run->conditioning = singular;
-    mechc_dip_meet(&run->dip, singular, y);
-#else
-    (void)run, (void)t, (void)y, (void)place;
-#endif
-}
-
-/* Take from an error what the projection of the end will take from it. */
-MECHC_STATIC void mechc_rk_keep(const mechc_scalar_place *place, double *error)
-{
-#if MECHC_NH > 0
-    for (int part = MECHC_IDENTITY_KINEMATICS ? 0 : MECHC_NQ; part < MECHC_NX; part += MECHC_NQ) {
-        double values[MECHC_NC], step[MECHC_NU];
-        mechc_scalar_rates_of_rows(place, error + part, values);
-        for (int i = 0; i < MECHC_NC; i++) values[i] = -values[i];
-        mechc_scalar_least_step_at(place, values, step);
-        for (int i = 0; i < MECHC_NU; i++) error[part + i] += step[i];
-    }
-#else
-    (void)place, (void)error;
-#endif
-}
-
-/* Back from the bridge to the method's own table and the step it had. */
-MECHC_STATIC void mechc_rk_leave_bridge(mechc_rk_run *run)
-{
-    if (run->tableau == run->own) return;
-    run->tableau = run->own;
-    run->step = run->dip.wanted;
-}
-
-/* Judge a step that its error allows; passing.action MECHC_RETRY where it was taken back. */
-MECHC_STATIC int mechc_rk_judge(mechc_rk_run *run, double h, const double *end)
-{
-    run->passing.action = MECHC_STANDS;
-#if MECHC_NH > 0
-    if (!mechc_dipped(&run->dip, run->horizon)) return MECHC_RUNNING;
-    const mechc_span span = {run->head.t, h, run->y, MECHC_RATE(run, 0), end,
-                             MECHC_RATE(run, run->tableau->stages), run->p, run->k,
-                             run->low, run->best, run->high, run->horizon,
-                             run->tableau == &MECHC_BRIDGE || mechc_rk_is_collocation(run),
-                             fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
-                             mechc_rk_is_collocation(run) ? run->tableau : 0};
-    mechc_stats *stats = &run->head.stats;
-    run->passing.gap = HUGE_VAL;
-    mechc_examine(&span, &run->dip, &run->passing);
-    stats->examined++;
-    if (fabs(run->passing.gap) < stats->critical_gap) {
-        stats->critical_gap = fabs(run->passing.gap);
-        stats->critical_time = run->head.t;
-    }
-    if (run->passing.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
-    if (run->passing.action == MECHC_RETRY) {
-        run->dip.tries++;
-        stats->rejected++;
-        run->step = fabs(h) * run->passing.factor;
-        run->refused = run->dip.wanted == 0.0;
-        if (!mechc_rk_is_collocation(run)) run->tableau = run->passing.bridge ? &MECHC_BRIDGE : run->own;
-    }
-#else
-    (void)h, (void)end;
-#endif
-    return MECHC_RUNNING;
-}
-
-MECHC_STATIC void mechc_rk_polynomial(const double *y, const double *rows, int count, double s,
-                                      double *out);
-
-/* How far along its direction at `about` the dense output has passed the change point. */
-MECHC_STATIC double mechc_rk_passed(const mechc_rk_run *run, const double *rows, double s,
-                                    const double *along)
-{
-    double y[MECHC_NX], sum = 0.0;
-    mechc_rk_polynomial(run->y, rows, run->tableau->dense_rows, s, y);
-    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
-        sum += (y[i] - run->passing.q[i]) * along[i];
-    return sum;
-}
-
-/* Record the passage, its time refined on the dense output; stop there where that is asked for. */
-MECHC_STATIC int mechc_rk_record(mechc_rk_run *run, double h, const double *rows)
-{
-    const double near = 1e-3;
-    double s = run->passing.fraction, before[MECHC_NX], along[MECHC_NX];
-    mechc_rk_polynomial(run->y, rows, run->tableau->dense_rows, s - near, before);
-    mechc_rk_polynomial(run->y, rows, run->tableau->dense_rows, s + near, along);
-    for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
-    for (int iteration = 0; iteration < 8; iteration++) {
-        const double here = mechc_rk_passed(run, rows, s, along);
-        const double slope = (mechc_rk_passed(run, rows, s + near, along)
-                              - mechc_rk_passed(run, rows, s - near, along)) / (2.0 * near);
-        if (slope == 0.0) break;
-        s -= here / slope;
-    }
-    const double t = run->head.t + s * h;
-    if (!mechc_append_passage(&run->head.trajectory, t, run->passing.gap, run->passing.q, MECHC_NQ))
-        return MECHC_NO_MEMORY;
-    return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
-                                                     : MECHC_RUNNING;
-}
+#include <math.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "run/dense_output.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/trajectory.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+#include "singularities/crossing.h"
+#include "singularities/look_ahead.h"
+#include "singularities/monitor.h"
+#include "singularities/weakest.h"
 
 #if MECHC_NH > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
  * in turn has moved it a little and the loops are closed again. */
-MECHC_STATIC int mechc_rk_generic_rank(const mechc_rk_run *run, const mechc_span *span)
+MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
 {
     int rank = 0;
     for (int j = 0; j < MECHC_NU; j++) {
@@ -148,19 +49,159 @@ MECHC_STATIC int mechc_rk_generic_rank(const mechc_rk_run *run, const mechc_span
 #endif
 
 /* Learn at the start which rows are redundant everywhere, and refuse a start where more are. */
-MECHC_STATIC void mechc_rk_begin(mechc_rk_run *run)
+MECHC_STATIC void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH > 0
     const mechc_span span = {.p = run->p, .k = run->k};
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
-    run->dip.rank = weakest.rank;
+    run->monitor.rank = weakest.rank;
     if (weakest.rank < MECHC_NH) {
-        const int generic = mechc_rk_generic_rank(run, &span);
+        const int generic = mechc_generic_rank(run, &span);
         if (generic > weakest.rank) run->head.status = MECHC_AT_CHANGE_POINT;
     }
     run->conditioning = weakest.ratio;
 #endif
-    run->dip.first = run->conditioning;
-    run->dip.ahead = NAN;
+    run->monitor.first = run->conditioning;
+    run->monitor.ahead = NAN;
 }
+
+/* A step from the run's state; its end may not be known yet. */
+MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, const double *end,
+                                      const double *end_rates)
+{
+    const mechc_method *method = run->current;
+    return (mechc_span){
+        .t = run->head.t,
+        .h = h,
+        .start = run->y,
+        .start_rates = MECHC_RATE(run, 0),
+        .end = end,
+        .end_rates = end_rates,
+        .p = run->p,
+        .k = run->k,
+        .low = run->low,
+        .best = run->best,
+        .high = run->high,
+        .horizon = run->horizon,
+        .bridge = method->holds_crossing,
+        .last = fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
+        .looks_ahead = method->reach != 0,
+        .nodes = method->nodes,
+    };
+}
+
+/* The step to try, as a rule no longer than `open`. */
+MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
+{
+#if MECHC_NH > 0
+    const mechc_span span =
+        mechc_span_of(run, run->direction * open, run->y, MECHC_RATE(run, 0));
+    return mechc_plan_ahead(&span, &run->monitor, run->refused, run->current->reach(run));
+#else
+    (void)run;
+    return open;
+#endif
+}
+
+/* Back from the bridge to the method in use and the step it had. */
+MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
+{
+    if (run->current == run->method) return;
+    run->current = run->method;
+    run->step = run->monitor.wanted;
+}
+
+/* Leave what comes to the explicit pair. */
+MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
+{
+    run->resumed = run->method;
+    run->step = 0.25 * fabs(h);
+    run->monitor.wanted = 0.0;
+    run->monitor.bends = 0;
+    mechc_use_method(run, run->methods[MECHC_DOP853]);
+}
+
+/* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
+ * rounding more than an explicit step does.  1 where the pair is to go on. */
+MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
+{
+    const mechc_monitor *monitor = &run->monitor;
+    const int here = MECHC_NH > 0 && (monitor->ahead < fabs(h) || monitor->first < MECHC_CLEAR);
+    return run->current->reach && here && ++run->missed >= 2;
+}
+
+/* Past it: back to the method that left it to the pair; 0 without memory. */
+MECHC_STATIC int mechc_come_back(mechc_integration *run)
+{
+    const mechc_method *method = run->resumed;
+    run->missed = 0;
+    run->resumed = 0;
+    return !method || mechc_use_method(run, method);
+}
+
+/* Judge a step that its error allows; finding.action MECHC_RETRY where it is taken back. */
+MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
+{
+    run->finding.action = MECHC_STANDS;
+#if MECHC_NH > 0
+    if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
+    const mechc_span span =
+        mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
+    mechc_stats *stats = &run->head.stats;
+    run->finding.gap = HUGE_VAL;
+    mechc_examine(&span, &run->monitor, &run->finding);
+    stats->examined++;
+    if (fabs(run->finding.gap) < stats->critical_gap) {
+        stats->critical_gap = fabs(run->finding.gap);
+        stats->critical_time = run->head.t;
+    }
+    if (run->finding.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
+    if (run->finding.action == MECHC_RETRY) {
+        const int bridge = run->finding.bridge && !run->method->holds_crossing;
+        run->monitor.tries++;
+        stats->rejected++;
+        run->step = fabs(h) * run->finding.factor;
+        run->refused = run->monitor.wanted == 0.0;
+        run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
+    }
+#else
+    (void)h, (void)end;
+#endif
+    return MECHC_RUNNING;
+}
+
+/* How far along its direction at `about` the dense output has passed the change point. */
+MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
+                                    const double *along)
+{
+    double y[MECHC_NX], sum = 0.0;
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
+        sum += (y[i] - run->finding.q[i]) * along[i];
+    return sum;
+}
+
+/* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
+MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
+{
+    const double near = 1e-3;
+    double s = run->finding.fraction, before[MECHC_NX], along[MECHC_NX];
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
+    for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
+    for (int iteration = 0; iteration < 8; iteration++) {
+        const double here = mechc_past_crossing(run, rows, s, along);
+        const double slope = (mechc_past_crossing(run, rows, s + near, along)
+                              - mechc_past_crossing(run, rows, s - near, along)) / (2.0 * near);
+        if (slope == 0.0) break;
+        s -= here / slope;
+    }
+    const double t = run->head.t + s * h;
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->finding.gap, run->finding.q, MECHC_NQ))
+        return MECHC_NO_MEMORY;
+    return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
+                                                     : MECHC_RUNNING;
+}
+
+#endif

@@ -1,13 +1,27 @@
 /* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
  * state, so that a result never depends on how many states were asked for. */
 
+#ifndef MECHC_EVALUATE_H
+#define MECHC_EVALUATE_H
+
+#include <stddef.h>
+#include <string.h>
+#include "abi/model.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_vector.h"
+#include "dynamics/stage.h"
+#include "scene_program.h"
+#include "unit/jacobians.h"
+#include "unit/solved.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
 #include "simd/transpose.h"
 
-typedef void mechc_lane_output(mechc_lane t, const mechc_lane *q, const mechc_lane *u,
-                               const mechc_lane *p, const mechc_lane *k, mechc_lane *out);
+typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
+                               const mechc_vector *p, const mechc_vector *k, mechc_vector *out);
 
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
-                               mechc_lane *out)
+                               mechc_vector *out)
 {
     for (int i = 0; i < width; i++) {
         double column[MECHC_LANES];
@@ -20,20 +34,20 @@ MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, 
 }
 
 /* Inlined into one function an output, so that `f` and `width` are constants there. */
-MECHC_INLINE void mechc_evaluate_blocks(mechc_lane_output *f, int width, ptrdiff_t count,
+MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
                                         mechc_rows t, mechc_rows y, mechc_rows p, double *out)
 {
-    mechc_lane time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
-    mechc_lane k[MECHC_AT_LEAST_ONE(MECHC_NK)], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    mechc_vector time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
+    mechc_vector k[MECHC_AT_LEAST_ONE(MECHC_NK)], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
     mechc_gather(p, 0, count, MECHC_PASSED, parameters);
-    mechc_lanes_hoist(parameters, k);
+    mechc_vector_hoist(parameters, k);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
         const int whole = count - first >= MECHC_LANES;
         if (first > 0 && p.stride) {
             mechc_gather(p, first, count, MECHC_PASSED, parameters);
-            mechc_lanes_hoist(parameters, k);
+            mechc_vector_hoist(parameters, k);
         }
         if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
@@ -49,14 +63,16 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_lane_output *f, int width, ptrdiff
     }
 }
 
-MECHC_INLINE void mechc_lanes_output_rates(mechc_lane t, const mechc_lane *q, const mechc_lane *u,
-                                           const mechc_lane *p, const mechc_lane *k,
-                                           mechc_lane *out)
+MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
+                                           const mechc_vector *p, const mechc_vector *k,
+                                           mechc_vector *out)
 {
     (void)u; /* follows q in the state */
-    mechc_lanes_rates(t, q, p, k, out);
+    mechc_vector_rates(t, q, p, k, out);
 }
 
 #define MECHC_EVALUATE(label, width, ...) \
-    mechc_evaluate_blocks(mechc_lanes_output_##label, width, __VA_ARGS__)
+    mechc_evaluate_blocks(mechc_vector_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
+
+#endif

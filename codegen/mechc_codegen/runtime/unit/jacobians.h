@@ -1,4 +1,21 @@
 /* Jacobians of the motion, and of outputs that hold it; generic over `real`. */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_JACOBIANS_VECTOR : !defined MECHC_JACOBIANS_SCALAR
+#if R_VECTOR
+#define MECHC_JACOBIANS_VECTOR
+#else
+#define MECHC_JACOBIANS_SCALAR
+#endif
+#include "dynamics/linear.h"
+#include "dynamics/loop_motion.h"
+#include "dynamics/motion.h"
+#include "dynamics/sizes.h"
+#include "dynamics/stage.h"
+#include "dynamics/tree.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
+#include "unit/solved.h"
+
 #if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
 #define MECHC_MOTION (MECHC_NU + MECHC_NC) /* accelerations and multipliers */
 
@@ -134,3 +151,5 @@ MECHC_DEFINE_OWN(input_jacobian, by_inputs, MECHC_NI)
 #undef MECHC_DEFINE_RESPONSE
 #undef MECHC_DEFINE_OWN
 #undef MECHC_MOTION
+
+#endif

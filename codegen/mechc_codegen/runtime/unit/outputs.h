@@ -2,7 +2,14 @@
  *
  * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, out).
  */
+#ifndef MECHC_OUTPUTS_H
+#define MECHC_OUTPUTS_H
 
+#include <stddef.h>
+#include "abi/model.h"
+#include "dynamics/sizes.h"
+
+#ifdef MECHC_EVALUATE
 #define MECHC_DEFINE_OUTPUT(label, name, width)                                                  \
     static void mechc_evaluate_##label(ptrdiff_t count, mechc_rows t, mechc_rows y,              \
                                        mechc_rows p, double *out)                                \
@@ -15,3 +22,6 @@ MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_OUTPUT)
 #define MECHC_LIST_OUTPUT(label, name, width) {name, width, mechc_evaluate_##label},
 static const mechc_output mechc_output_list[] = {
     MECHC_OUTPUTS(MECHC_LIST_OUTPUT) MECHC_SOLVED_OUTPUTS(MECHC_LIST_OUTPUT)};
+#endif
+
+#endif

@@ -1,5 +1,16 @@
 /* Outputs that hold accelerations, multipliers or their derivatives: the motion is solved first.
  * Generic over `real`. */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_SOLVED_VECTOR : !defined MECHC_SOLVED_SCALAR
+#if R_VECTOR
+#define MECHC_SOLVED_VECTOR
+#else
+#define MECHC_SOLVED_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "dynamics/stage.h"
+#include "scene_program.h"
+#include "simd/lanes.h"
 
 /* One copy for all that need it; multipliers may be NULL. */
 MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const real *p, const real *k,
@@ -30,3 +41,5 @@ MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u, c
     }
 MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_SOLVED)
 #undef MECHC_DEFINE_SOLVED
+
+#endif

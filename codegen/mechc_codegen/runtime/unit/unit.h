@@ -1,37 +1,24 @@
 /* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
- * MECHC_UNIT and included the scene's sizes. */
+ * MECHC_UNIT. */
+#ifndef MECHC_UNIT_H
+#define MECHC_UNIT_H
 
-#include <stdlib.h>
 #include "abi/model.h"
-#include "abi/inputs.h"
-#include "simd/lanes.h"
-#include "methods/tableaus.h"
-#include "run/trajectory.h"
-
-#define MECHC_NX (MECHC_NQ + MECHC_NU)
-
-#include "simd/bind_scalar.h"
-#include "dynamics/equations.h"
-
-#include "simd/bind_vector.h"
-#include "dynamics/equations.h"
-#include "simd/unbind.h"
-
-#include "unit/evaluate.h"
+#include "abi/run.h"
 #include "dynamics/project.h"
-#include "singularities/critical.h"
-#include "singularities/crossing.h"
-#include "stepping/attempt.h"
-#include "stepping/start.h"
-#include "stepping/crossings.h"
-#include "methods/radau.h"
-#include "methods/gauss_tableau.h"
-#include "methods/gauss_stages.h"
-#include "methods/gauss.h"
-#include "singularities/look_ahead.h"
-#include "stepping/stiffness.h"
-#include "run/dense_output.h"
+#include "dynamics/sizes.h"
 #include "lockstep/advance.h"
+#include "methods/methods.h"
+#include "run/dense_output.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/trajectory.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+#include "stepping/start.h"
+#include "unit/evaluate.h"
 
 static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
                              double *out)
@@ -48,24 +35,59 @@ static int mechc_unit_project(double t, double *y, const double *p, double *move
     return mechc_project_state(t, y, p, k, moved);
 }
 
+static void mechc_unit_start(mechc_run *run, const mechc_options *options)
+{
+    mechc_integration_start(run, options, mechc_methods);
+}
+
+static int mechc_unit_advance(mechc_run *run, long steps)
+{
+    return mechc_lockstep_advance_run(run, steps);
+}
+
+static void mechc_unit_advance_lockstep(mechc_run **runs, int count, long steps)
+{
+    mechc_lockstep_advance_runs(runs, count, steps);
+}
+
+static void mechc_unit_release(mechc_run *run)
+{
+    mechc_free(&run->trajectory);
+    mechc_free_work((mechc_integration *)run);
+}
+
+static void mechc_unit_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
+                                   ptrdiff_t count, const double *t, double *out)
+{
+    (void)method; /* all have the same form of dense output */
+    mechc_interpolate(trajectory, p, count, t, out);
+}
+
+#if MECHC_NI > 0
+static void mechc_unit_extend(mechc_run *run, double t1, double inputs)
+{
+    mechc_integration_extend(run, t1, inputs);
+}
+#endif
+
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
-    MECHC_QUOTE(MECHC_UNIT),
-    MECHC_LANES,
-    (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
-    mechc_output_list,
-    mechc_unit_rates,
-    mechc_unit_prepare,
-    mechc_unit_project,
-    sizeof(mechc_rk_run),
-    mechc_rk_start,
-    mechc_unit_advance,
-    mechc_unit_advance_abreast,
-    mechc_rk_release,
-    mechc_rk_interpolate,
+    .instruction_set = MECHC_QUOTE(MECHC_UNIT),
+    .lanes = MECHC_LANES,
+    .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
+    .outputs = mechc_output_list,
+    .rates = mechc_unit_rates,
+    .prepare = mechc_unit_prepare,
+    .project = mechc_unit_project,
+    .run_size = sizeof(mechc_integration),
+    .start = mechc_unit_start,
+    .advance = mechc_unit_advance,
+    .advance_lockstep = mechc_unit_advance_lockstep,
+    .release = mechc_unit_release,
+    .interpolate = mechc_unit_interpolate,
 #if MECHC_NI > 0
-    mechc_rk_extend,
-#else
-    0,
+    .extend = mechc_unit_extend,
 #endif
 };
+
+#endif

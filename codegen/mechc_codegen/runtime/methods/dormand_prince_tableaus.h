@@ -1,23 +1,8 @@
-/* Runge-Kutta methods as data: adding one is adding a table here and a test.
- *
- * rate i is taken at t + nodes[i] h, y + h sum_j matrix[i][j] rate_j.  Rows past `stages` belong to
- * the dense output; row `stages` is the step's end.  The dense output is
- * y0 + s(r0 + (1-s)(r1 + s(r2 + (1-s)(r3 + ...)))) with r0 = y1 - y0, r1 = h f0 - r0,
- * r2 = r0 - h f1 - r1 and the further rows h sum_j dense[i][j] rate_j.
- */
-#ifndef MECHC_TABLEAUS_H
-#define MECHC_TABLEAUS_H
+/* The pairs of Dormand & Prince: see run/tableau.h. */
+#ifndef MECHC_DORMAND_PRINCE_TABLEAUS_H
+#define MECHC_DORMAND_PRINCE_TABLEAUS_H
 
-#define MECHC_MOST_RATES 16
-#define MECHC_MOST_DENSE 9
-
-typedef struct {
-    int stages, rates, order, dense_rows; /* order: exponent of the step-size law */
-    const double *nodes, *matrix;         /* matrix: rows of MECHC_MOST_RATES */
-    const double *error, *second_error;   /* second_error may be NULL */
-    const double *dense;                  /* dense_rows - 3 rows of MECHC_MOST_RATES */
-    double stability;                     /* |h lambda| that an explicit method bears; 0: implicit */
-} mechc_tableau;
+#include "run/tableau.h"
 
 /* Dormand & Prince (1980), order 5(4), 6 stages; dense output of order 4 after Hairer, Norsett &
  * Wanner (1993), section II.6. */
@@ -45,8 +30,9 @@ static const double mechc_dopri5_dense[] = {
     -1.1270175653862835, 0, 2.675424484351598, -5.685526961588504, 3.5219323679207912,
     -1.7672812570757455, 2.382468931778144, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 };
-static const mechc_tableau mechc_dopri5 = {6, 7, 5, 4, mechc_dopri5_nodes, mechc_dopri5_matrix,
-                                           mechc_dopri5_error, 0, mechc_dopri5_dense, 3.25};
+static const mechc_tableau mechc_dopri5_tableau = {
+    6, 7, 4, mechc_dopri5_nodes, mechc_dopri5_matrix, mechc_dopri5_error, 0, mechc_dopri5_dense, 3.25,
+};
 
 /* Dormand & Prince, order 8(5,3), 12 stages; dense output of order 7: Hairer, Norsett & Wanner
  * (1993), section II.10, coefficients of their DOP853. */
@@ -113,65 +99,9 @@ static const double mechc_dop853_dense[] = {
     93.40532418362432, -37.45832313645163, 104.0996495089623, 29.8402934266605,
     -43.53345659001114, 96.32455395918828, -39.17726167561544, -149.72683625798564,
 };
-static const mechc_tableau mechc_dop853 = {12, 16, 8, 7, mechc_dop853_nodes, mechc_dop853_matrix,
-                                           mechc_dop853_error, mechc_dop853_second_error,
-                                           mechc_dop853_dense, 6.1};
-
-/* Radau IIA, order 5, 3 stages (Radau's quadrature; Hairer & Wanner 1996, section IV.8).  Rate 0 is
- * the start's; the error is that of an embedded formula of order 3, filtered by (I - h g J)^-1. */
-#define MECHC_RADAU_GAMMA 0.27488882959567734
-static const double mechc_radau5_nodes[] = {
-    0, 0.1550510257216822, 0.6449489742783178, 1.0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+static const mechc_tableau mechc_dop853_tableau = {
+    12, 16, 7, mechc_dop853_nodes, mechc_dop853_matrix, mechc_dop853_error,
+    mechc_dop853_second_error, mechc_dop853_dense, 6.1,
 };
-static const double mechc_radau5_matrix[] = {
-    0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0.1968154772236604, -0.06553542585019839, 0.02377097434822015, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0,
-    0, 0.3944243147390873, 0.2920734116652285, -0.04154875212599793, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0, 0,
-    0, 0.37640306270046725, 0.5124858261884216, 0.1111111111111111, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0,
-};
-static const double mechc_radau5_error[] = {
-    0, -10.048809399827416, 1.382142733160749, -0.3333333333333333, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-    0,
-};
-static const mechc_tableau mechc_radau5 = {3, 4, 4, 3, mechc_radau5_nodes, mechc_radau5_matrix,
-                                           mechc_radau5_error, 0, 0, 0.0};
-
-/* Gauss-Legendre collocation; gauss.h holds what is its own. */
-static const double mechc_gauss8_nodes[] = {
-    0, 0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
-    0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681, 1.0, 0, 0, 0, 0,
-    0, 0,
-};
-static const mechc_tableau mechc_gauss8 = {9, 10, 8, 9, mechc_gauss8_nodes, 0, 0, 0, 0, 0.0};
-
-#define MECHC_METHODS 4
-static const mechc_tableau *const mechc_tableaus[MECHC_METHODS] = {&mechc_dopri5, &mechc_dop853,
-                                                                   &mechc_radau5, &mechc_gauss8};
-
-/* The table that steps over a change point are taken with: the longest steps keep the farthest from
- * it. */
-#define MECHC_BRIDGE mechc_dop853
-
-/* The widest gap between a step's nodes, its middle, and how far from the middle is still well
- * inside. */
-static inline void mechc_widest_gap(const mechc_tableau *tableau, double *low, double *best,
-                                    double *high)
-{
-    double widest = 0.0;
-    for (int i = 0; i < tableau->stages; i++) {
-        double next = 1.0;
-        for (int j = 0; j < tableau->stages; j++)
-            if (tableau->nodes[j] > tableau->nodes[i]) next = mechc_min(next, tableau->nodes[j]);
-        const double gap = next - tableau->nodes[i];
-        if (gap <= widest) continue;
-        widest = gap;
-        *best = tableau->nodes[i] + 0.5 * gap;
-    }
-    *low = *best - 0.2 * widest;
-    *high = *best + 0.2 * widest;
-}
 
 #endif

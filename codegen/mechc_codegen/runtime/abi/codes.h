@@ -1,0 +1,57 @@
+/* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
+#ifndef MECHC_CODES_H
+#define MECHC_CODES_H
+
+/* How a run, or the projection of one state, ended. */
+typedef enum {
+    MECHC_RUNNING = 0,
+    MECHC_FINISHED = 1,
+    MECHC_NOT_CLOSED = 2,      /* the loops cannot be closed near this state */
+    MECHC_STEP_TOO_SMALL = 3,  /* the step shrank to the spacing of doubles */
+    MECHC_NOT_FINITE = 4,      /* NaN or infinity */
+    MECHC_SINGULAR_MASS = 5,   /* mass matrix not positive definite; stats.coordinate */
+    MECHC_TOO_MANY_STEPS = 6,
+    MECHC_NO_MEMORY = 7,
+    MECHC_UNDECIDED = 8,       /* a gap so small that doubles cannot tell which way it bends */
+    MECHC_AT_CHANGE_POINT = 9, /* the start is a change point: two ways lead on from it */
+    MECHC_STOPPED_AT_CHANGE_POINT = 10 /* as asked for; the crossing is recorded, not the step */
+} mechc_status;
+
+/* How a member of a batch ended, where no run says it. */
+typedef enum {
+    MECHC_NOT_RUN = 0,
+    MECHC_STOPPED_BY_EVENT = 109,
+    MECHC_OPEN_AT_START = 111,
+    MECHC_NOT_ASSEMBLED = 112
+} mechc_member_status;
+
+/* Integration methods: mechc_options.method. */
+typedef enum {
+    MECHC_DOPRI5 = 0, /* Dormand & Prince, order 5(4) */
+    MECHC_DOP853 = 1, /* Dormand & Prince, order 8(5,3) */
+    MECHC_RADAU5 = 2, /* Radau IIA, order 5 */
+    MECHC_GAUSS8 = 3, /* Gauss-Legendre collocation, 8 stages */
+    MECHC_METHODS = 4 /* how many there are */
+} mechc_method_number;
+
+/* What to do at a change point: mechc_options.on_change_point. */
+typedef enum { MECHC_CONTINUE_STRAIGHT = 0, MECHC_STOP_BEFORE = 1 } mechc_change_point_policy;
+
+/* Reductions of a trajectory to one number: mechc_quantity.reduction. */
+typedef enum {
+    MECHC_MINIMUM = 0,
+    MECHC_MAXIMUM = 1,
+    MECHC_MEAN = 2,
+    MECHC_FIRST_CROSSING = 3,
+    MECHC_LAST = 4
+} mechc_reduction;
+
+/* What is made of an output before it is reduced: mechc_quantity.form. */
+typedef enum {
+    MECHC_COMPONENT = 0,
+    MECHC_ABSOLUTE = 1,
+    MECHC_NORM = 2,
+    MECHC_SUM = 3
+} mechc_quantity_form;
+
+#endif

@@ -1,0 +1,53 @@
+/* A run of one scene as its caller sees it: what is asked for, how it went, the trajectory. */
+#ifndef MECHC_RUN_H
+#define MECHC_RUN_H
+
+#include <stddef.h>
+#include "codes.h"
+
+typedef struct {
+    double t0, t1;
+    const double *y0;
+    const double *p;
+    double rtol;
+    const double *atol;  /* per component, or NULL: rtol times each component's scale */
+    const double *scale; /* per component, used where atol is NULL */
+    double first_step;   /* 0: chosen */
+    double max_step;     /* infinity: unlimited */
+    long max_steps;
+    int method;          /* mechc_method_number */
+    int dense; /* keep the coefficients of the dense output */
+    int on_change_point; /* mechc_change_point_policy */
+    int may_stiffen; /* an explicit method may hand over to the implicit one */
+} mechc_options;
+
+typedef struct {
+    long steps, rejected, rhs_evaluations, closure_iterations;
+    double least_singular; /* least ratio of smallest to largest constraint pivot at a step's end */
+    double least_singular_time;
+    int coordinate; /* the speed whose mass pivot vanished, or -1 */
+    long examined;  /* steps near a critical configuration that were examined */
+    double critical_gap; /* least closure gap at a critical configuration near the motion */
+    double critical_time;
+    double rounding; /* largest relative error of a step that rounding near a crossing left */
+} mechc_stats;
+
+/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles.  Crossings of change
+ * points are rows of 2 + coordinates doubles: time, closure gap there, configuration. */
+typedef struct {
+    ptrdiff_t count, capacity;
+    int width, dense_rows;
+    double *t, *y, *dense;
+    ptrdiff_t crossing_count, crossing_capacity;
+    double *crossings;
+} mechc_trajectory;
+
+/* The head of a run; private state follows it. */
+typedef struct {
+    int status; /* mechc_status */
+    double t;
+    mechc_stats stats;
+    mechc_trajectory trajectory;
+} mechc_run;
+
+#endif

@@ -1,0 +1,18 @@
+/* Sizes of the scene, and what follows from them. */
+#ifndef MECHC_SIZES_H
+#define MECHC_SIZES_H
+
+#include "scene_sizes.h"
+
+#ifndef MECHC_NI
+#define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
+#endif
+
+#ifndef MECHC_STATES
+#define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
+#endif
+
+#define MECHC_NX (MECHC_NQ + MECHC_NU)
+#define MECHC_PASSED (MECHC_NP + (MECHC_NI > 0)) /* numbers handed on as parameters */
+
+#endif

@@ -1,0 +1,97 @@
+/* Several runs of the explicit pair of order 8 in lockstep, one in each lane, far from critical
+ * configurations.
+ *
+ * Every lane has its own time, step, error and end; nothing passes from one lane to another, so the
+ * numbers of a run do not depend on what runs beside it, and a run by itself is the case of one
+ * lane in use.  Stages are taken as the equations stand and the step's end is projected: off the
+ * constraints by d the equations are wrong by d over the conditioning, which counts with the
+ * step's error.  A lane whose conditioning falls low takes its step back and goes on alone
+ * (stepping/attempt.h), with every stage on the constraints and crossings looked for.
+ */
+#ifndef MECHC_LANES_OF_RUNS_H
+#define MECHC_LANES_OF_RUNS_H
+
+#include <stdint.h>
+#include "dynamics/sizes.h"
+#include "methods/dormand_prince_tableaus.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "simd/lanes.h"
+
+#define MECHC_LOCKSTEP_ENDS 1 /* evaluations at a step's end */
+
+typedef struct {
+    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    mechc_vector t, t1, time_compensation, step, max_step, h;
+    mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
+    mechc_vector end[MECHC_NX], next_compensation[MECHC_NX], last_stage[MECHC_NX];
+    mechc_vector rates[MECHC_MOST_RATES * MECHC_NX];
+    mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
+    mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
+    mechc_vector met, conditioning;        /* in this step, squared; at its end */
+    mechc_vector error, factor;            /* of this step: its error squared; what it lets h grow by */
+    mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
+    mechc_mask refused, last, closed;
+    mechc_mask steps, rejected, configurations, stiff, easy;
+} mechc_lockstep;
+
+/* Put a run into a lane. */
+MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_integration *run)
+{
+    const double asked = run->method->share * run->rtol;
+    for (int i = 0; i < MECHC_PASSED; i++) a->p[i][lane] = run->p[i];
+    for (int i = 0; i < MECHC_NK; i++) a->k[i][lane] = run->k[i];
+    for (int i = 0; i < MECHC_NX; i++) {
+        a->y[i][lane] = run->y[i];
+        a->compensation[i][lane] = run->compensation[i];
+        a->scale[i][lane] = run->scale[i];
+        MECHC_RATE(a, 0)[i][lane] = run->rates[i];
+        a->floor[i][lane] = run->has_tolerances ? run->method->share * run->tolerance[i] : 0.0;
+    }
+    a->of_scale[lane] = run->has_tolerances ? 0.0 : asked;
+    a->of_size[lane] = run->has_tolerances ? asked : 0.0;
+    a->t[lane] = run->head.t;
+    a->t1[lane] = run->t1;
+    a->time_compensation[lane] = run->time_compensation;
+    a->step[lane] = run->step;
+    a->max_step[lane] = run->max_step;
+    a->first[lane] = run->monitor.first;
+    a->least[lane] = run->head.stats.least_singular;
+    a->least_time[lane] = run->head.stats.least_singular_time;
+    a->last_step[lane] = run->last_step;
+    a->last_factor[lane] = run->last_factor;
+    a->refused[lane] = -(int64_t)(run->refused != 0);
+    a->steps[lane] = a->rejected[lane] = a->configurations[lane] = 0;
+    a->stiff[lane] = run->stiff;
+    a->easy[lane] = run->easy;
+}
+
+/* Take it out again. */
+MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_integration *run)
+{
+    mechc_stats *stats = &run->head.stats;
+    for (int i = 0; i < MECHC_NX; i++) {
+        run->y[i] = a->y[i][lane];
+        run->compensation[i] = a->compensation[i][lane];
+        run->scale[i] = a->scale[i][lane];
+        run->rates[i] = MECHC_RATE(a, 0)[i][lane];
+    }
+    run->head.t = a->t[lane];
+    run->time_compensation = a->time_compensation[lane];
+    run->step = a->step[lane];
+    run->conditioning = run->monitor.first = a->first[lane];
+    run->last_step = a->last_step[lane];
+    run->last_factor = a->last_factor[lane];
+    run->refused = a->refused[lane] != 0;
+    run->stiff = (int)a->stiff[lane];
+    run->easy = (int)a->easy[lane];
+    stats->least_singular = a->least[lane];
+    stats->least_singular_time = a->least_time[lane];
+    stats->steps += a->steps[lane];
+    stats->rejected += a->rejected[lane];
+    stats->closure_iterations += a->configurations[lane];
+    stats->rhs_evaluations +=
+        (a->steps[lane] + a->rejected[lane]) * (mechc_dop853_tableau.stages + MECHC_LOCKSTEP_ENDS);
+}
+
+#endif

@@ -1,0 +1,152 @@
+/* The explicit pairs of Dormand & Prince, every stage on the constraints. */
+#ifndef MECHC_DORMAND_PRINCE_H
+#define MECHC_DORMAND_PRINCE_H
+
+#include <math.h>
+#include "abi/codes.h"
+#include "dynamics/project.h"
+#include "dynamics/sizes.h"
+#include "methods/dormand_prince_tableaus.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "methods/explicit_step.h"
+#include "simd/unbind.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/rates.h"
+#include "simd/lanes.h"
+#include "singularities/monitor.h"
+#include "stepping/control.h"
+
+MECHC_STATIC mechc_scalar_explicit_step mechc_pair_step_of(mechc_integration *run, double h)
+{
+    return (mechc_scalar_explicit_step){
+        run->head.t, h, run->y, run->compensation, run->next_compensation, run->rates,
+    };
+}
+
+MECHC_STATIC int mechc_pair_rates(void *run, int i, double t, double *state, double *rates)
+{
+    (void)i;
+    return mechc_rates_at(run, t, state, rates);
+}
+
+MECHC_STATIC int mechc_pair_step(mechc_integration *run, double h, double *end)
+{
+    const mechc_tableau *tableau = run->current->tableau;
+    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    return mechc_scalar_explicit_stages(tableau, &step, 1, tableau->stages, mechc_pair_rates, run,
+                                        end);
+}
+
+/* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
+MECHC_STATIC double mechc_pair_norm(const mechc_integration *run, const double *weights, double h,
+                                    const double *end, const mechc_scalar_place *place)
+{
+    double error[MECHC_NX], square = 0.0;
+    mechc_scalar_explicit_sum(run->rates, weights, run->current->tableau->stages + 1, error);
+    for (int i = 0; i < MECHC_NX; i++) error[i] *= h;
+    if (place) mechc_project_error(place, error);
+    for (int i = 0; i < MECHC_NX; i++) square += pow(error[i] / mechc_tolerance(run, i, end), 2);
+    return square / MECHC_NX;
+}
+
+/* Root mean square of the step's error over what is tolerated.  Near a change point only what the
+ * projection of the end will keep of it counts: the rest is the closure's magnified rounding. */
+MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const double *end)
+{
+    const mechc_tableau *tableau = run->current->tableau;
+    mechc_scalar_place at_end, *place = 0;
+    if (MECHC_NH > 0 && mechc_nears_critical(&run->monitor, run->horizon)) {
+        place = &at_end;
+        mechc_scalar_locate(run->head.t + h, end, run->p, run->k, place);
+    }
+    const double first = mechc_pair_norm(run, tableau->error, h, end, place);
+    if (!tableau->second_error) return sqrt(first);
+    const double second = mechc_pair_norm(run, tableau->second_error, h, end, place);
+    return first > 0.0 ? first / sqrt(first + 0.01 * second) : 0.0;
+}
+
+/* Two states at the step's end, the last stage's and the end's own, and their rates estimate the
+ * largest eigenvalue; does it times the step stay at the bound of stability?  Hairer & Wanner
+ * (1996), section IV.2. */
+MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, const double *end,
+                                    double step_error)
+{
+    const mechc_tableau *tableau = run->current->tableau;
+    const int stage = tableau->stages - 1;
+    double inner[MECHC_NX], rate = 0.0, state = 0.0;
+    (void)step_error;
+    mechc_scalar_explicit_sum(run->rates, tableau->matrix + stage * MECHC_MOST_RATES, stage, inner);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
+        rate += pow(change / run->scale[i], 2);
+        state += pow((end[i] - (run->y[i] + h * inner[i])) / run->scale[i], 2);
+    }
+    return state > 0.0 && fabs(h) * sqrt(rate / state) > tableau->stability;
+}
+
+MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
+{
+    const mechc_tableau *tableau = run->current->tableau;
+    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    double state[MECHC_NX];
+    return mechc_scalar_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
+                                        mechc_pair_rates, run, state);
+}
+
+MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const double *end, int count,
+                                   double *rows)
+{
+    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
+}
+
+static const mechc_method mechc_dopri5 = {
+    .number = MECHC_DOPRI5,
+    .order = 5,
+    .last_rate = 6,
+    .dense_rows = 4,
+    .nodes = {6, mechc_dopri5_nodes},
+    .tableau = &mechc_dopri5_tableau,
+    .share = MECHC_SHARE_OF_MANY,
+    .growth = 10.0,
+    .farthest = HUGE_VAL,
+    .ignored = 1.0,
+    .after_failure = 0.3,
+    .horizon = 8.0,
+    .step = mechc_pair_step,
+    .error = mechc_pair_error,
+    .factor = mechc_elementary_factor,
+    .shows_end = mechc_error_is_small,
+    .limited = mechc_pair_limited,
+    .dense_stages = mechc_pair_dense_stages,
+    .dense = mechc_pair_dense,
+};
+
+/* Its steps are the longest of an explicit method and keep the farthest from a crossing. */
+static const mechc_method mechc_dop853 = {
+    .number = MECHC_DOP853,
+    .order = 8,
+    .last_rate = 12,
+    .dense_rows = 7,
+    .nodes = {12, mechc_dop853_nodes},
+    .tableau = &mechc_dop853_tableau,
+    .share = MECHC_SHARE,
+    .growth = 6.0,
+    .farthest = HUGE_VAL,
+    .ignored = 1.0,
+    .after_failure = 0.3,
+    .holds_crossing = 1,
+    .horizon = 2.0,
+    .in_lockstep = 1,
+    .step = mechc_pair_step,
+    .error = mechc_pair_error,
+    .factor = mechc_elementary_factor,
+    .shows_end = mechc_error_is_small,
+    .limited = mechc_pair_limited,
+    .dense_stages = mechc_pair_dense_stages,
+    .dense = mechc_pair_dense,
+};
+
+#endif

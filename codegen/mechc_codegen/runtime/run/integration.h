@@ -1,0 +1,52 @@
+/* A run, whatever its method: state and clock, tolerances, and what watches for critical
+ * configurations.
+ */
+#ifndef MECHC_INTEGRATION_H
+#define MECHC_INTEGRATION_H
+
+#include "abi/run.h"
+#include "dynamics/sizes.h"
+#include "run/tableau.h"
+#include "simd/lanes.h"
+#include "singularities/crossing.h"
+#include "singularities/monitor.h"
+
+typedef struct mechc_method mechc_method; /* in method.h */
+
+typedef struct {
+    mechc_run head;
+    const mechc_method *const *methods; /* by their numbers */
+    const mechc_method *method;  /* in use */
+    const mechc_method *current; /* of this step: that one, or the pair that bridges a crossing */
+    const mechc_method *resumed; /* the one that left a crossing to the pair; NULL: none did */
+    void *work[MECHC_METHODS];   /* of each method, made when it is first used */
+    int number;                  /* of the method asked for */
+    int missed;                  /* crossings in a row that the method could not step over */
+    int has_tolerances;
+    double t1, rtol, max_step, step, direction;
+    long max_steps;
+    int refused; /* the last attempt failed: do not let the step grow */
+    int failure; /* why a stage of it could not be taken; 0 */
+    int on_change_point, most_dense;
+    mechc_monitor monitor;
+    mechc_finding finding;     /* of the last step that was examined */
+    double conditioning;       /* of the configuration rows at the last stage taken */
+    double low, best, high;    /* where in a step a crossing is placed best */
+    double horizon;            /* steps ahead that crossings are looked for */
+    double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
+    double refused_t, refused_step, refused_error; /* the last step that its error refused */
+    double p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_AT_LEAST_ONE(MECHC_NK)];
+    double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */
+    double time_compensation;
+    double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
+    double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
+    int may_stiffen;           /* go over to the implicit method where stability limits the step */
+    int stiff, easy;           /* steps in a row that were limited so; that were not */
+    int alone;                 /* too near a critical configuration for lockstep with others */
+    double last_step, last_factor; /* of the last step taken in lockstep: its length, and by which
+                                      its error would have let it grow; 0: none */
+} mechc_integration;
+
+#define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+
+#endif

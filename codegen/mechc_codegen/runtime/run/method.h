@@ -1,0 +1,88 @@
+/* A method is a table: all that the driver asks of it.
+ *
+ * The driver (stepping/) reaches methods through this table alone.  A step begins at run->y, whose
+ * rates are the first of run->rates, and leaves the rates of its end at `last_rate`.  A question
+ * that a method has no answer to is NULL.
+ */
+#ifndef MECHC_METHOD_H
+#define MECHC_METHOD_H
+
+#include <stdlib.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "run/integration.h"
+#include "run/tableau.h"
+#include "simd/lanes.h"
+#include "singularities/placement.h"
+
+struct mechc_method {
+    mechc_method_number number;
+    int order;      /* exponent of the step-size law */
+    int last_rate;  /* the rates of a step's end are kept there */
+    int dense_rows; /* of its dense output */
+    mechc_nodes nodes; /* where in a step its rates are taken */
+    const mechc_tableau *tableau; /* NULL: the method keeps its own */
+
+    /* Step control. */
+    double share;         /* of the tolerance that one step may use: local errors accumulate over a
+                             run, and what was asked for is judged at its end */
+    double growth;        /* most that one step may be longer than the one before */
+    double farthest;      /* the same where a step was shortened to place a crossing */
+    double ignored;       /* a step that could grow by less keeps its length */
+    double after_failure; /* of the step, where a stage could not be taken */
+    int root_error;       /* error() gives the root of what the others give */
+
+    /* Critical configurations. */
+    int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
+    double horizon;     /* steps ahead that crossings are looked for */
+
+    int in_lockstep; /* runs of several states may go on side by side */
+
+    size_t work_size;                                            /* 0: none */
+    void (*make)(mechc_integration *run);                        /* the work space, cleared */
+    void (*enter)(mechc_integration *run);                       /* go on from any state */
+    void (*renew)(mechc_integration *run);                       /* with other inputs */
+    int (*step)(mechc_integration *run, double h, double *end);  /* MECHC_RUNNING or why not */
+    double (*error)(mechc_integration *run, double h, const double *end); /* over the tolerance */
+    double (*factor)(mechc_integration *run, double error);      /* what it lets the step grow by */
+    /* Was a step that its error refuses followed to an end that tells where it led? */
+    int (*shows_end)(const mechc_integration *run, double error);
+    void (*accept)(mechc_integration *run, double h);
+    /* Did stability, not accuracy, limit an accepted step?  NULL: it never does. */
+    int (*limited)(const mechc_integration *run, double h, const double *end, double error);
+    /* How long a step may be begun, at most; NULL: any, and crossings are not looked for before a
+     * step is tried. */
+    double (*reach)(const mechc_integration *run);
+    int (*dense_stages)(mechc_integration *run, double h);       /* those of the dense output */
+    /* The first `count` rows of the dense output: see dense_output.h. */
+    void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
+};
+
+/* Go on with a method; 0 without memory. */
+MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *method)
+{
+    void **work = &run->work[method->number];
+    const mechc_method *over_crossings = method->reach ? method : run->methods[MECHC_DOP853];
+    run->current = run->method = method;
+    memset(run->next_compensation, 0, sizeof run->next_compensation);
+    mechc_widest_gap(over_crossings->nodes, &run->low, &run->best, &run->high);
+    run->horizon = method->horizon;
+    if (method->work_size && !*work) {
+        const size_t size = (method->work_size + 63) / 64 * 64; /* vectors are aligned so */
+        if (!(*work = aligned_alloc(64, size))) return 0;
+        memset(*work, 0, size);
+        method->make(run);
+    }
+    if (method->enter) method->enter(run);
+    return 1;
+}
+
+MECHC_STATIC void mechc_free_work(mechc_integration *run)
+{
+    for (int i = 0; i < MECHC_METHODS; i++) {
+        free(run->work[i]);
+        run->work[i] = 0;
+    }
+}
+
+#endif

@@ -1,0 +1,95 @@
+/* Rates of a state on the constraints, counted and watched.
+ *
+ * A state is moved onto the constraints before its accelerations are taken, because off them by d
+ * they are wrong by d over the smallest singular value of the Jacobian.
+ */
+#ifndef MECHC_RATES_H
+#define MECHC_RATES_H
+
+#include <math.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "run/integration.h"
+#include "simd/lanes.h"
+#include "singularities/monitor.h"
+#include "singularities/weakest.h"
+
+/* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
+MECHC_STATIC double mechc_conditioning(const mechc_integration *run, const mechc_scalar_place *place)
+{
+#if MECHC_NH > 0
+    if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
+        return mechc_scalar_conditioning(place);
+    return mechc_weakest_ratio(place, run->monitor.rank);
+#else
+    (void)run, (void)place;
+    return 1.0;
+#endif
+}
+
+/* Statistics and the monitor learn of a stage. */
+MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y,
+                                const mechc_scalar_place *place)
+{
+#if MECHC_NC > 0
+    mechc_stats *stats = &run->head.stats;
+    const double singular = mechc_conditioning(run, place);
+    if (singular < stats->least_singular) {
+        stats->least_singular = singular;
+        stats->least_singular_time = t;
+    }
+    run->conditioning = singular;
+    mechc_monitor_meet(&run->monitor, singular, y);
+#else
+    (void)run, (void)t, (void)y, (void)place;
+#endif
+}
+
+/* Why rates are not finite: the mass matrix is factored only here where constraints are solved in
+ * their free directions. */
+MECHC_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
+{
+#if MECHC_ARTICULATED
+    for (int i = 0; i < MECHC_AT_SAVED; i++)
+        if (!(fabs(place->saved[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    stats->coordinate = place->bad;
+#else
+    mechc_scalar_mass_factors unused;
+    const double *mass = place->mass;
+#if MECHC_LINKS > 0
+    double written_out[MECHC_NU * MECHC_NU];
+    mechc_scalar_composite_mass(place->saved, written_out);
+    mass = written_out;
+#endif
+    for (int i = 0; i < MECHC_NU * MECHC_NU; i++)
+        if (!(fabs(mass[i]) < HUGE_VAL)) return MECHC_NOT_FINITE;
+    stats->coordinate = mechc_scalar_factor_mass(mass, MECHC_NU, &unused);
+#endif
+    return stats->coordinate >= 0 ? MECHC_SINGULAR_MASS : MECHC_NOT_FINITE;
+}
+
+/* Project y onto the constraints and take its rates. */
+MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
+{
+    mechc_scalar_place place;
+    mechc_stats *stats = &run->head.stats;
+    const int status =
+        mechc_scalar_close_loops(t, y, run->p, run->k, &place, &stats->closure_iterations);
+    stats->rhs_evaluations++;
+    if (status != MECHC_RUNNING) {
+        stats->coordinate = place.bad;
+        return status;
+    }
+    mechc_scalar_steady(&place, y + MECHC_NQ);
+    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, run->p, run->k, rates);
+    mechc_scalar_accelerate(t, y, y + MECHC_NQ, run->p, run->k, &place, rates + MECHC_NQ, 0);
+    mechc_meet(run, t, y, &place);
+    for (int i = 0; i < MECHC_NX; i++)
+        if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
+    return MECHC_RUNNING;
+}
+
+#endif

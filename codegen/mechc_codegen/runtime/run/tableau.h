@@ -1,0 +1,22 @@
+/* Runge-Kutta methods as data.
+ *
+ * Rate i is taken at t + nodes[i] h, y + h sum_j matrix[i][j] rate_j.  Rows past `stages` belong to
+ * the dense output; row `stages` is the step's end.  The dense output (run/dense_output.h) has
+ * r0 = y1 - y0, r1 = h f0 - r0, r2 = r0 - h f1 - r1 and the further rows h sum_j dense[i][j] rate_j,
+ * where the method has no own.
+ */
+#ifndef MECHC_TABLEAU_H
+#define MECHC_TABLEAU_H
+
+#define MECHC_MOST_RATES 16 /* of a step of any method */
+#define MECHC_MOST_DENSE 9  /* rows of the dense output of any method */
+
+typedef struct {
+    int stages, rates, dense_rows;
+    const double *nodes, *matrix;       /* matrix: rows of MECHC_MOST_RATES */
+    const double *error, *second_error; /* second_error may be NULL */
+    const double *dense;                /* dense_rows - 3 rows of MECHC_MOST_RATES */
+    double stability;                   /* |h lambda| that an explicit method bears; 0: implicit */
+} mechc_tableau;
+
+#endif

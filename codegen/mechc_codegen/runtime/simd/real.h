@@ -1,0 +1,19 @@
+/* Code over `real`: compiled once where it is a double and once where it is a vector of them.
+ *
+ * A generic header includes this one and defines FN(name) functions.  Whoever needs one binds the
+ * names first (bind_scalar.h or bind_vector.h), includes it, and takes them away (unbind.h); by
+ * itself it is compiled for one double.  Its guard has two names, one a binding:
+ *
+ *     #include "simd/real.h"
+ *     #if R_VECTOR ? !defined MECHC_THIS_VECTOR : !defined MECHC_THIS_SCALAR
+ *     #if R_VECTOR
+ *     #define MECHC_THIS_VECTOR
+ *     #else
+ *     #define MECHC_THIS_SCALAR
+ *     #endif
+ *
+ * A header that binds is included outside of any binding.
+ */
+#ifndef real
+#include "simd/bind_scalar.h"
+#endif

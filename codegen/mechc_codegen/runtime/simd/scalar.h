@@ -1,0 +1,22 @@
+/* The bits of one double. */
+#ifndef MECHC_SCALAR_H
+#define MECHC_SCALAR_H
+
+#include <stdint.h>
+#include <string.h>
+#include "simd/lanes.h"
+
+MECHC_INLINE int64_t mechc_bits(double x)
+{
+    int64_t b;
+    memcpy(&b, &x, sizeof b);
+    return b;
+}
+MECHC_INLINE double mechc_from_bits(int64_t b)
+{
+    double x;
+    memcpy(&x, &b, sizeof x);
+    return x;
+}
+
+#endif

@@ -1,0 +1,71 @@
+/* The conditioning monitor: how well conditioned the rows are along a step, and whether a critical
+ * configuration may be near.
+ */
+#ifndef MECHC_MONITOR_H
+#define MECHC_MONITOR_H
+
+#include <math.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+#include "singularities/critical.h"
+
+/* The conditioning met within one step, and what is known of critical configurations. */
+typedef struct {
+    double first, least, most;
+    double q[MECHC_NQ]; /* where it was least */
+    int rank;           /* of the configuration rows at a generic place; 0: not known yet */
+    int tries;          /* since the last accepted step */
+    double patience;    /* the crossing may be bridged from this time before it */
+    double wanted;      /* the step that the error would have allowed, before it was shortened to
+                           place a crossing; 0: was not */
+    double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
+    int leaving;        /* over the last step the conditioning rose */
+    int bends;          /* a near miss comes, so narrow that the motion bends sharply */
+    double fall;        /* of the conditioning in time, over the last step; 0: not known */
+#if MECHC_NH > 0
+    mechc_critical known; /* the last one found */
+    int has_known;
+#endif
+} mechc_monitor;
+
+MECHC_STATIC void mechc_monitor_begin(mechc_monitor *monitor, const double *q)
+{
+    monitor->least = monitor->most = monitor->first;
+    memcpy(monitor->q, q, sizeof monitor->q);
+}
+
+MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning, const double *q)
+{
+    if (conditioning > monitor->most) monitor->most = conditioning;
+    if (conditioning >= monitor->least) return;
+    monitor->least = conditioning;
+    memcpy(monitor->q, q, sizeof monitor->q);
+}
+
+/* Conditioning below which a step is looked at however short it is: short steps see little change. */
+#define MECHC_NARROW 0.03
+
+/* Conditioning above which no crossing is near, however fast it falls. */
+#define MECHC_CLEAR 0.4
+
+/* Could the smallest singular value have reached zero on the way, or so many steps ahead? */
+MECHC_STATIC int mechc_nears_critical(const mechc_monitor *monitor, double horizon)
+{
+    const int nearest_at_start = monitor->least >= monitor->first && monitor->first > MECHC_NARROW;
+    return monitor->least < MECHC_CLEAR && !(nearest_at_start && monitor->leaving)
+        && monitor->least <= mechc_max(MECHC_NARROW, horizon * (monitor->most - monitor->least));
+}
+
+/* Is what was found near a crossing?  Past a near miss everything is regular. */
+MECHC_STATIC int mechc_knows_crossing(const mechc_monitor *monitor)
+{
+#if MECHC_NH > 0
+    return monitor->has_known && mechc_judge(&monitor->known) == MECHC_CROSSING;
+#else
+    (void)monitor;
+    return 0;
+#endif
+}
+
+#endif

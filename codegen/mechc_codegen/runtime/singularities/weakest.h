@@ -1,0 +1,218 @@
+/* The weakest of the configuration rows: the smallest singular value of their Jacobian, with its
+ * two vectors, and whether the direction that it belongs to turned over between two places.
+ */
+#ifndef MECHC_WEAKEST_H
+#define MECHC_WEAKEST_H
+
+#include <math.h>
+#include <string.h>
+#include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+
+#if MECHC_NH > 0
+/* Below this share of the largest singular value, a row counts as redundant at a generic place. */
+#define MECHC_GENERIC 1e-7
+
+typedef struct {
+    int rank;
+    double ratio; /* of the rank-th singular value to the largest */
+    double left[MECHC_NH], right[MECHC_NU];
+    double basis[MECHC_NH * MECHC_NH]; /* left vectors, by falling singular value */
+    double values[MECHC_NH];
+#if MECHC_NH > 2
+    double rows[MECHC_NH * MECHC_NU]; /* the rows in that basis: values times right vectors */
+#endif
+} mechc_weakest;
+
+MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
+{
+    double sum = 0.0;
+    int i = 0;
+    mechc_vector lanes = {0}, x, y;
+    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
+        memcpy(&x, a + i, sizeof x);
+        memcpy(&y, b + i, sizeof y);
+        lanes += x * y;
+    }
+    for (int lane = 0; i && lane < MECHC_LANES; lane++) sum += lanes[lane];
+    for (; i < count; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* (x, y) <- (c x - s y, s x + c y) */
+MECHC_STATIC void mechc_rotate(double *x, double *y, int count, double c, double s)
+{
+    int i = 0;
+    mechc_vector a, b, turned;
+    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
+        memcpy(&a, x + i, sizeof a);
+        memcpy(&b, y + i, sizeof b);
+        turned = c * a - s * b;
+        b = s * a + c * b;
+        memcpy(x + i, &turned, sizeof turned);
+        memcpy(y + i, &b, sizeof b);
+    }
+    for (; i < count; i++) {
+        const double kept = x[i];
+        x[i] = c * kept - s * y[i];
+        y[i] = s * kept + c * y[i];
+    }
+}
+
+/* Turn rows i and j of `a`, and of the basis, into orthogonal ones; their cosine before. */
+MECHC_STATIC double mechc_rotate_rows(double *a, double *basis, int i, int j)
+{
+    double *x = a + i * MECHC_NU, *y = a + j * MECHC_NU;
+    const double ii = mechc_dot(x, x, MECHC_NU), jj = mechc_dot(y, y, MECHC_NU);
+    const double ij = mechc_dot(x, y, MECHC_NU);
+    if (ij == 0.0 || ii == 0.0 || jj == 0.0) return 0.0;
+    const double zeta = (jj - ii) / (2.0 * ij);
+    const double tangent = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
+    const double c = 1.0 / sqrt(1.0 + tangent * tangent), s = c * tangent;
+    mechc_rotate(x, y, MECHC_NU, c, s);
+    mechc_rotate(basis + i * MECHC_NH, basis + j * MECHC_NH, MECHC_NH, c, s);
+    return fabs(ij) / sqrt(ii * jj);
+}
+
+MECHC_STATIC void mechc_exchange(double *a, double *b)
+{
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
+{
+    for (int i = 0; i < MECHC_NH; i++) {
+        int largest = i;
+        for (int j = i + 1; j < MECHC_NH; j++)
+            if (out->values[j] > out->values[largest]) largest = j;
+        if (largest == i) continue;
+        mechc_exchange(&out->values[i], &out->values[largest]);
+        for (int k = 0; k < MECHC_NU; k++)
+            mechc_exchange(&a[i * MECHC_NU + k], &a[largest * MECHC_NU + k]);
+        for (int k = 0; k < MECHC_NH; k++)
+            mechc_exchange(&out->basis[i * MECHC_NH + k], &out->basis[largest * MECHC_NH + k]);
+    }
+}
+
+/* Rows over speeds that are measured by the mass they move; in trees, by the mass matrix. */
+MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double *a)
+{
+#if MECHC_LINKS > 0
+    mechc_scalar_mass_factors metric;
+    mechc_scalar_factor_mass(mass, MECHC_NU, &metric);
+    memcpy(a, jacobian, MECHC_NH * MECHC_NU * sizeof *a);
+    for (int i = 0; i < MECHC_NH; i++) {
+        mechc_scalar_forward(&metric, MECHC_NU, a + i * MECHC_NU);
+        for (int j = 0; j < MECHC_NU; j++) a[i * MECHC_NU + j] *= sqrt(metric.inverse[j]);
+    }
+#else
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int j = 0; j < MECHC_NU; j++)
+            a[i * MECHC_NU + j] = jacobian[i * MECHC_NU + j] / sqrt(mass[j * MECHC_NU + j]);
+#endif
+}
+
+/* Singular values by one-sided Jacobi rotations, speeds weighted by the mass each moves.  The
+ * smallest is counted up to the rank given, or up to the rank found where that is 0. */
+MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, int rank,
+                                     mechc_weakest *out)
+{
+    double a[MECHC_NH * MECHC_NU];
+    memset(out, 0, sizeof *out);
+    for (int i = 0; i < MECHC_NH; i++) out->basis[i * MECHC_NH + i] = 1.0;
+    mechc_weigh_rows(jacobian, mass, a);
+    for (int sweep = 0; sweep < 30; sweep++) {
+        double worst = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            for (int j = i + 1; j < MECHC_NH; j++)
+                worst = mechc_max(worst, mechc_rotate_rows(a, out->basis, i, j));
+        if (worst < 1e-14) break;
+    }
+    for (int i = 0; i < MECHC_NH; i++) {
+        double square = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) square += a[i * MECHC_NU + j] * a[i * MECHC_NU + j];
+        out->values[i] = sqrt(square);
+    }
+    mechc_sort_rows(a, out);
+    int found = 0;
+    while (found < MECHC_NH && out->values[found] > MECHC_GENERIC * out->values[0]) found++;
+    out->rank = rank > 0 ? rank : found > 0 ? found : 1;
+    const int last = out->rank - 1;
+    out->ratio = out->values[0] > 0.0 ? out->values[last] / out->values[0] : 0.0;
+    memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
+    for (int j = 0; j < MECHC_NU; j++)
+        out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
+#if MECHC_NH > 2
+    memcpy(out->rows, a, sizeof out->rows);
+#endif
+}
+
+/* The same of a place that was located to be solved, where rows may not have been written out. */
+MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
+{
+#if MECHC_LINKS > 0
+    double jacobian[MECHC_NC * MECHC_NU], mass[MECHC_NU * MECHC_NU];
+    mechc_scalar_cut_rows(place->saved, jacobian);
+    mechc_scalar_composite_mass(place->saved, mass);
+    mechc_find_weakest(jacobian, mass, rank, out);
+#else
+    mechc_find_weakest(place->jacobian, place->mass, rank, out);
+#endif
+}
+
+MECHC_STATIC double mechc_weakest_ratio(const mechc_scalar_place *place, int rank)
+{
+    mechc_weakest weakest;
+    mechc_weakest_of(place, rank, &weakest);
+    return weakest.ratio;
+}
+
+/* 1 where the weakest direction turned over between two places: the signed smallest singular value,
+ * followed with its vectors, changed sign.  0 where it did not, -1 where the vectors turned too far
+ * to tell. */
+#if MECHC_NH > 2
+/* Rows of several loops may turn over together, and then their vectors mix.  So each weak direction
+ * of the place before is followed by what the rows after do to it, u . J v; where some turned over
+ * and others did not, loops have gone different ways. */
+#define MECHC_ALIKE 1.6 /* times the smallest singular value */
+
+/* u . J v of the rows after for the k-th vectors before */
+MECHC_STATIC double mechc_followed(const mechc_weakest *before, const mechc_weakest *after, int k)
+{
+    const double *left = before->basis + k * MECHC_NH, *right = before->rows + k * MECHC_NU;
+    double sum = 0.0;
+    for (int i = 0; i < MECHC_NH; i++)
+        sum += mechc_dot(left, after->basis + i * MECHC_NH, MECHC_NH)
+             * mechc_dot(right, after->rows + i * MECHC_NU, MECHC_NU);
+    return sum / mechc_max(before->values[k], 1e-300);
+}
+
+MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
+{
+    int turned = 0, kept = 0;
+    const int last = before->rank - 1;
+    for (int k = last; k >= 0 && before->values[k] <= MECHC_ALIKE * before->values[last]; k--) {
+        const double value = mechc_followed(before, after, k);
+        if (fabs(value) < 0.3 * after->values[k]) return -1;
+        if (value < 0.0) turned++;
+        else kept++;
+    }
+    return turned && kept ? -1 : turned > 0;
+}
+#else
+MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weakest *after)
+{
+    const double left = mechc_dot(before->left, after->left, MECHC_NH);
+    const double right = mechc_dot(before->right, after->right, MECHC_NU);
+    if (fabs(left) < 0.6 || fabs(right) < 0.6) return -1;
+    return left * right < 0.0;
+}
+#endif
+#endif
+
+#endif

@@ -1,0 +1,141 @@
+/* Step control: from a step's error to the length of the next, after Hairer, Norsett & Wanner (1993),
+ * section II.4.
+ */
+#ifndef MECHC_CONTROL_H
+#define MECHC_CONTROL_H
+
+#include <math.h>
+#include "abi/codes.h"
+#include "dynamics/sizes.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "run/rates.h"
+#include "simd/lanes.h"
+#include "singularities/monitor.h"
+
+#define MECHC_EPSILON 2.220446049250313e-16
+
+/* Shares of the tolerance that one step may use; the second where steps are many, since the order
+ * is low. */
+#define MECHC_SHARE 0.03
+#define MECHC_SHARE_OF_MANY 0.01
+
+/* Conditioning below which rounding counts as it is magnified. */
+#define MECHC_POOR 0.2
+
+/* Errors that rounding near a crossing may leave, in units of each component's scale. */
+#define MECHC_ROUNDING_ALLOWED 1e-9
+
+/* Rounding of a state, as a poor conditioning magnifies it. */
+MECHC_STATIC double mechc_rounding(const mechc_integration *run)
+{
+    const double low = MECHC_NH > 0 ? mechc_max(run->monitor.first, MECHC_NARROW) : 1.0;
+    return MECHC_EPSILON / (low < MECHC_POOR ? low : 1.0);
+}
+
+/* Tolerated error of one step per component: a share of the user's atol + rtol |y|, or of rtol
+ * times the scale; never less than rounding. */
+MECHC_STATIC double mechc_tolerance(const mechc_integration *run, int i, const double *end)
+{
+    const double size = mechc_max(fabs(run->y[i]), fabs(end[i]));
+    const double asked = run->has_tolerances ? run->tolerance[i] + run->rtol * size
+                                             : run->rtol * run->scale[i];
+    return mechc_max(run->method->share * asked, mechc_rounding(run) * size);
+}
+
+/* Does a step whose error is so small end near enough to the motion to tell where it led? */
+MECHC_STATIC int mechc_error_is_small(const mechc_integration *run, double error)
+{
+    return error * run->method->share * run->rtol < 1e-3;
+}
+
+/* What an error lets the step grow by. */
+MECHC_STATIC double mechc_elementary_factor(mechc_integration *run, double error)
+{
+    return 0.9 * pow(error, -1.0 / run->current->order);
+}
+
+/* The same where the error is expected to go on growing as it grew from the last step, of which
+ * length and factor are given, to this one.  Gustafsson (1991).  *factor is kept for the next. */
+MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double error,
+                                            double last_step, double last_factor, double *factor)
+{
+    const double plain = pow(error, -1.0 / run->current->order);
+    *factor = plain;
+    if (!(last_factor > 0.0) || error > 1.0) return 0.85 * plain;
+    const double trend = run->step / fabs(last_step) * (plain / last_factor);
+    return 0.85 * plain * mechc_min(1.0, trend);
+}
+
+/* The same within what a method bears. */
+MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
+{
+    const double most = run->refused ? 1.0 : run->current->growth;
+    const double factor = run->current->factor(run, error);
+    if (factor >= 1.0 && factor < run->current->ignored) return 1.0;
+    return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
+}
+
+/* Shorter steps than this are the spacing of doubles. */
+MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
+{
+    const double t = run->head.t;
+    return 16.0 * MECHC_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
+}
+
+/* A step so long, cut to the run's end or to half of what is left; 1 where it is the last. */
+MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, double *h)
+{
+    const double left = run->t1 - run->head.t;
+    *h = run->direction * step;
+    if (fabs(left) <= 1.01 * step) {
+        *h = left;
+        return 1;
+    }
+    if (fabs(left) < 2.0 * step) *h = 0.5 * left;
+    return 0;
+}
+
+/* Near a crossing an error that a shorter step hardly lowers is rounding, which grows the nearer
+ * the nodes come: let it pass, for shrinking on would only creep onto the crossing. */
+MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double error)
+{
+    const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
+    const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
+    const double most = MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol);
+    if (again && mechc_nears_critical(&run->monitor, run->horizon) && mechc_knows_crossing(&run->monitor)
+        && error > run->refused_error * shrunk * shrunk * shrunk)
+        run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
+                                 mechc_max(1.0, run->current->root_error ? sqrt(most) : most));
+    run->refused_t = t;
+    run->refused_step = fabs(h);
+    run->refused_error = error;
+}
+
+/* The first step. */
+MECHC_STATIC double mechc_first_step(mechc_integration *run)
+{
+    double state = 0.0, first = 0.0, second = 0.0, end[MECHC_NX];
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double tolerance = mechc_tolerance(run, i, run->y);
+        state += pow(run->y[i] / tolerance, 2);
+        first += pow(MECHC_RATE(run, 0)[i] / tolerance, 2);
+    }
+    const double span = fabs(run->t1 - run->head.t);
+    double guess = state < 1e-10 || first < 1e-10 ? 1e-6 * span : 0.01 * sqrt(state / first);
+    guess = mechc_min(mechc_min(guess, run->max_step), span);
+    for (int i = 0; i < MECHC_NX; i++)
+        end[i] = run->y[i] + run->direction * guess * MECHC_RATE(run, 0)[i];
+    const double t = run->head.t + run->direction * guess;
+    if (mechc_rates_at(run, t, end, MECHC_RATE(run, 1)) != MECHC_RUNNING) return 1e-3 * guess;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const double change = MECHC_RATE(run, 1)[i] - MECHC_RATE(run, 0)[i];
+        second += pow(change / (guess * mechc_tolerance(run, i, run->y)), 2);
+    }
+    const double largest = sqrt(mechc_max(first, second) / MECHC_NX);
+    const double step = largest > 1e-15 ? pow(0.01 / largest, 1.0 / run->method->order)
+                                        : mechc_max(1e-6 * span, 1e-3 * guess);
+    return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
+}
+
+#endif

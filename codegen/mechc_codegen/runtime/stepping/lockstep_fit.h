@@ -1,0 +1,32 @@
+/* Which runs may go on side by side: those of one method, far from critical configurations. */
+#ifndef MECHC_LOCKSTEP_FIT_H
+#define MECHC_LOCKSTEP_FIT_H
+
+#include "dynamics/sizes.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "simd/lanes.h"
+
+#define MECHC_LOCKSTEP_LOW 0.2   /* conditioning below which a run goes on alone */
+#define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
+
+/* Larger states and their stages leave the first cache. */
+#define MECHC_LOCKSTEP (MECHC_NX <= 32 && MECHC_NC == MECHC_NH)
+
+MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
+{
+    const mechc_monitor *monitor = &run->monitor;
+    const int alone = run->alone || monitor->tries || monitor->wanted != 0.0;
+    if (!MECHC_LOCKSTEP || alone || !run->current->in_lockstep) return 0;
+    if (!run->methods[run->number]->in_lockstep) return 0;
+    return MECHC_NH == 0 || (monitor->rank == MECHC_NH && monitor->first >= MECHC_LOCKSTEP_LOW);
+}
+
+/* After an accepted step of a run by itself. */
+MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
+{
+    run->last_step = run->last_factor = 0.0;
+    if (MECHC_NH == 0 || run->monitor.first > MECHC_LOCKSTEP_BACK) run->alone = 0;
+}
+
+#endif

@@ -1,0 +1,191 @@
+"""How the arrays of a batch lie in a Zarr group of format 3, and whether a folder's lie so.
+
+Numbers are stored as they are in memory, without compression: no decoder reads what a stranger
+or a bad disk put there, and a file is as large as its chunk.  What a folder says about an array
+is compared with what the request makes of it before Zarr sees it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import stat
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechc.batch.run import COUNTERS
+from mechc.batch.spec import Recipe
+from mechc.errors import MechcError
+from mechc.results.untrusted import read_json
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+METADATA = "zarr.json"
+_LARGEST_METADATA = 2**20  # bytes
+_KINDS = {"float64": np.float64, "int64": np.int64, "int16": np.int16}
+_CODECS = [{"name": "bytes", "configuration": {"endian": "little"}}]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Shape, type, members a chunk, and names of the dimensions of one stored array."""
+
+    shape: tuple[int, ...]
+    kind: str
+    members: int
+    dimensions: tuple[str, ...]
+
+    @property
+    def chunk(self) -> tuple[int, ...]:
+        """Shape of a chunk: all of the other dimensions, which may be empty."""
+        return (max(self.members, 1), *(max(n, 1) for n in self.shape[1:]))
+
+    @property
+    def blank(self) -> float:
+        """What stands where nothing was computed."""
+        return math.nan if self.kind == "float64" else 0
+
+    @property
+    def chunk_bytes(self) -> int:
+        """Size of the file of a chunk."""
+        return math.prod(self.chunk) * np.dtype(_KINDS[self.kind]).itemsize
+
+    def told(self) -> dict[str, Any]:
+        """What Zarr's metadata must say."""
+        return {
+            "zarr_format": 3,
+            "node_type": "array",
+            "shape": list(self.shape),
+            "data_type": self.kind,
+            "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
+            "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
+            "fill_value": "NaN" if self.kind == "float64" else 0,
+            "codecs": _CODECS,
+            "dimension_names": list(self.dimensions),
+            "storage_transformers": [],
+        }
+
+
+def layouts(
+    recipe: Recipe, width: int, tails: Mapping[str, tuple[int, ...]], size: int
+) -> dict[str, Layout]:
+    """Name of every array that the request makes -> its layout.
+
+    ``width``: components of a state; ``tails``: output -> its shape at one state; ``size``:
+    members a chunk.
+    """
+    times = len(recipe.t_eval)
+    found: dict[str, tuple[tuple[int, ...], str]] = {
+        "y0": ((width,), "float64"), "y": ((width,), "float64"), "t": ((), "float64"),
+        **dict.fromkeys(COUNTERS, ((), "int64")),
+        "least_singular": ((), "float64"), "critical_gap": ((), "float64"),
+    }  # fmt: skip
+    if recipe.states is None:
+        found["miss"] = (), "float64"
+    found |= {f"reduction_{i}": ((), "float64") for i in range(len(recipe.reductions))}
+    if recipe.keep_states:
+        found["y_eval"] = (times, width), "float64"
+    for i, name in enumerate(recipe.outputs):
+        found[f"output_{i}"] = (times, *tails[name]), "float64"
+    found["status"] = (), "int16"  # the last to be written
+    members = min(size, recipe.count)
+    return {
+        name: Layout((recipe.count, *rest), kind, members, dimensions(name, 1 + len(rest)))
+        for name, (rest, kind) in found.items()
+    }
+
+
+def output_shapes(system: System, recipe: Recipe) -> dict[str, tuple[int, ...]]:
+    """Output -> its shape at one state, of the outputs asked for."""
+    shapes = system.data["shapes"]
+    widths = system.scene.outputs
+    return {name: tuple(shapes.get(name, (widths[name],))) for name in recipe.outputs}
+
+
+def dimensions(name: str, rank: int) -> tuple[str, ...]:
+    """Names of the dimensions of an array."""
+    if name in ("y", "y0"):
+        return ("member", "state")
+    if name == "y_eval":
+        return ("member", "time", "state")
+    if name.startswith("output_"):
+        return ("member", "time", *(f"{name}_{i}" for i in range(rank - 2)))
+    return ("member",)
+
+
+def create(zarr: Any, path: Path, layout: Layout, attributes: Mapping[str, str]) -> Any:
+    """A new array, in place of whatever is there."""
+    return zarr.create_array(
+        str(path),
+        shape=layout.shape,
+        chunks=layout.chunk,
+        dtype=_KINDS[layout.kind],
+        fill_value=layout.blank,
+        filters=None,
+        compressors=None,
+        dimension_names=layout.dimensions,
+        attributes=dict(attributes),
+        zarr_format=3,
+        overwrite=True,
+    )
+
+
+def check(path: Path, layout: Layout) -> None:
+    """Refuse an array whose metadata or whose files are not those of the layout.
+
+    Raises
+    ------
+    MechcError
+        With what differs.  No data is read.
+    """
+    try:
+        held = read_json(path / METADATA, _LARGEST_METADATA)
+    except FileNotFoundError:
+        raise MechcError(f"{path} is damaged: it has no {METADATA}") from None
+    described = {"storage_transformers": [], **held}
+    described.pop("attributes", None)
+    wanted = layout.told()
+    for key in sorted({*described, *wanted}):
+        if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
+            raise MechcError(f"{path / METADATA} is damaged: {key} is not that of the request")
+
+
+def check_chunk(path: Path, layout: Layout, first: int) -> None:
+    """Refuse a chunk that is not one file of the right size; a missing one holds blanks.
+
+    Raises
+    ------
+    MechcError
+        With the file.
+    """
+    for file in chunk_files(path, layout, first):
+        try:
+            status = file.lstat()
+        except (FileNotFoundError, NotADirectoryError):
+            continue
+        if not stat.S_ISREG(status.st_mode) or status.st_size != layout.chunk_bytes:
+            raise MechcError(f"{file} is damaged: it is not a file of {layout.chunk_bytes} bytes")
+
+
+def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
+    """Where the members of the chunk that begins with ``first`` lie."""
+    counts = [-(-n // size) for n, size in zip(layout.shape[1:], layout.chunk[1:], strict=True)]
+    row = str(first // layout.members)
+    return [path.joinpath("c", row, *map(str, at)) for at in product(*map(range, counts))]
+
+
+def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
+    """An array whose metadata are those of the layout; raises :class:`MechcError` otherwise."""
+    check(path, layout)
+    return zarr.open_array(str(path), mode=mode, zarr_format=3)
+
+
+def digest(values: Array) -> str:
+    """The sha256 of numbers as they lie in memory."""
+    return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()

@@ -1,0 +1,86 @@
+"""Manifests: what vouches for the chunks of a streamed batch, written after their data."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from mechc.batch.layout import Layout, check_chunk, chunk_files, digest
+from mechc.errors import MechcError
+from mechc.results.durable import sync, write_text
+from mechc.results.untrusted import read_json
+from mechc.system.parameters import Array
+
+_LARGEST = 2**20  # bytes
+
+
+def path_of(notes: Path, first: int) -> Path:
+    """The manifest of the chunk that begins with the member ``first``."""
+    return notes / f"chunk-{first:012d}.json"
+
+
+def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
+          stored: Mapping[str, Layout]) -> None:  # fmt: skip
+    """Vouch for a chunk whose arrays ``found`` have been written below ``data``.
+
+    They are on the disk before the manifest is there.
+    """
+    for name, layout in stored.items():
+        _sync_chunk(data / name, chunk_files(data / name, layout, first))
+    sync(data)
+    last = first + len(found["t"])
+    hashes = {name: digest(found[name]) for name in stored}
+    write_text(path_of(notes, first), json.dumps({"members": [first, last], "sha256": hashes}))
+
+
+def _sync_chunk(array: Path, files: list[Path]) -> None:
+    """The files, and every folder between them and the array."""
+    there = [file for file in files if file.exists()]
+    folders = {parent for file in there for parent in file.parents if array in parent.parents}
+    for path in (*there, *folders, array):
+        sync(path)
+
+
+def damage(notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
+           first: int, last: int) -> str | None:  # fmt: skip
+    """What is wrong with a chunk that has a manifest; None if it is sound."""
+    try:
+        told = read_json(path_of(notes, first), _LARGEST)
+    except MechcError as error:
+        return str(error)
+    hashes = told.get("sha256")
+    if told.get("members") != [first, last] or not isinstance(hashes, dict):
+        return f"{path_of(notes, first)} is damaged: it is not the manifest of this chunk"
+    for name, layout in stored.items():
+        try:
+            check_chunk(data / name, layout, first)
+            sound = digest(arrays[name][first:last]) == hashes.get(name)
+        except (MechcError, OSError) as error:
+            return str(error)
+        if not sound:
+            return f"{data / name} is damaged: members {first} to {last - 1} have another sha256"
+    return None
+
+
+def damaged(
+    notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
+    ranges: Sequence[tuple[int, int]],
+) -> Iterator[tuple[int, int, str]]:  # fmt: skip
+    """Chunks that have a manifest and are not what it says: first, last + 1, what is wrong."""
+    for first, last in ranges:
+        if path_of(notes, first).exists():
+            why = damage(notes, data, arrays, stored, first, last)
+            if why is not None:
+                yield first, last, why
+
+
+def discard(notes: Path, data: Path, stored: Mapping[str, Layout], first: int) -> None:
+    """Take back what vouches for a chunk, and its outcome: its members count as not run."""
+    path_of(notes, first).unlink(missing_ok=True)
+    sync(notes)
+    for file in chunk_files(data / "status", stored["status"], first):
+        with suppress(FileNotFoundError, NotADirectoryError):
+            file.unlink()

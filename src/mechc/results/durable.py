@@ -1,0 +1,50 @@
+"""Files that are whole or absent: written aside, synced to the disk, moved into place."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from mechc.errors import MechcError
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A path beside ``path`` to write to; moved into its place when that has gone well.
+
+    The content is on the disk before it gets the name, so that neither a full disk nor a loss of
+    power leaves half a file under it.
+
+    Raises
+    ------
+    MechcError
+        If the operating system refuses; it names the file, which is then as it was before.
+    """
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield part
+        sync(part)
+        part.replace(path)
+        sync(path.parent)
+    except OSError as error:
+        raise MechcError(f"cannot write {path}: {error.strerror or error}") from None
+    finally:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file; see :func:`replacing`."""
+    with replacing(path) as part:
+        part.write_text(text, "utf-8")
+
+
+def sync(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

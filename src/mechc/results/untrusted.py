@@ -1,0 +1,184 @@
+"""Files from anybody: bounded in size, plain data only, and nothing that steers a terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import stat
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.system.parameters import Array
+
+LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers that no person typed
+LARGEST_COUNT = 40  # of links and the like: more takes long to derive
+LONGEST_OPTION = 200  # characters
+_LONGEST_HEADER = 10_000
+
+
+def read_regular(path: Path, most: int) -> bytes:
+    """The content of a file of at most ``most`` bytes, not of a link, a pipe or a device.
+
+    Raises
+    ------
+    MechcError
+        If it is something else, or larger.
+    OSError
+        If it cannot be read; ``FileNotFoundError`` if there is none.
+    """
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    try:
+        descriptor = os.open(path, flags)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise MechcError(f"{path} cannot be read: {error.strerror}") from None
+    try:
+        status = os.fstat(descriptor)
+        if not stat.S_ISREG(status.st_mode):
+            raise MechcError(f"{path} is damaged: it is not a file")
+        if status.st_size > most:
+            raise MechcError(f"{path} is damaged: {status.st_size} bytes, {most} at most")
+        with open(descriptor, "rb", closefd=False) as file:
+            return file.read(most)
+    finally:
+        os.close(descriptor)
+
+
+def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
+    """A JSON object of names to values.
+
+    Raises
+    ------
+    MechcError
+        If it is anything else; the message names the file.
+    FileNotFoundError
+        If there is none.
+    """
+    return json_object(read_regular(path, most), str(path))
+
+
+def json_object(content: bytes | str, where: str) -> dict[str, Any]:
+    """The JSON object in a text; ``where`` it was found is for the message.
+
+    Raises
+    ------
+    MechcError
+        If it is no text, no JSON, nested too deeply, or no object.
+    """
+    try:
+        found = json.loads(content)
+    except (TypeError, ValueError, RecursionError) as error:
+        raise MechcError(f"{where} is damaged: {printable(str(error))}") from None
+    if not isinstance(found, dict):
+        raise MechcError(f"{where} is damaged: it has not the format of a JSON object")
+    return found
+
+
+def read_arrays(path: Path) -> dict[str, Array]:
+    """The arrays of doubles in an uncompressed ``.npz``, no larger in memory than the file.
+
+    Raises
+    ------
+    MechcError
+        If it holds anything else: compressed members may be of any size, objects are code.
+    FileNotFoundError
+        If there is none.
+    """
+    if not stat.S_ISREG(path.lstat().st_mode):
+        raise MechcError(f"{path} is damaged: it is not a file")
+    try:
+        with zipfile.ZipFile(path) as held:
+            return {
+                member.filename.removesuffix(".npy"): _array(held, member, path.stat().st_size)
+                for member in held.infolist()
+            }
+    except (zipfile.BadZipFile, ValueError, EOFError, NotImplementedError, RuntimeError) as error:
+        raise MechcError(f"{path} is damaged: {printable(str(error))}") from None
+
+
+def _array(held: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> Array:
+    if member.compress_type != zipfile.ZIP_STORED or member.file_size > most:
+        raise ValueError(f"{member.filename!r} is compressed")
+    with held.open(member) as file:
+        shape, in_columns, kind = _header(file)
+        content = file.read()
+    if kind != np.dtype(np.float64) or math.prod(shape) * 8 != len(content):
+        raise ValueError(f"{member.filename!r} holds no doubles of its shape")
+    values = np.frombuffer(content).reshape(shape, order="F" if in_columns else "C")
+    return np.array(values, order="C")
+
+
+def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Shape, whether columns come first, and type of an array in NumPy's format."""
+    readers = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }
+    version = np.lib.format.read_magic(file)
+    if version not in readers:
+        raise ValueError(f"an array in the format {version}")
+    found: tuple[tuple[int, ...], bool, np.dtype[Any]] = readers[version](
+        file, max_header_size=_LONGEST_HEADER
+    )
+    if any(size < 0 for size in found[0]):
+        raise ValueError(f"an array of the shape {found[0]}")
+    return found
+
+
+def printable(text: str) -> str:
+    """A text with what steers terminals, or hides in them, written as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def text_of(value: Any, what: str) -> str:
+    """A printable text; raises :class:`MechcError` for anything else."""
+    if not isinstance(value, str):
+        raise MechcError(f"{what} is no text")
+    return printable(value)
+
+
+def names_of(values: Any, what: str) -> tuple[str, ...]:
+    """A tuple of texts, as they are; raises :class:`MechcError` for anything else."""
+    if not isinstance(values, (list, tuple)) or not all(isinstance(v, str) for v in values):
+        raise MechcError(f"{what} are not names")
+    return tuple(values)
+
+
+def mapping_of(value: Any, what: str) -> Mapping[str, Any]:
+    """A JSON object; raises :class:`MechcError` for anything else."""
+    if not isinstance(value, dict):
+        raise MechcError(f"{what} is no object of names and values")
+    return value
+
+
+def checked_options(options: Any) -> dict[str, Any]:
+    """Options of a shipped mechanism that a file asks for, so that deriving it takes seconds.
+
+    Raises
+    ------
+    MechcError
+        If one is too large or of no known kind; it says how to open the file all the same.
+    """
+    return {name: _option(name, value) for name, value in mapping_of(options, "options").items()}
+
+
+def _option(name: str, value: Any) -> Any:
+    if name == "fix":
+        return {key: float(number) for key, number in mapping_of(value, name).items()}
+    if name == "outputs":
+        return list(names_of(value, name))
+    small = isinstance(value, (bool, int, float)) and abs(value) <= LARGEST_COUNT
+    if not small and not (isinstance(value, str) and len(value) <= LONGEST_OPTION):
+        raise MechcError(
+            f"its option {printable(name)} = {printable(str(value)[:40])} is more than is derived "
+            "for a file, which may come from anybody: load the mechanism yourself and give it "
+            "too, mechc.open(path, mechc.load(...))"
+        )
+    return value

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any
 
 from mechc.batch.spec import Assembly
+from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
     CacheError,
@@ -110,10 +111,15 @@ _DESCRIPTION = {
 def __getattr__(name: str) -> Any:
     """What brings sympy with it is imported only when named."""
     if name in _DESCRIPTION:
-        from mechc.compilation.compiler import of_compiler
-
-        return of_compiler(name)
+        return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
+
+
+@_one_at_a_time
+def _described_with(name: str) -> Any:
+    from mechc.compilation.compiler import of_compiler
+
+    return of_compiler(name)
 
 
 def __dir__() -> list[str]:

@@ -7,7 +7,9 @@ from typing import Any
 
 from mechc.compilation.catalogue import LIBRARY
 from mechc.compilation.find import checked_backend, library_system
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.model import Model
+from mechc.system.system import System
 
 
 def mechanisms() -> tuple[str, ...]:
@@ -128,9 +130,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    from mechc.compilation.request import compile_any
-
-    system = compile_any(
+    system = _compiled_alone(
         mechanism,
         name=name,
         fix=fix,
@@ -147,6 +147,14 @@ def compile(
     return Model.of_system(system)
 
 
+@one_at_a_time
+def _compiled_alone(mechanism: Any, **asked: Any) -> System:
+    from mechc.compilation.request import compile_any
+
+    return compile_any(mechanism, **asked)
+
+
+@one_at_a_time
 def get_include() -> str:
     """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
     from mechc.compilation.compiler import include_folder

@@ -13,7 +13,7 @@ from tests.support import ROOT
     [
         ["ruff", "check", "--no-cache", "."],
         ["ruff", "format", "--no-cache", "--check", "."],
-        ["mypy", "--cache-dir=/dev/null"],
+        pytest.param(["mypy", "--cache-dir=/dev/null"], marks=pytest.mark.slow),
     ],
     ids=["ruff check", "ruff format", "mypy"],
 )

@@ -10,6 +10,7 @@ from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pend
 import mechc
 from tests.support import sympy_models
 from tests.support.actuators import ACTUATED
+from tests.support.marks import slow_among
 
 STATES = 3
 
@@ -45,7 +46,7 @@ MODELS = {
 
 
 @pytest.mark.parametrize("by", [sympy_models.by_lagrange, sympy_models.by_system])
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", slow_among(MODELS, {"a long chain of springs and dampers"}))
 def test_they_move_alike_by_lagranges_method_and_as_systems(name, by):
     check(by(MODELS[name]()))
 
@@ -94,7 +95,7 @@ IN_SYMPYS_TESTS = {
 
 
 @pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")
-@pytest.mark.parametrize("name", IN_SYMPYS_TESTS)
+@pytest.mark.parametrize("name", slow_among(IN_SYMPYS_TESTS, {"quaternion"}))
 def test_what_sympys_own_tests_form(name):
     check(sympy_models.caught(*IN_SYMPYS_TESTS[name]))
 

@@ -5,10 +5,9 @@ In relative angles and turned, so that nothing stays zero by luck; against the c
 
 import numpy as np
 import pytest
-from mechc_codegen.library.chains.windows import windows
 
 import mechc
-from benchmarks._windows import first_upright, upright_start
+from benchmarks.problems.windows_motion import first_upright, upright_start
 
 TILT = {"tilt": 0.3}
 FIRST_HALF = 6.0  # seconds: six times through the flat position
@@ -18,7 +17,7 @@ FLOOR = 1e-6
 
 @pytest.fixture(scope="module", params=[2, 5])
 def row(request):
-    return request.param, mechc.compile(windows(request.param), outputs=("points", "energy"))
+    return request.param, mechc.load("windows", count=request.param)
 
 
 def error_of(count, model, sol):

@@ -1,1 +1,1 @@
-"""From what was read to a mechanism: kinematics, potential, constraints told apart."""
+"""Conversion of SymPy objects to mechanisms: kinematics, potential energy, constraints."""

@@ -1,6 +1,6 @@
 """Small dense numerical algebra in plain Python: ranks, null spaces, points on constraints.
 
-For decisions about a mechanism, made at random states; the compiler has no numpy.
+Used at random states to decide how a mechanism is described; the compiler does not use NumPy.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _COLLAPSED = 1e-2  # parameters are drawn from 0.4 to 1.7
 
 
 def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
-    """A function of numbers for expressions over plain symbols."""
+    """A numerical function that evaluates expressions of symbols."""
     stand_ins = [Symbol(f"_x{k}") for k in range(len(arguments))]
     replaced = dict(zip(arguments, stand_ins, strict=True))
     plain = [e.xreplace(replaced) for e in elements]
@@ -34,8 +34,8 @@ def rank(rows: Rows) -> int:
 def eliminated(
     rows: Rows, columns: int | None = None, tiny: float = _RANK
 ) -> tuple[list[int], Rows, list[int]]:
-    """(pivot columns, reduced rows, columns without pivot); what stands right of ``columns``
-    goes along.  Pivots below ``tiny`` of the largest entry count as nothing."""
+    """(pivot columns, reduced rows, columns without pivot); entries to the right of
+    ``columns`` are transformed too.  Pivots below ``tiny`` times the largest entry are zero."""
     work = [row[:] for row in rows]
     width = columns if columns is not None else len(work[0]) if work else 0
     largest = max((abs(x) for row in work for x in row[:width]), default=0.0)
@@ -63,13 +63,13 @@ def _clear_column(work: Rows, pivot_row: int, column: int) -> None:
 
 
 def scaled(row: Sequence[float]) -> list[float]:
-    """The row over its largest entry."""
+    """The row divided by its largest entry."""
     largest = max((abs(x) for x in row), default=0.0)
     return [x / largest for x in row] if largest > 0 else list(row)
 
 
 def null_space(rows: Rows, columns: int) -> Rows:
-    """A basis of what all rows annihilate."""
+    """A basis of the null space of the rows."""
     if not rows:
         return [[float(i == j) for j in range(columns)] for i in range(columns)]
     pivots, reduced, free = eliminated([scaled(row) for row in rows])
@@ -84,9 +84,9 @@ def null_space(rows: Rows, columns: int) -> Rows:
 
 
 def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
-    """A solution of few consistent equations in many unknowns: least change, roughly.
+    """An approximate least-norm solution of an underdetermined system.
 
-    By normal equations of the rows, which the caller iterates.
+    From the normal equations of the rows; the caller iterates.
     """
     size = len(rows)
     square = [
@@ -105,11 +105,11 @@ def solve_least(rows: Rows, right: Sequence[float]) -> list[float]:
 def random_point(
     gap: Evaluate | None, size: int, seed: int, moving: Sequence[int] | None = None
 ) -> list[float] | None:
-    """Values of ``size`` arguments at which the gap vanishes, by changing those that may move.
+    """Values of ``size`` arguments at which the gap vanishes, found by changing the movable ones.
 
-    Where that closes nothing all of them are changed, parameters too; never to where arguments
-    vanish together, as lengths of nothing close every loop.  None if none was found: the
-    constraints may contradict each other.
+    If that fails, all arguments are changed, parameters too; solutions in which many arguments
+    vanish are refused, since any loop closes with lengths of zero.  None if no solution is found:
+    the constraints may contradict each other.
     """
     generator = random.Random(seed)
     for changed in (list(range(size)) if moving is None else list(moving), list(range(size))):
@@ -126,7 +126,7 @@ def _sound(x: Sequence[float], changed: Sequence[int], moving: Sequence[int] | N
 
 
 def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
-    """Change some of x until the gap vanishes; whether that was reached."""
+    """Change some entries of x until the gap vanishes; returns whether it does."""
     try:
         for _ in range(60):
             values = gap(*x)
@@ -145,7 +145,7 @@ def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
 def slope(
     function: Evaluate, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
 ) -> list[float]:
-    """Derivative along a direction by differences of fourth order; 1e-12 at the usual step."""
+    """Directional derivative by fourth-order differences, accurate to about 1e-12."""
 
     def at(times: float) -> list[float]:
         return function(*(a + times * step * b for a, b in zip(x, direction, strict=True)))

@@ -1,8 +1,8 @@
-"""Accelerations that the user set by hand: they must be the derivatives of the velocities.
+"""Accelerations set by the user must be the derivatives of the velocities.
 
-KanesMethod takes them as they are set; M and F here come from velocities alone.  Where both do
-not agree on the constraints the description contradicts itself, as it does when the theorem of
-two points is used with a contact point whose own acceleration was never given.
+KanesMethod uses accelerations as they are set; here M and F follow from velocities alone.  Where
+the two differ although the constraints hold, the description contradicts itself.  This happens, for
+example, when ``a2pt_theory`` is used with a contact point whose acceleration was never set.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ _SAME = 1e-7
 def refuse_other_accelerations(
     source: Source, bodies: Sequence[RigidBody | Particle], rates: Rates, motion: Sequence[Expr]
 ) -> None:
-    """Compare accelerations set by hand with derivatives, at random motions on the constraints.
+    """Compare accelerations set by the user with derivatives, at random motions that satisfy
+    the constraints.
 
     ``motion``: everything that constrains the speeds, rates of configuration constraints among it.
     """
@@ -52,14 +53,14 @@ def _vanish(
     rows = [rates.in_symbols(e) for e in motion]
     configuration = RateRows(rates, [rates.in_symbols(e) for e in source.configuration])
     if len(rates.symbols) > rates.known + len(accelerations):
-        return True  # specified functions of time move these points: not for us to judge
+        return True  # points moved by specified functions of time are not checked
     evaluate = evaluator([*rates.symbols, *rates.u], values)
-    flow = _Flow(rates, rows, [rates.symbols.index(a) for a in accelerations])
+    flow = Flow(rates, rows, [rates.symbols.index(a) for a in accelerations])
     states = (flow.moving(point) for point in configuration.points())
     return all(max(map(abs, evaluate(*state))) < _SAME for state in states)
 
 
-class _Flow:
+class Flow:
     """Speeds and accelerations that the constraints allow, at a configuration."""
 
     def __init__(self, rates: Rates, rows: Sequence[Expr], accelerations: Sequence[int]) -> None:
@@ -71,8 +72,8 @@ class _Flow:
         self.time = symbols.index(rates.time)
         self.accelerations = accelerations
 
-    def moving(self, point: Sequence[float]) -> list[float]:
-        """The point with speeds behind it, and accelerations in their places."""
+    def with_speeds(self, point: Sequence[float]) -> list[float]:
+        """The point with speeds appended."""
         state = [*point, *(0.3 + 0.17 * k for k in range(self.speeds))]
         jacobian = self.rows.at(point)
         if jacobian:
@@ -80,6 +81,11 @@ class _Flow:
             state[-self.speeds :] = [
                 a - b for a, b in zip(state[-self.speeds :], change, strict=True)
             ]
+        return state
+
+    def moving(self, point: Sequence[float]) -> list[float]:
+        """The point with speeds behind it, and accelerations in their places."""
+        state, jacobian = self.with_speeds(point), self.rows.at(point)
         direction = [0.0] * len(state)
         direction[self.time] = 1.0
         for place, rate in zip(self.q, self.kinematics(*state), strict=True):
@@ -108,7 +114,8 @@ def _refuse(place: Point | ReferenceFrame) -> None:
 def _difference(
     frame: ReferenceFrame, place: Point | ReferenceFrame, replaced: Mapping[Expr, Expr]
 ) -> Vector | None:
-    """What was set less the derivative; None where nothing was set, or it is the same at sight."""
+    """The value set minus the derivative; None where nothing was set or both are the same
+    expression."""
     turning = isinstance(place, ReferenceFrame)
     given = (place._ang_acc_dict if turning else place._acc_dict).get(frame)
     if given is None:

@@ -1,7 +1,8 @@
-"""Which velocity constraints are rates of configuration constraints, and which stand alone.
+"""Which velocity constraints are rates of configuration constraints, and which are nonholonomic.
 
-KanesMethod keeps both in one list without labels.  Decided by ranks at random states on the
-constraints: a row within the span of the configuration constraints' rates is one of theirs.
+KanesMethod keeps both in one list without labels.  They are classified by ranks at random states
+that satisfy the constraints: a row in the span of the rates of configuration constraints is one of
+these rates.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ _STEP, _FLAT, _NOTHING = 1e-5, 1e-6, 1e-9
 
 
 class Rates:
-    """The kinematics q' = N u + n over plain symbols, which can be differentiated one by one.
+    """The kinematics q' = N u + n over symbols, by which expressions can be differentiated.
 
-    Speeds are symbols of their own; so is every specified function of time and each of its
+    Each speed is a symbol, and so is every specified function of time and each of its
     derivatives.
     """
 
@@ -56,7 +57,7 @@ class Rates:
         self.kinematics = [self.in_symbols(rate) for rate in kinematics]
 
     def in_symbols(self, expression: Expr) -> Expr:
-        """The expression over plain symbols."""
+        """The expression over symbols."""
         expression = expression.xreplace(self._specified)
         for kind in (Derivative, AppliedUndef):
             for x in sorted(expression.atoms(kind) - self._plain.keys(), key=str):
@@ -66,19 +67,19 @@ class Rates:
 
     @property
     def symbols(self) -> list[Expr]:
-        """Everything that plain expressions may hold, speeds excepted."""
+        """All symbols of such expressions except the speeds."""
         return [*(s for s in self._plain.values() if s not in self.u), *self._parameters]
 
 
 class SpeedRows:
-    """Numerical rows over the speeds of expressions that are linear in them."""
+    """Numerical coefficients of the speeds in expressions that are linear in them."""
 
     def __init__(self, rates: Rates, expressions: Sequence[Expr]) -> None:
         self.width = len(rates.u)
         self._evaluate = evaluator([*rates.symbols, *rates.u], list(expressions))
 
     def still(self, point: Sequence[float]) -> list[float]:
-        """What of the expressions is free of the speeds."""
+        """The part of the expressions that does not depend on the speeds."""
         return self._evaluate(*point, *[0.0] * self.width)
 
     def at(self, point: Sequence[float]) -> Rows:
@@ -91,7 +92,7 @@ class SpeedRows:
 
 
 class RateRows:
-    """Numerical rows over the speeds of the rates of configuration constraints."""
+    """Numerical coefficients of the speeds in the rates of configuration constraints."""
 
     def __init__(self, rates: Rates, configuration: Sequence[Expr]) -> None:
         self._places = [rates.symbols.index(q) for q in rates.q]
@@ -115,8 +116,8 @@ class RateRows:
         return [list(row) for row in zip(*columns, strict=True)]
 
 
-def idle(configuration: Sequence[Expr], rates: Rates) -> list[int]:
-    """Configuration constraints that the kinematics keep by themselves: a quaternion's norm."""
+def satisfied_identically(configuration: Sequence[Expr], rates: Rates) -> list[int]:
+    """Configuration constraints that the kinematics satisfy identically, as a quaternion's norm."""
     if not configuration:
         return []
     plain = [rates.in_symbols(e) for e in configuration]
@@ -129,8 +130,10 @@ def _vanishes(row: Sequence[float]) -> bool:
     return max(map(abs, row), default=0.0) < _NOTHING
 
 
-def alone(configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates) -> tuple[Expr, ...]:
-    """Of ``motion`` the rows that no rate of the configuration constraints says.
+def nonholonomic(
+    configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates
+) -> tuple[Expr, ...]:
+    """The rows of ``motion`` that are not rates of the configuration constraints.
 
     Raises
     ------
@@ -163,7 +166,7 @@ def alone(configuration: Sequence[Expr], motion: Sequence[Expr], rates: Rates) -
 
 
 def _beyond(rows: Rows, others: Rows) -> list[int]:
-    """Which of ``others`` raise the rank, one after the other."""
+    """The rows of ``others`` that raise the rank when they are added in order."""
     span, kept = list(rows), list[int]()
     known = rank(span)
     for i, row in enumerate(others):
@@ -175,11 +178,11 @@ def _beyond(rows: Rows, others: Rows) -> list[int]:
 
 
 def integrable(motion: Sequence[Expr], rates: Rates) -> bool:
-    """Whether velocity constraints are rates of configuration constraints that are missing.
+    """Whether velocity constraints can be integrated to configuration constraints.
 
-    Frobenius: as one-forms over the coordinates' rates all of them together, or one by itself,
-    have no curvature on the motions they leave free.  Rows that time drives, or that concern one
-    coordinate alone, are left out: their integral is a starting value like any other.
+    By the theorem of Frobenius: the constraints are one-forms over the coordinates' rates; all of
+    them together, or one of them, have no curvature on the motions that they allow.  Rows that
+    depend on time, or on one coordinate only, are excluded: their integral is an initial value.
     """
     if len(rates.q) != len(rates.u):
         return False

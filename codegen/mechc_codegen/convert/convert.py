@@ -1,8 +1,8 @@
 """Source -> Mechanism: what a SymPy object holds, as a mechanism with names and values.
 
-Input: what was read, and what the user says besides.  Output: a validated mechanism whose M, F
-and J are then derived from bodies, loads and constraints.  Invariant: nothing is guessed; what
-the object cannot say is asked for by name.
+Input: a Source and the user's settings.  Output: a validated mechanism whose M, F and J are then
+derived from bodies, loads and constraints.  Invariant: nothing is guessed; an error names the
+information that the object does not contain.
 """
 
 from __future__ import annotations
@@ -17,7 +17,13 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
-from mechc_codegen.convert.classify_constraints import Rates, alone, idle, integrable
+from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
+from mechc_codegen.convert.classify_constraints import (
+    Rates,
+    integrable,
+    nonholonomic,
+    satisfied_identically,
+)
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.convert.potential import gravity_apart, potential_of
@@ -52,11 +58,13 @@ def convert(
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
-    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
+    speeds_held = _all_rates(source, rates, motion)
+    refuse_other_angular_velocities(source, bodies, rates, speeds_held)
+    refuse_other_accelerations(source, bodies, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary)
-    told = _resolved(settings.units, "units", source, (*parameters, *states))
-    units = _Units(source, read, kinematics, told)
+    given = _resolved(settings.units, "units", source, (*parameters, *states))
+    units = _Units(source, read, kinematics, given)
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
@@ -87,7 +95,7 @@ def convert(
 
 
 def _refuse_accelerations(source: Source) -> None:
-    """Loads that hold u' would have to be part of M."""
+    """Loads that contain u' would be part of the mass matrix."""
     time = dynamicsymbols._t
     rates = {x.diff(time) for x in (*source.u, *source.auxiliary)}
     rates |= {q.diff(time, 2) for q in source.q}
@@ -112,7 +120,7 @@ def _kinematics(source: Source) -> tuple[Expr, ...]:
 def _constraints(
     source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
-    """(configuration constraints, constraints on the speeds alone, what was left out)."""
+    """(configuration constraints, constraints on the speeds alone, omitted constraints)."""
     time = dynamicsymbols._t
     replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
     replaced |= dict.fromkeys(source.auxiliary, S.Zero)
@@ -120,17 +128,18 @@ def _constraints(
     configuration = (*source.configuration, *added)
     motion = tuple(e.xreplace(replaced) for e in source.motion)
     if source.mixed:
-        motion = alone(configuration, motion, rates)
+        motion = nonholonomic(configuration, motion, rates)
     if motion and source.mixed and settings.configuration_constraints is None:
         _refuse_integrable(motion, rates, source)
-    kept_by_itself = [] if tuple(kinematics) == source.u else idle(configuration, rates)
-    skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in kept_by_itself)
-    configuration = tuple(e for i, e in enumerate(configuration) if i not in kept_by_itself)
+    trivial = tuple(kinematics) == source.u
+    identities = [] if trivial else satisfied_identically(configuration, rates)
+    skipped = tuple(f"constraint {i + 1}, kept by the kinematics" for i in identities)
+    configuration = tuple(e for i, e in enumerate(configuration) if i not in identities)
     return configuration, motion, skipped
 
 
 def _all_rates(source: Source, rates: Rates, motion: Sequence[Expr]) -> tuple[Expr, ...]:
-    """Every constraint on the speeds, the rates of configuration constraints among them."""
+    """All constraints on the speeds, including the rates of configuration constraints."""
     time = dynamicsymbols._t
     replaced = {q.diff(time): r for q, r in zip(source.q, rates.original, strict=True)}
     replaced |= dict.fromkeys(source.auxiliary, S.Zero)
@@ -166,7 +175,7 @@ def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
 def _states(
     source: Source, settings: ConversionSettings, read: Fingerprint
 ) -> dict[AppliedUndef, Expr]:
-    """Functions of time with a rate of their own; in the object, or in another rate or input."""
+    """Functions of time with a given rate, used in the object or in another rate or input."""
     own = [key for key in settings.states if isinstance(key, AppliedUndef)]
     named = [*own, *_named_in((*settings.inputs.values(), *settings.states.values()))]
     known = list(dict.fromkeys([*_unknown_functions(source, read), *named]))
@@ -252,7 +261,7 @@ def _parameters(
 
 
 def number(value: Any) -> Expr | None:
-    """A value as SymPy takes it exactly: whole numbers exact, others as the double they are."""
+    """A value as an exact SymPy number: an integer, or the value of the double."""
     if value is None or isinstance(value, Expr):
         return value
     try:
@@ -272,7 +281,7 @@ def _resolved(
 
 
 def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any:
-    """The symbol that a key means."""
+    """The symbol with this printed name, or the symbol itself."""
     matches = [s for s in known if s == key or (isinstance(key, str) and printed_name(s) == key)]
     if len(matches) == 1:
         return matches[0]
@@ -309,7 +318,7 @@ class _Units:
 
 
 def _turning(source: Source, read: Fingerprint) -> set[Expr]:
-    """Coordinates that stand in sines and cosines of what places points and frames."""
+    """Coordinates in sines and cosines of positions and orientations."""
     return {
         q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
     }
@@ -319,7 +328,7 @@ def _turning(source: Source, read: Fingerprint) -> set[Expr]:
 
 
 def _joints(source: Source, bodies: Sequence[RigidBody | Particle]) -> tuple[Joint, ...]:
-    """The joints between bodies that move, or with what is at rest: that is all one ground."""
+    """The joints between moving bodies and with the ground, which all bodies at rest belong to."""
     still = {body for body in source.bodies if body not in bodies}
     joints = [
         replace(
@@ -344,7 +353,7 @@ def _origin(source: Source) -> Point | None:
 
 
 def reachable(starts: Iterable[Point]) -> list[Point]:
-    """The points and those whose position to one of them is known, each once."""
+    """These points and all whose position relative to one of them is known, each once."""
     found, waiting = [], list(starts)
     seen: set[int] = set()
     while waiting:
@@ -357,7 +366,7 @@ def reachable(starts: Iterable[Point]) -> list[Point]:
 
 
 def _points(bodies: Sequence[RigidBody | Particle], origin: Point | None) -> tuple[Point, ...]:
-    """Mass centres whose position is known, each once, of different names."""
+    """Mass centres whose position is known, each once and with different names."""
     if origin is None:
         return ()
     linked = {id(p) for p in reachable([origin])}

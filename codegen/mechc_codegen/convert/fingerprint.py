@@ -1,4 +1,4 @@
-"""A Source, walked: every subexpression once, as text for a cache key and as a set of leaves.
+"""A Source as text for a cache key, in which every subexpression is written once.
 
 Input: what was read from a SymPy object.  Output: a digest that is the same in every process for
 the same mechanism, and the symbols and functions of time in it.  Invariant: what decides the
@@ -37,17 +37,17 @@ if TYPE_CHECKING:
 
 
 class Fingerprint:
-    """The text of everything handed to it, line by line; leaves and frames met on the way."""
+    """The lines written so far, with the symbols, functions and frames found in them."""
 
     def __init__(self, frame: ReferenceFrame) -> None:
         self.lines: list[str] = []
         self.leaves: set[Expr] = set()
-        self.angles: set[Expr] = set()  # what places are turned by
+        self.angles: set[Expr] = set()  # angles of orientations
         self.inertial = frame
         self._nodes: dict[Basic, int] = {}
         self._frames: dict[int, int] = {}
         self._points: dict[int, int] = {}
-        self._kept: list[object] = []  # so that no id is used twice
+        self._kept: list[object] = []  # keeps objects alive, so that ids stay unique
         self._turning: set[frozenset[int]] = set()
         self.frame(frame)
 
@@ -59,7 +59,7 @@ class Fingerprint:
         self.lines.append(f"{label}: {' '.join(items)}")
 
     def expression(self, expression: Expr) -> str:
-        """The number of an expression, whose text is then in the lines."""
+        """The number of an expression; its text is written when it is new."""
         known = self._nodes.get(expression)
         if known is None:
             known = self._new(expression)
@@ -67,7 +67,7 @@ class Fingerprint:
 
     def _new(self, expression: Expr) -> int:
         args = [self.expression(a) for a in expression.args]
-        own = isinstance(expression, AppliedUndef)  # whose class has the user's name
+        own = isinstance(expression, AppliedUndef)  # its class is named by the user
         kind = "function" if own else type(expression).__name__
         self.lines.append(f"{kind}({','.join(args)}){self._leaf(expression)}")
         if isinstance(expression, (Symbol, AppliedUndef)):
@@ -105,17 +105,17 @@ class Fingerprint:
         return "+".join(parts) or "0"
 
     def placing(self, entries: Iterable[Expr]) -> str:
-        """Expressions that say where something is; their angles are kept."""
-        told = list(entries)
-        for entry in told:
+        """Expressions of a position or an orientation; the angles in them are collected."""
+        listed = list(entries)
+        for entry in listed:
             self.angles |= {f.args[0] for f in sympify(entry).atoms(sin, cos, tan)}
-        return self.entries(told)
+        return self.entries(listed)
 
     def entries(self, matrix: Iterable[Expr]) -> str:
         return ",".join(self.expression(entry) for entry in matrix)
 
     def frame(self, frame: ReferenceFrame) -> str:
-        """The number of a frame, whose orientation to its neighbours is then in the lines."""
+        """The number of a frame; its orientations relative to other frames are written."""
         if id(frame) in self._frames:
             return f"f{self._frames[id(frame)]}"
         number = self._frames[id(frame)] = len(self._frames)
@@ -133,7 +133,7 @@ class Fingerprint:
         return f"f{number}"
 
     def point(self, point: Point) -> str:
-        """The number of a point, whose position to its neighbours is then in the lines."""
+        """The number of a point; its positions relative to other points are written."""
         if id(point) in self._points:
             return f"p{self._points[id(point)]}"
         number = self._points[id(point)] = len(self._points)
@@ -151,10 +151,7 @@ class Fingerprint:
         return f"p{number}"
 
     def motion(self, place: Point | ReferenceFrame) -> str:
-        """A point or frame, whose velocities against others are said with it.
-
-        And an acceleration that was set by hand.
-        """
+        """The number of a point or frame, with the acceleration that was set by the user."""
         if isinstance(place, ReferenceFrame):
             number, given = self.frame(place), place._ang_acc_dict.get(self.inertial)
         else:
@@ -180,7 +177,7 @@ class Fingerprint:
 
 
 def fingerprint(source: Source) -> Fingerprint:
-    """All of a Source."""
+    """The fingerprint of a whole Source."""
     text = Fingerprint(source.frame)
     text.lines.append(source.kind)
     for label in ("q", "u", "kinematics", "configuration", "motion", "auxiliary"):

@@ -1,8 +1,8 @@
 """Implicit kinematic differential equations -> the coordinates' rates.
 
-Solved block by block, each by cofactors over the determinant: unlike elimination in a fixed
-order that divides by nothing but the determinant, so no 0/0 arises where the equations can be
-solved.
+Each block is solved by cofactors and the determinant.  Nothing but the determinant is divided by,
+so that 0/0 cannot arise where the equations can be solved, as it can by elimination in a fixed
+order.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def coordinate_rates(equations: Sequence[Expr], q: Sequence[AppliedUndef]) -> tu
 
 
 def _blocks(matrix: Sequence[Sequence[Expr]]) -> list[tuple[list[int], list[int]]]:
-    """(rows, columns) of the parts of the system that do not touch each other."""
+    """(rows, columns) of the independent blocks of the system."""
     size = len(matrix)
     nodes = [("row", i) for i in range(size)] + [("column", j) for j in range(size)]
     edges = [
@@ -88,7 +88,7 @@ def _solve(block: ImmutableDenseMatrix, right: list[Expr]) -> list[Expr] | None:
 
 
 def _determinant(rows: list[list[Expr]]) -> Expr:
-    """By expansion along the first row; nothing is divided."""
+    """By expansion along the first row, without division."""
     if len(rows) == 1:
         return rows[0][0]
     total = S.Zero

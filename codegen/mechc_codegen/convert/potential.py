@@ -1,16 +1,17 @@
-"""The potential energy of a mechanism whose loads come as forces, where it can be known.
+"""The potential energy of a mechanism whose loads are given as forces, as far as it is known.
 
-A force that is constant in the inertial frame has V = -F . r.  Of any other load that depends on
-the configuration it is not known whether it has a potential, unless the bodies say: then theirs
-is taken for all.  Loads that depend on speeds, time or inputs alone have none.
+A force that is constant in the inertial frame has V = -F . r.  For any other load that depends on
+the configuration it is not known whether it has a potential, unless the bodies have a
+``potential_energy``: it then stands for all loads.  Loads that depend on speeds, time or inputs
+alone have none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Expr, S, sympify
+from sympy import Add, Expr, S, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -21,7 +22,7 @@ from mechc_codegen.description.source import Source
 
 @dataclass(frozen=True)
 class Potential:
-    """``value`` of the loads that have one; ``unknown`` names those of which it is not known."""
+    """``value``: of loads with a potential; ``unknown``: loads for which it is not known."""
 
     value: Expr
     unknown: tuple[str, ...] = ()
@@ -30,10 +31,10 @@ class Potential:
 def gravity_apart(
     source: Source, bodies: Sequence[RigidBody | Particle]
 ) -> tuple[Vector | None, Source]:
-    """One uniform gravity in place of the weights of all moving bodies, where there are joints.
+    """A uniform gravity that replaces the weights of all moving bodies, where there are joints.
 
-    So described it costs no more in a long chain than in a short one.  None where the weights are
-    not all alike, or the bodies say a potential energy themselves.
+    Its cost does not grow with the length of a chain.  None where the weights are not all alike, or
+    bodies have a potential energy.
     """
     weights = [load for load in source.loads if load[0] in {b.masscenter for b in bodies}]
     places = [place for place, _ in weights]
@@ -78,11 +79,11 @@ def _of_load(
     origin: Point | None,
     stationary: Stationary,
 ) -> Expr | None:
-    """V of one load, 0 where it has none, None where it is not known."""
+    """Potential energy of one load: 0 where it has none, None where it is not known."""
     at_rest = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
     if all(c == 0 for c in at_rest) or stationary.place(place):
         return S.Zero
-    if any(c.has(*source.q) for c in at_rest):
+    if any(c is S.NaN or c.has(*source.q) for c in at_rest):
         return None
     if any(c.has(dynamicsymbols._t) for c in at_rest):
         return S.Zero
@@ -94,11 +95,21 @@ def _of_load(
 
 
 def _at_rest(source: Source, component: Expr) -> Expr:
-    """What of a load is left when nothing moves and no input acts."""
+    """The load at zero speeds and zero inputs; NaN where that is not known."""
     time = dynamicsymbols._t
-    still = {q.diff(time): S.Zero for q in source.q} | dict.fromkeys(source.u, S.Zero)
+    moving = [*source.u, *(q.diff(time) for q in source.q)]
     other = component.atoms(AppliedUndef) - {*source.q, *source.u}
-    return component.xreplace(still).xreplace(dict.fromkeys(other, S.Zero))
+    still = dict.fromkeys((*moving, *other), S.Zero)
+    return sum((_term_at_rest(term, moving, still) for term in Add.make_args(component)), S.Zero)
+
+
+def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]) -> Expr:
+    """A force along a velocity, 0/0 at rest, changes its sign with the speeds: it has no mean."""
+    value = term.xreplace(dict(still))
+    if value.is_finite is not False and value is not S.NaN:
+        return value
+    odd = term.xreplace({u: -u for u in moving}) == -term
+    return S.Zero if odd else S.NaN
 
 
 def _constant_force(

@@ -1,6 +1,6 @@
-"""What stands still, decided by numbers where symbols would be written out through every frame.
+"""Bodies, points and frames at rest, found by numbers instead of long expressions.
 
-What has a velocity at random values moves; only what has none is looked at as an expression.
+Whatever has a velocity at random values moves; only where it is zero is the expression formed.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ MOVES = 1e-9  # of values of the order of one
 
 
 class Stationary:
-    """What is at rest in the inertial frame."""
+    """The bodies, points and frames at rest in the inertial frame."""
 
     def __init__(self, frame: ReferenceFrame) -> None:
         self.frame = frame
@@ -53,7 +53,7 @@ class Stationary:
         return self._spins[frame]
 
     def _velocity(self, point: Point) -> Number3:
-        """As ``velocity_of`` says it, step by step."""
+        """As by ``velocity_of``, step by step."""
         before = steps_from(point, lambda p: p._pos_dict)
         at = next((p for p in (point, *before) if self.frame in p._vel_dict), None)
         if at is None:

@@ -1,8 +1,8 @@
-"""Stage 2: Equations -> Equations with Jacobians and directional derivatives of what is asked.
+"""Stage 2: Equations -> Equations with Jacobians and directional derivatives.
 
-Input: constraints and kinematics.  Output: besides them the constraint Jacobian J over the
-speeds, the velocity constraints J u + b, and gamma of J u' = gamma.  Invariant: the chain rule
-runs through the kinematics, so speeds need not be rates of coordinates.
+Input: constraints and kinematics.  Output: in addition the constraint Jacobian J over the speeds,
+the velocity constraints J u + b, and gamma of J u' = gamma.  Invariant: the chain rule runs through
+the kinematics, so speeds need not be rates of coordinates.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mechc_codegen.errors import MechanismError
 
 def differentiate(equations: Equations) -> Equations:
     """Add ``velocity_constraints``, ``constraint_jacobian`` and ``gamma`` to the outputs."""
-    if equations.tree is not None:  # it came with them
+    if equations.tree is not None:  # its derivation has added them
         return equations
     symbols = equations.symbols
     rates = equations.outputs["coordinate_rates"].elements
@@ -66,7 +66,7 @@ def differentiate(equations: Equations) -> Equations:
 
 
 def _refuse_states(equations: Equations, holonomic: Output) -> None:
-    """A constraint closes by moving coordinates, and states are not moved."""
+    """Refuse states in configuration constraints, which are satisfied by moving coordinates."""
     states = set(equations.symbols.q) - set(equations.moved)
     for label, expression in zip(holonomic.labels, holonomic.elements, strict=True):
         if expression.free_symbols & states:
@@ -77,10 +77,10 @@ def _refuse_states(equations: Equations, holonomic: Output) -> None:
 
 
 def _with_mass_for_all(outputs: Mapping[str, Output], scale: Expr) -> tuple[Output, ...]:
-    """M and F with ``s J^T J`` and ``s J^T gamma`` added, where a speed moves no mass by itself.
+    """M and F with ``s J^T J`` and ``s J^T gamma`` added, where a speed moves no mass.
 
-    On J u' = gamma both say the same, with the same multipliers; but the solver of the motion
-    needs a mass in every speed, as the metric of the rows.  ``s`` is of the size of M.
+    Where J u' = gamma both give the same accelerations and multipliers, but the solver needs a mass
+    for every speed, as the metric of the rows.  ``s`` is of the size of M.
     """
     mass, forcing = outputs["mass_matrix"], outputs["forcing"]
     rows, gamma = outputs["constraint_jacobian"], outputs["gamma"].elements

@@ -1,4 +1,4 @@
-"""The data that derivation hands on: named matrices of expressions over plain symbols.
+"""Derived equations: named matrices of expressions over symbols.
 
 Invariant: expressions hold only the symbols in :class:`Symbols`; functions of time and rates
 are gone.
@@ -17,13 +17,13 @@ from mechc_codegen.errors import MechanismError
 
 @dataclass(frozen=True)
 class Symbols:
-    """The inputs of every expression, in the order of the arrays that carry them.
+    """The symbols of all expressions, in the order of the arrays that hold their values.
 
-    Accelerations and multipliers stand in outputs only, which are evaluated once the motion is
+    Accelerations and multipliers appear only in outputs that are evaluated after the motion is
     solved.
 
-    ``inputs``: of each specified function of time that is given at run time its value and its
-    derivatives by time, in their order.
+    ``inputs``: value and time derivatives, in this order, of each specified function that is given
+    at run time.
     """
 
     time: Symbol
@@ -36,16 +36,16 @@ class Symbols:
 
     @property
     def motion(self) -> tuple[Symbol, ...]:
-        """What is known only once the motion is solved."""
+        """The symbols that are known only after the motion is solved."""
         return (*self.accelerations, *self.multipliers)
 
     def rates_of_inputs(self, expression: Expr) -> list[tuple[Symbol, Symbol]]:
-        """Of each value of an input in the expression: the value and its rate.
+        """For each value of an input in the expression: the value and its rate.
 
         Raises
         ------
         MechanismError
-            Where a rate is needed of the last derivative there is.
+            Where the rate of the highest available derivative is needed.
         """
         found = []
         held = expression.free_symbols if self.inputs else ()
@@ -83,11 +83,11 @@ class Output:
 
 @dataclass(frozen=True)
 class Tree:
-    """Links, each of which hangs on an earlier one (or on the ground, -1) and moves by speeds.
+    """Links, each a child of an earlier one (or of the ground, -1), with the speeds that move them.
 
-    ``columns`` holds, link by link, the indices of the speeds that move it against its parent;
+    ``columns``: for each link the indices of the speeds of its motion relative to its parent;
     vectors of motion are angular then linear, (x, y, z) each, or (z; x, y) where ``planar``.
-    ``cuts``: the two links that each constraint holds together.
+    ``cuts``: the two links that each constraint connects.
     """
 
     parents: tuple[int, ...]
@@ -100,16 +100,16 @@ class Tree:
 class Equations:
     """Everything derived for one mechanism.
 
-    The last ``states`` of the coordinates have rates of their own, which are nonlinear in the
-    speeds, and no displacement moves them.
+    The last ``states`` of the coordinates have rates that may be nonlinear in the speeds;
+    displacements do not change them.
 
     ``holonomic`` of the constraints are on the configuration; the remaining rows of the
     constraint Jacobian constrain the speeds alone.  ``mass_scale`` is an expression of the size of
     M's entries.
 
-    Where ``tree`` is given, mass matrix and forcing are not among the outputs: the runtime makes
-    them from the tree's.  ``intermediates`` are values that several outputs are written in, each
-    by symbols and by those before it.
+    With a ``tree``, mass matrix and forcing are not among the outputs: the runtime computes them
+    from the outputs of the tree.  ``intermediates``: named values that outputs share, each an
+    expression of symbols and of earlier intermediates.
     """
 
     symbols: Symbols
@@ -126,7 +126,7 @@ class Equations:
 
     @property
     def moved(self) -> tuple[Symbol, ...]:
-        """The coordinates without the states: what displacements and projections move."""
+        """The coordinates without the states: those that displacements and projections change."""
         return self.symbols.q[: len(self.symbols.q) - self.states]
 
     def __str__(self) -> str:

@@ -1,10 +1,10 @@
 """Joint reactions, by Newton and Euler from the outermost bodies inwards.
 
-Input: a mechanism with joints, and how its derivation says positions and rates of momentum.
+Input: a mechanism with joints, and positions and momentum rates by its derivation.
 Output: force and torque of every joint, as expressions of state, accelerations and multipliers.
 Invariant: each body's sum is formed once, so the work grows with the bodies and not faster.
 
-What hangs beyond a joint of the tree is moved by that joint, by loads and by cut joints alone:
+The subtree beyond a joint is moved by that joint, by loads and by cut joints alone:
 R = sum of d(m v)/dt - loads - forces of cuts, and the same for moments (Featherstone 2008,
 section 5.3).  A cut joint holds g = gap . axis = 0 and a . b = 0 with M u' + J^T lambda = F, so its
 force on the child is -lambda axis, and its torque -lambda a x b.
@@ -34,7 +34,7 @@ AXES = ("x", "y", "z")
 
 
 class Kinetics(Protocol):
-    """Vectors as a derivation says them, in components along the inertial axes."""
+    """Positions and momentum rates by a derivation, in components along the inertial axes."""
 
     def total(self, *vectors: V3) -> V3: ...
     def difference(self, a: V3, b: V3) -> V3: ...
@@ -70,20 +70,20 @@ def reaction_outputs(mechanism: Mechanism, kinetics: Kinetics) -> list[Output]:
     refuse_unknown_reactions(mechanism)
     found = _Reactions(mechanism, kinetics).of_all()
     names = [joint.name for joint in mechanism.joints]
-    told = "of every joint, by the parent on the child, in the inertial frame"
+    acting = "of every joint, by the parent on the child, in the inertial frame"
     return [
-        _vectors("reaction_forces", f"forces {told}", names, [w.force for w in found]),
-        _vectors("reaction_torques", f"torques {told}", names, [w.moment for w in found]),
+        _vectors("reaction_forces", f"forces {acting}", names, [w.force for w in found]),
+        _vectors("reaction_torques", f"torques {acting}", names, [w.moment for w in found]),
     ]
 
 
 def refuse_unknown_reactions(mechanism: Mechanism) -> None:
-    """What it takes to know them.
+    """Refuse mechanisms whose joint reactions cannot be determined.
 
     Raises
     ------
     MechanismError
-        If joints are missing, or forces of which it is not known where they act.
+        If joints are missing, or it is not known where a force acts.
     """
     name = mechanism.name
     if mechanism.lagrangian is not None:
@@ -113,7 +113,7 @@ def _refuse_loose_closures(mechanism: Mechanism) -> None:
 
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
-    """A constraint on the speeds of one joint acts in that joint; of others it is not known."""
+    """A constraint on the speeds of one joint acts in that joint; for others it is not known."""
     for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
         held = _speeds_of(mechanism, constraint.expression)
         within = [j for j in mechanism.joints if held and held <= set(j.speeds)]
@@ -136,7 +136,7 @@ def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
 
 
 class _Reactions:
-    """Sums over what hangs beyond each joint."""
+    """Sums over the subtree beyond each joint."""
 
     def __init__(self, mechanism: Mechanism, kinetics: Kinetics) -> None:
         self.mechanism, self.kinetics = mechanism, kinetics

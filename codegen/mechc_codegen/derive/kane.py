@@ -303,7 +303,7 @@ def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
 
 def _user_outputs(request: OutputRequest) -> list[Output]:
     return [
-        Output(name, "asked for", (expression,), (), (name,))
+        Output(name, "user-defined output", (expression,), (), (name,))
         for name, expression in request.expressions.items()
     ]
 
@@ -353,8 +353,8 @@ def _points(mechanism: Mechanism) -> list[Output]:
 def _point_accelerations(mechanism: Mechanism) -> list[Output]:
     frame, points = mechanism.frame, mechanism.points
     accelerations = [_velocity(mechanism, point).dt(frame) for point in points]
-    told, names = "accelerations of the named points", [point.name for point in points]
-    return [_vectors("point_accelerations", told, frame, names, accelerations)]
+    equation, names = "accelerations of the named points", [point.name for point in points]
+    return [_vectors("point_accelerations", equation, frame, names, accelerations)]
 
 
 def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:

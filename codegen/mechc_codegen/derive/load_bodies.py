@@ -1,4 +1,4 @@
-"""Which body a load acts on: the one that carries its point, or turns with its frame."""
+"""Which body a load acts on: the one its point or frame is fixed to."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class LoadBodies:
             owners.append(body)
 
     def _of_point(self, point: Point) -> Body | None:
-        """By the nearest point of a body from which it is located along the body's own axes."""
+        """The body of the nearest point from which its position is constant in the body's axes."""
         waiting: list[tuple[Point, list[ReferenceFrame]]] = [(point, [])]
         seen = {point}
         for at, axes in waiting:
@@ -88,7 +88,7 @@ class LoadBodies:
 
 
 def _fixed_to(frame: ReferenceFrame) -> Iterable[ReferenceFrame]:
-    """The frame and those that do not turn against it, the nearest first."""
+    """The frame and those fixed to it, the nearest first."""
     waiting = [frame]
     for at in waiting:
         yield at

@@ -1,4 +1,4 @@
-"""Functions of time, rates and inputs -> plain symbols, in which everything is derived."""
+"""Functions of time, their rates and inputs -> the symbols that equations are derived in."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def state_symbols(mechanism: Mechanism) -> Symbols:
 
 
 class StateSymbols:
-    """Functions of time, rates and parameters -> plain symbols; fixed parameters -> numbers."""
+    """Functions of time, rates and parameters -> symbols; fixed parameters -> numbers."""
 
     def __init__(self, mechanism: Mechanism, symbols: Symbols, request: OutputRequest) -> None:
         named = [
@@ -66,7 +66,7 @@ class StateSymbols:
         return value.xreplace(self.symbols)
 
     def solved(self, output: Output) -> Output:
-        """An output that may hold accelerations and multipliers."""
+        """An output that may contain accelerations and multipliers."""
         elements = (sympify(e).xreplace(self.second_rates) for e in output.elements)
         of_speeds = (e.xreplace(self.rates).xreplace(self.motion) for e in elements)
         return self.output(replace(output, elements=tuple(of_speeds)))
@@ -78,7 +78,7 @@ class StateSymbols:
 
 
 def _solved_motion(mechanism: Mechanism, symbols: Symbols) -> dict[Expr, Expr]:
-    """u' and multipliers, these by name and by number -> plain symbols."""
+    """Accelerations and multipliers (by name and by number) -> symbols."""
     time = dynamicsymbols._t
     rates = (u.diff(time) for u in mechanism.u)
     found: dict[Expr, Expr] = dict(zip(rates, symbols.accelerations, strict=True))
@@ -94,13 +94,13 @@ def _rate(function: AppliedUndef, order: int) -> Expr:
 def specified_values(
     value: Expr, inputs: Mapping[AppliedUndef, Expr], open_inputs: Set[AppliedUndef] = frozenset()
 ) -> dict[Expr, Expr]:
-    """What specified functions and their derivatives in ``value`` stand for.
+    """The expressions of specified functions and of their derivatives in ``value``.
 
     Raises
     ------
     MechanismError
-        For a derivative of one that is given in terms of more than time: its own derivative is
-        not known before the accelerations are.
+        For the derivative of a function given by more than time: it would depend on accelerations,
+        which are not known yet.
     """
     values: dict[Expr, Expr] = dict(inputs)
     for derivative in value.atoms(Derivative):
@@ -127,8 +127,8 @@ def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
     name = printed_name(function)
     if function in known:
         raise MechanismError(
-            f"the rate of {name} stands where the equations must be free of it, in "
-            f"{str(value)[:80]!r}: loads and constraints may hold coordinates and speeds only"
+            f"the rate of {name} is not allowed in "
+            f"{str(value)[:80]!r}: loads and constraints may contain coordinates and speeds only"
         )
     raise MechanismError(
         f"{name} depends on time but is neither a coordinate nor a speed, in "

@@ -1,4 +1,4 @@
-"""What holds a mechanism together besides its tree: scalar constraints and cut joints' closures."""
+"""Constraints beside the tree: scalar ones, and closures of cut joints."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Closure:
-    """What a cut joint holds: ``point`` at ``target`` along ``axes``, and pairs of axes square.
+    """Constraints of a cut joint: ``point`` at ``target`` along ``axes``, and perpendicular axes.
 
     Attributes
     ----------
     axes
-        One constraint each: the way from ``target`` to ``point`` has no part along it.
+        One constraint each: the vector from ``target`` to ``point`` has no component along it.
     unit
-        That of the way.
+        The unit of this vector.
     perpendicular
         One constraint each: the first axis, fixed on the side of ``point``, stays perpendicular
         to the second one, fixed on the side of ``target``.
     labels
-        What the constraints are called, where not by the closure's name and their axes.
+        Names of the constraints; by default the closure's name with their axes.
     """
 
     name: str
@@ -44,7 +44,7 @@ class Closure:
     labels: tuple[str, ...] = ()
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """The scalar constraints it stands for, written out through all frames between."""
+        """The scalar constraints, written out through all frames between the two sides."""
         gap = self.point.pos_from(self.target) if self.axes else Vector(0)
         values = [gap.dot(axis) for axis in self.axes]
         values += [one.dot(other) for one, other in self.perpendicular]

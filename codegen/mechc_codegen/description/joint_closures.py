@@ -1,7 +1,7 @@
-"""The joints of a mechanism in one form, and what its cut joints hold.
+"""The joints of a mechanism in one form, and the closures of its cut joints.
 
-A cut joint holds the same in every mechanism; what the mechanism at hand holds by itself, as a
-planar one holds all that is across its plane, is no constraint and is left out.
+Constraints of a cut joint that always hold in this mechanism, as those across the plane of a planar
+one, are omitted.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _grounded(name: str, frame: ReferenceFrame, bodies: Sequence[Body], joint: J
 
 
 def _without_idle(closure: Closure, placements: Sequence[Placement]) -> Closure:
-    """Without the constraints that vanish wherever the mechanism is."""
+    """The closure without constraints that vanish in every configuration."""
     axes = len(closure.axes)
     moved = [k for k, moves in enumerate(_moving(closure, placements)) if moves]
     return replace(

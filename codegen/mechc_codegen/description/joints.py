@@ -1,8 +1,8 @@
-"""Joints: which bodies hang on which, and by what.
+"""Joints: the tree of bodies, and what joins them.
 
 Input: joints of ``sympy.physics.mechanics`` as they are, or described by their points and frames.
-Output: :class:`Joint`, and the tree that those make which are not cut.  Invariant of that tree:
-every body hangs, by one way, on the ground.
+Output: :class:`Joint`, and the tree of those that are not cut.  Invariant of the tree: exactly one
+path leads from each body to the ground.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ class Joint:
     parent, child
         The bodies that it joins; None is the ground.
     parent_point, child_point
-        Where it sits on each.  Reactions act at ``child_point``.
+        The joint's point on each body.  Reactions act at ``child_point``.
     parent_interframe, child_interframe
         Its local frames, fixed to parent and child; None on a particle.
     coordinates, speeds
-        Those that the child's motion against the parent depends on: its free directions.
+        Those of the child's motion relative to the parent.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Joint:
 
     @property
     def is_cut(self) -> bool:
-        """Whether it is held by constraints, and not part of the tree."""
+        """Whether its motion is restricted by constraints, and not by the tree."""
         return False
 
 
@@ -85,7 +85,7 @@ def joint_of(joint: Any) -> Joint:
 
 @dataclass(frozen=True)
 class Branch:
-    """A body with the joint that it hangs on and the body, or ground, beyond that joint.
+    """A body, the joint to its parent, and the parent or the ground.
 
     ``sign``: 1 where the body is the joint's child, -1 where it is the parent.
     """
@@ -98,7 +98,7 @@ class Branch:
 
 @dataclass(frozen=True, eq=False)
 class JointTree:
-    """Branches, each after the one it hangs on; bodies that no joint reaches."""
+    """Branches, each after its parent; and the bodies that no joint reaches."""
 
     branches: tuple[Branch, ...]
     unreached: tuple[Body, ...]
@@ -143,12 +143,12 @@ def joint_tree(joints: Iterable[Joint], bodies: Iterable[Body]) -> JointTree:
 
 
 def refuse_unreached(mechanism: str, tree: JointTree) -> None:
-    """Every body hangs on the ground by joints.
+    """Refuse bodies that no chain of joints connects with the ground.
 
     Raises
     ------
     MechanismError
-        If one does not; the message names it.
+        If there is one; the message names it.
     """
     if tree.unreached:
         names = ", ".join(body.name for body in tree.unreached)
@@ -159,7 +159,7 @@ def refuse_unreached(mechanism: str, tree: JointTree) -> None:
 
 
 class _Neighbours:
-    """What the joints lead to from each body."""
+    """The neighbours of each body."""
 
     def __init__(self, joints: Iterable[Joint] = ()) -> None:
         self._of: dict[Body | None, list[tuple[Joint, Body | None]]] = {}

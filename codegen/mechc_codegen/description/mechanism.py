@@ -61,7 +61,7 @@ class State:
     """A function of time that is neither coordinate nor speed and has a rate of its own.
 
     ``rate``: of time, coordinates and their rates, speeds, states, inputs and parameters, linear or
-    not.  ``start``: what it is at first where nothing else is said.
+    not.  ``start``: the initial value by default.
     """
 
     symbol: AppliedUndef
@@ -72,7 +72,7 @@ class State:
 
 @dataclass(frozen=True)
 class Drawing:
-    """What people see: polylines through named points, pivots on the ground, traced points.
+    """The picture: polylines through named points, pivots on the ground, traced points.
 
     ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``, ``"-x"`` and so
     on; without it the two along which the motion is widest.
@@ -118,8 +118,8 @@ class Mechanism:
         them).  The time derivatives of the former are derived, not given.
     closures
         Cut joints, each of which stands for holonomic constraints that follow those of
-        ``configuration_constraints``.  Given so, rather than written out, they cost no more in a
-        long chain than in a short one.  Those of ``joints`` come last, by themselves.
+        ``configuration_constraints``.  Unlike written-out constraints they
+        do not become longer with the chain.  Those of ``joints`` are appended.
     joints
         The joints, as far as they are known: those of ``sympy.physics.mechanics``,
         :class:`~mechc_codegen.Joint`, and :class:`~mechc_codegen.Cut` for those that close
@@ -129,11 +129,11 @@ class Mechanism:
         A uniform gravitational acceleration that acts on every body, and its potential; a vector
         whose components in ``frame`` are constant.
     points
-        The named points whose positions and velocities can be asked for.
+        The named points whose positions and velocities can be evaluated.
     inputs
         Specified functions of time that are no state, each with the expression that it stands
         for: of time, and where no derivative of it appears also of coordinates and speeds.  With
-        None it is given at run time; one that no equation holds then is not asked for.
+        None it is given at run time, if any equation contains it.
     states
         Functions of time with rates of their own: activations, controllers.  Loads, rates and
         inputs may hold them, configuration constraints not.
@@ -145,12 +145,12 @@ class Mechanism:
     potential
         The potential energy, where it is not the sum of that of the bodies.
     unknown_potentials
-        The loads of which it is not known whether they have a potential, in words; where there
-        are any, no potential energy is given out.
+        Descriptions of the loads for which it is not known whether they have a potential; with any,
+        no potential energy is computed.
     start
-        Coordinates and speeds that ``run`` starts from when nothing else is said (SI units).
+        Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
-        Of several assemblies the one in which this expression is largest is taken.
+        Of several assemblies the one with the largest value of this expression is used.
     notes
         From parameter values to ``(label, sentence)`` pairs that ``show`` prints.
     """
@@ -233,7 +233,7 @@ class Mechanism:
     def rates(self) -> dict[Expr, Expr]:
         """The kinematic differential equations as a replacement: ``{q': expression}``.
 
-        What is zero by definition, the auxiliary speeds and their rates, goes with them.
+        The auxiliary speeds and their rates, which are zero by definition, are included.
         """
         time = dynamicsymbols._t
         zero = {x: S.Zero for u in self.auxiliary for x in (u.diff(time), u)}
@@ -243,7 +243,7 @@ class Mechanism:
 
 
 def _take_joints(mechanism: Mechanism) -> None:
-    """Joints in one form, and the closures of the cut ones behind those that were given."""
+    """Convert joints to one form, and append the closures of the cut ones."""
     if mechanism.joints:
         joints, closures = joints_and_closures(
             mechanism.name, (mechanism.frame, mechanism.origin), mechanism.bodies, mechanism.joints
@@ -344,7 +344,7 @@ def _components(place: str, vector: Vector) -> Iterable[tuple[str, Expr]]:
 
 
 def _free_symbols(expression: Expr) -> set[Expr]:
-    """Symbols, functions of time and their derivatives, each as one thing."""
+    """Symbols, functions of time and derivatives, without the parts of the latter."""
     stand_in = Symbol("_rate")
     derivatives = expression.atoms(Derivative)
     outside = expression.xreplace(dict.fromkeys(derivatives, stand_in))

@@ -2,7 +2,7 @@
 
 Input: text from a user.  Output: a SymPy expression over the names allowed.  Invariant: nothing
 is ever evaluated as Python (``sympify`` would run whatever it is given), and every number on
-the way is small, finite and real, so that no text can make SymPy work for long.
+the way is small, finite and real, so that no text keeps SymPy busy for long.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ class _Parser:
         return self._raised(base, exponent)
 
     def _raised(self, base: Expr, exponent: Expr) -> Expr:
-        """A power; SymPy looks for ages at what a root of a power does to complex numbers."""
+        """A power; SymPy would need very long for roots of powers of complex numbers."""
         factors = Mul.make_args(base) if base.free_symbols and not exponent.is_Integer else ()
         if any(isinstance(f, (Pow, exp)) and not f.args[0].is_Atom for f in factors):
             raise self._error("a root of a power: write it as one power, or with abs")

@@ -1,7 +1,7 @@
-"""Functions with corners and jumps, said by two of our own that lanes can compute.
+"""Functions with corners and jumps, rewritten by two functions that vector code can compute.
 
-Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`, which are plain
-functions of numbers, so that every pass may move and share what stands in them.
+Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`, which are
+ordinary functions of numbers, so that passes may move and share their arguments.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class Where(Function):  # type: ignore[misc]
 
 
 def without_corners(expression: Basic) -> Basic:
-    """One node, whose arguments are rewritten already, by what lanes can compute.
+    """One node, whose arguments are rewritten already, by :class:`Step` and :class:`Where`.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def without_corners(expression: Basic) -> Basic:
 
 
 def _is_curve(expression: Basic) -> bool:
-    """Whether it is a muscle's, in exp, log and sinh; there are none before SymPy's are loaded."""
+    """Whether it is a curve of SymPy's muscle models, which have exp, log and sinh."""
     module = sys.modules.get("sympy.physics.biomechanics.curve")
     return module is not None and isinstance(expression, module.CharacteristicCurveFunction)
 

@@ -1,7 +1,7 @@
-"""Where points and frames are at random values of everything, in plain numbers.
+"""Positions and orientations as numbers, at random values of all symbols.
 
-For decisions about a mechanism whose written-out expressions would be long: each step from frame
-to frame and from point to point is evaluated by itself.
+For decisions about mechanisms whose written-out expressions would be long: each step from frame to
+frame and from point to point is evaluated on its own.
 """
 
 from __future__ import annotations
@@ -33,13 +33,18 @@ class Placement:
         self._points_before = steps_from(origin, lambda p: p._pos_dict)
 
     def value(self, expression: Expr) -> float:
-        """An expression, with a random number for every symbol and function of time."""
+        """An expression, with a random number for every symbol and function of time.
+
+        The root of a negative number counts with its imaginary part: what is asked is whether
+        something vanishes.
+        """
         expression = sympify(expression)
         atoms = expression.atoms(Derivative) | expression.atoms(AppliedUndef)
         for symbol in sorted(atoms | expression.free_symbols, key=str):
             if symbol not in self._values:
                 self._values[symbol] = Float(self._random.uniform(0.4, 1.7))
-        return float(expression.xreplace(self._values))
+        number = complex(expression.xreplace(self._values))
+        return number.real + number.imag
 
     def vector(self, vector: Vector) -> Number3:
         total = ZERO
@@ -77,7 +82,7 @@ class Placement:
 
 
 def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> dict[Place, Place]:
-    """Of everything that ``start`` is connected to the place before it on the shortest way."""
+    """For everything that is connected to ``start`` the previous place on the shortest path."""
     before: dict[Place, Place] = {}
     waiting = [start]
     for place in waiting:

@@ -1,6 +1,6 @@
-"""What is asked of a mechanism: which outputs, and which parameters are fixed.
+"""What is requested of a mechanism: which outputs, and which parameters are fixed.
 
-With the mechanism it makes the scene; nothing that is not asked for is derived or emitted.
+Mechanism and request define the scene; outputs that are not requested are not derived or emitted.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ class OutputRequest:
     """Attributes
     ----------
     outputs
-        Of :data:`OPTIONAL` those wanted.
+        The requested ones of :data:`OPTIONAL`.
     fixed
         Parameters that become numbers and are no parameters any more.
     expressions
-        Outputs of the user's own: label -> expression of time, coordinates, speeds, parameters,
+        User-defined outputs: label -> expression of time, coordinates, speeds, parameters,
         accelerations and multipliers.  Labels are identifiers that no other output has.
     names
-        Label -> what the user calls it, any text; the label itself where there is none.
+        Label -> the user's name, any text; the label itself by default.
     """
 
     outputs: frozenset[str] = frozenset(USUAL)

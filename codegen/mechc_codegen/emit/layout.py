@@ -1,4 +1,4 @@
-"""How a scene's equations are divided into functions: what they compute, and where it goes.
+"""How a scene's equations are divided into functions: what each computes, and into which array.
 
 Written out: configuration() gives constraints and mass matrix, motion() forcing.  Of a tree the
 same names are functions of the runtime, and the scene gives what they walk over.
@@ -104,8 +104,8 @@ def _row_tables(plan: RowPlan) -> str:
     return (
         _table("mechc_first_row", plan.first)
         + _table("mechc_cut_place", plan.cut_place)
-        + _table("mechc_handed_to", plan.handed_to)
-        + _table("mechc_row_taken", plan.taken)
+        + _table("mechc_handed_to", plan.passed_to)
+        + _table("mechc_row_taken", plan.pivot)
         + _table("mechc_first_factor", plan.first_factor)
     )
 

@@ -1,4 +1,4 @@
-"""What the runtime is told about a scene: names, units, descriptions, drawing, operation counts.
+"""The metadata of a scene: names, units, descriptions, drawing, operation counts.
 
 Input: the mechanism and the program before and after optimisation.  Output: plain data for JSON.
 Invariant: no SymPy object is left in it.
@@ -28,9 +28,9 @@ def scene_metadata(
     equations: Equations,
     request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, Any]:
-    """Everything that a model says about itself, as JSON-ready data.
+    """The metadata, as data for JSON.
 
-    ``programs``: before and after optimisation; ``parameters`` that are left.
+    ``programs``: before and after optimisation; ``parameters``: those not fixed.
     """
     lowered, program = programs
     return {
@@ -82,7 +82,7 @@ TIME_ALONE = (  # computed without the speeds, or at other speeds than the state
 
 
 def _smooth(program: Program, request: OutputRequest) -> bool:
-    """Whether no equation has a corner or a jump; outputs of the user's own may."""
+    """Whether no equation has a corner or a jump; user-defined outputs may."""
     elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
     needed = symbols_of(elements)
     values = [s.value for s in slice_statements(program.body, needed)]
@@ -90,7 +90,7 @@ def _smooth(program: Program, request: OutputRequest) -> bool:
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
-    """Inputs given at run time: what of them is needed, and which outputs hold none of them.
+    """Inputs given at run time: the values needed of each, and the outputs without inputs.
 
     ``orders``: the derivatives, each a place in the array of values.
     """
@@ -98,7 +98,7 @@ def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
     if not values:
         return {}
     of_time = _used(program, TIME_ALONE)
-    told = [
+    described = [
         {
             "name": printed_name(mechanism.open_inputs[number]),
             "orders": [value.order for value in values if value.input == number],
@@ -108,7 +108,7 @@ def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
     ]
     symbols = {value.symbol for value in values}
     free = [o.name for o in program.outputs if symbols.isdisjoint(_used(program, (o.name,)))]
-    return {"inputs": told, "free_of_inputs": free}
+    return {"inputs": described, "free_of_inputs": free}
 
 
 def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
@@ -121,7 +121,7 @@ def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
 def _solved_shapes(
     mechanism: Mechanism, others: tuple[int, int], request: OutputRequest
 ) -> dict[str, list[int]]:
-    """Of what the runtime makes, where the scene has it; ``others``: parameters and inputs."""
+    """Shapes of outputs that the runtime computes; ``others``: numbers of parameters and inputs."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
@@ -154,15 +154,15 @@ def _unwanted(request: OutputRequest) -> list[str]:
 def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
     """Output -> why it is not there."""
     reasons = {
-        output: f"it was not asked for; compile with outputs=(..., {name!r})"
+        output: f"it was not requested; compile with outputs=(..., {name!r})"
         for name in _unwanted(request)
         for output in OUTPUTS[name]
     }
     if request.includes("energy") and mechanism.unknown_potentials:
         reasons["potential_energy"] = (
             f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
-            "from the load; give the bodies a potential_energy that holds that of all loads. What "
-            "holds in any case is the balance of power"
+            "from the load; give the bodies a potential_energy that holds that of all loads. The "
+            "balance of power holds in any case"
         )
     if request.includes("points") and not mechanism.points:
         why = "no position of a body from a point at rest in the inertial frame is known"
@@ -176,10 +176,10 @@ def distinct(names: Iterable[str]) -> Iterator[str]:
     taken = list(names)
     for name in taken:
         seen[name] = seen.get(name, 0) + 1
-        told = name if seen[name] == 1 else f"{name} ({seen[name]})"
-        while seen[name] > 1 and told in taken:
-            told += "'"
-        yield told
+        different = name if seen[name] == 1 else f"{name} ({seen[name]})"
+        while seen[name] > 1 and different in taken:
+            different += "'"
+        yield different
 
 
 def _described(name: str, quantity: Quantity) -> dict[str, Any]:
@@ -230,7 +230,7 @@ def operation_counts(
 
 
 def _constants(program: Program) -> set[Symbol]:
-    """What is computed of parameters alone and used at every call."""
+    """Values of parameters alone that are used at every call."""
     used = symbols_of(s.value for s in program.body)
     used |= symbols_of(e for o in program.outputs for e in o.elements)
     return used.intersection(targets_of(program.hoisted))

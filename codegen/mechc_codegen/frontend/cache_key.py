@@ -1,7 +1,7 @@
-"""The name of a binary whose scene is named before it is derived.
+"""The cache key of a binary, known before its scene is derived.
 
-Derivation is a function of what was read and of the compiler's own files, so these stand in for
-the texts that would come out of it.
+Derivation is a function of the scene's digest and of the compiler's own files, so these replace the
+generated texts in the key.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def compiler_signature(digest: str, compiler: str, environment: str, files: str)
 
 
 def files_stamp() -> str:
-    """Another one where any of the compiler's own files was changed or replaced.
+    """A hash that changes when any of the compiler's own files is changed or replaced.
 
     Sizes, times and inode numbers, the time of the last change to the inode among them, which
     no program can set back: found many times faster than contents are read.
@@ -35,8 +35,8 @@ def files_stamp() -> str:
     stamp = hashlib.sha256()
     for entry in sorted(_deciding(str(FOLDER)), key=lambda entry: entry.path):
         status = entry.stat()
-        told = (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
-        stamp.update(f"{entry.path} {told}\n".encode())
+        identity = (status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns)
+        stamp.update(f"{entry.path} {identity}\n".encode())
     return stamp.hexdigest()
 
 

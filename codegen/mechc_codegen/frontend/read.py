@@ -13,12 +13,12 @@ KINDS = (KanesMethod, LagrangesMethod, System)
 
 
 def readable(thing: object) -> bool:
-    """Whether there is a reader for it."""
+    """Whether it can be read."""
     return isinstance(_unwrapped(thing), KINDS)
 
 
 def read(thing: Any) -> Source:
-    """What a mechanics object holds; its reader alone is imported.
+    """Read a mechanics object; only its reader is imported.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What a user asks for by name -> OutputRequest."""
+"""The user's options -> OutputRequest."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def read_request(
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
-    """An output of the user's own holds what the mechanism knows."""
+    """Refuse symbols in a user-defined output that the mechanism does not have."""
     time = dynamicsymbols._t
     known = {time, *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs}
     known |= {p.symbol for p in mechanism.parameters}
@@ -113,10 +113,10 @@ def _refuse_unplaced(mechanism: Mechanism) -> None:
         raise MechanismError("outputs: points and momenta need bodies; a Lagrangian has none")
 
 
-def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
+def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
     names: list[str] = []
     expressions: dict[str, Expr] = {}
-    for item in asked:
+    for item in requested:
         if isinstance(item, Mapping):
             for name, value in item.items():
                 _refuse_name(name, expressions)
@@ -126,7 +126,7 @@ def _outputs(asked: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
         else:
             raise MechanismError(
                 f"outputs: {item!r} is not one of {', '.join(OPTIONAL)}; an expression of your "
-                "own is asked for as {name: expression}"
+                "own is requested as {name: expression}"
             )
     return names, expressions
 

@@ -1,7 +1,6 @@
 """Joints of ``sympy.physics.mechanics``, and cuts -> Mechanism.
 
-Bodies, coordinates, speeds, kinematics, points and the picture are what the joints say; nothing
-of it is written twice.
+Bodies, coordinates, speeds, kinematics, points and the picture all follow from the joints.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ def from_joints(
     units: Mapping[Key, str] | None = None,
     **more: Any,
 ) -> Mechanism:
-    """A mechanism of joints: bodies, coordinates, speeds and points are taken from them.
+    """A mechanism from joints, which define its bodies, coordinates, speeds and points.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ def from_joints(
         A uniform gravitational acceleration (m/s^2) that acts on every body.
     parameters
         Symbol or its printed name -> default value (SI units), or :class:`mechc.Parameter`
-        objects.  Symbols that are not named have no default: they are asked for at use.
+        objects.  Symbols that are not named have no default and need a value at every use.
     units
         Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
     more
@@ -74,7 +73,7 @@ def from_joints(
     Raises
     ------
     MechanismError
-        If the joints are no tree with cuts that hangs on the ground; the message names the joint
+        If the joints do not form a tree, with cuts, on the ground; the message names the joint
         or body.
     """
     given = [(joint, joint_of(joint)) for joint in joints]
@@ -135,7 +134,7 @@ def _bodies(joints: Iterable[Joint]) -> list[Body]:
 
 @dataclass(frozen=True)
 class _States:
-    """Coordinates with what each does, speeds, and the coordinates' rates."""
+    """Coordinates, speeds, the coordinates' rates, and the joint of each."""
 
     q: tuple[AppliedUndef, ...]
     u: tuple[AppliedUndef, ...]
@@ -165,7 +164,7 @@ def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
 
 
 def _turning(joint: Joint) -> set[Expr]:
-    """Coordinates that turn the child against the parent."""
+    """Coordinates that turn the child relative to the parent."""
     if joint.parent_interframe is None or joint.child_interframe is None:
         return set()
     turn = joint.parent_interframe.dcm(joint.child_interframe)
@@ -234,18 +233,18 @@ def _symbols(
 def _parameters(
     given: Mapping[Key, Any] | Iterable[Parameter], found: Sequence[Symbol]
 ) -> list[Parameter]:
-    """Those given, in their order, then those found besides."""
+    """Those given, in their order, then the others found."""
     if isinstance(given, Mapping):
         unknown = [k for k in given if isinstance(k, Symbol) and k not in found]
         known = [*found, *unknown]
-        told = [
+        listed = [
             Parameter(find_symbol(key, known, "parameters", "parameter"), number(value), _NOTHING)
             for key, value in given.items()
         ]
     else:
-        told = list(given)
-    declared = {p.symbol for p in told}
-    return [*told, *(Parameter(s, None, _NOTHING) for s in found if s not in declared)]
+        listed = list(given)
+    declared = {p.symbol for p in listed}
+    return [*listed, *(Parameter(s, None, _NOTHING) for s in found if s not in declared)]
 
 
 # -- points and the picture -----------------------------------------------------------------------
@@ -264,7 +263,7 @@ class _Places:
         self.points = tuple(named.values())
 
     def place(self, point: Point) -> Point:
-        """Of points that coincide in every configuration the first."""
+        """The first of the points that coincide in every configuration."""
         for other, way in point._pos_dict.items():
             for joint in self.joints:
                 if (other, point) == (joint.parent_point, joint.child_point) and way == 0:

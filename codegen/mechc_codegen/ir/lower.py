@@ -16,7 +16,7 @@ KEPT_APART = {"motion_constraints"}  # only its derived forms are emitted
 
 
 def lower(equations: Equations) -> Program:
-    """Take over the outputs that generated code computes; empty ones fall away."""
+    """The outputs that generated code computes; empty ones are omitted."""
     kept = [
         output
         for name, output in equations.outputs.items()
@@ -33,8 +33,8 @@ def _unused(name: str, equations: Equations) -> bool:
 
 
 def _velocity_bias(equations: Equations) -> tuple[Output, ...]:
-    """What of the velocity constraints J u + b is free of speeds; absent where it vanishes."""
-    if equations.tree is not None:  # whose motion is at rest when the speeds are
+    """b of the velocity constraints J u + b; absent where it vanishes."""
+    if equations.tree is not None:  # which is at rest at zero speeds
         return ()
     velocity = equations.outputs["velocity_constraints"]
     at_rest = dict.fromkeys(equations.symbols.u, S.Zero)

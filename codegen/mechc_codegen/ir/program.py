@@ -82,7 +82,7 @@ class Program:
         return next(o for o in self.outputs if o.name == name)
 
     def input_values(self) -> list[InputValue]:
-        """What a run has to be given of the inputs that are left open, in the order of arrays."""
+        """The values of inputs that a run must be given, in the order of arrays."""
         if not self.symbols.inputs:
             return []
         used = symbols_of(s.value for s in self.body)

@@ -31,7 +31,7 @@ Gradient = Mapping[int, Expr]
 
 
 def add_sensitivities(program: Program, request: OutputRequest) -> Program:
-    """Add what the Jacobians that are wished are solved from."""
+    """Add the derivatives that the requested Jacobians are solved from."""
     own = tuple(request.expressions)
     if not request.includes_jacobian:
         return program
@@ -60,7 +60,7 @@ def _by_parameters(program: Program, own: Sequence[str]) -> Program:
 
 
 def _by_inputs(program: Program, own: Sequence[str]) -> Program:
-    """By every value of inputs that a run is given, rates of them among these."""
+    """By every value of inputs that a run is given, including their rates."""
     values = [value.symbol for value in program.input_values()]
     return _by_others(program, own, "inputs", values, "f")
 
@@ -75,7 +75,7 @@ def _by_others(
 
 
 def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:
-    """Of outputs of the user's own: derivatives at a given motion, then by u' and lambda."""
+    """User-defined outputs: derivatives at a given motion, then by u' and lambda."""
     if not own:
         return []
     elements = [e for each in own for e in program.output(each).elements]
@@ -91,17 +91,17 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
 
 
 def _residual(program: Program) -> list[Expr]:
-    """R and S: what vanishes at the motion's accelerations and multipliers.
+    """R and S, which vanish at the motion's accelerations and multipliers.
 
-    A tree's recursion has them; elsewhere they are made from M, F, J and gamma.
+    A tree has them among its outputs; elsewhere they are formed from M, F, J and gamma.
     """
     names = {o.name for o in program.outputs}
     if "residual" in names:
         return list(program.output("residual").elements)
 
     def elements(name: str) -> tuple[Expr, ...]:
-        told = f"augmented_{name}" if f"augmented_{name}" in names else name
-        return program.output(told).elements if told in names else ()
+        used = f"augmented_{name}" if f"augmented_{name}" in names else name
+        return program.output(used).elements if used in names else ()
 
     a, multipliers = program.symbols.accelerations, program.symbols.multipliers
     size, mass, rows = len(a), elements("mass_matrix"), elements("constraint_jacobian")
@@ -141,8 +141,8 @@ class _Forward:
     def of(self, name: str, equation: str, differentiated: str) -> list[Output]:
         """The derivatives of an output, where the program has it; not of q' = u."""
         found = [o for o in self.program.outputs if o.name == differentiated]
-        told = [o for o in found if o.elements and o.elements != self.program.symbols.u]
-        return [self.output(name, equation, o.elements) for o in told]
+        listed = [o for o in found if o.elements and o.elements != self.program.symbols.u]
+        return [self.output(name, equation, o.elements) for o in listed]
 
     def finished(self, outputs: Sequence[Output]) -> Program:
         """The program with the derivatives, what they have in common computed once."""
@@ -200,7 +200,7 @@ class _Forward:
 
 
 def _slope(value: Expr, symbol: Symbol) -> Expr:
-    """The derivative, corners of it too by what lanes can compute."""
+    """The derivative, written without Piecewise and the like."""
     return bottom_up(diff(value, symbol), without_corners, {})
 
 
@@ -220,7 +220,7 @@ def _first_columns(output: Output, count: int) -> Output:
 
 
 def _merged(program: Program, added: Sequence[Assign]) -> Program:
-    """The program with statements put behind what they use: once a run where they can be."""
+    """The program with added statements in order, hoisted where they depend on parameters alone."""
     parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
     fixed, running = list[Statement](program.hoisted), list[Statement](program.body)
     for statement in _sorted(added):

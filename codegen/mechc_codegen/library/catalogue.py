@@ -130,8 +130,8 @@ def shipped_mechanism(name: str, options: Mapping[str, object] | None = None) ->
     chosen = {}
     for key, value in (options or {}).items():
         if key not in known:
-            told = _nearest(key, list(known)) if known else ": it takes none"
-            raise MechanismError(f"{name} has no option {key!r}{told}")
+            hint = _nearest(key, list(known)) if known else ": it takes none"
+            raise MechanismError(f"{name} has no option {key!r}{hint}")
         chosen[key] = _value(known[key], value)
     return SHIPPED[name].build(**chosen)
 
@@ -149,11 +149,11 @@ def beyond_default(name: str, options: Mapping[str, object]) -> dict[str, object
     known, chosen = _options_of(name), {}
     for key, value in options.items():
         count = known[key].count
-        told = _counted(known[key], count, value) if count else value
+        read = _counted(known[key], count, value) if count else value
         if isinstance(value, int) and not isinstance(value, bool) and count is None:
-            told = str(value)
-        if told is not False and (count is None or told != count.default):
-            chosen[key] = told
+            read = str(value)
+        if read is not False and (count is None or read != count.default):
+            chosen[key] = read
     return chosen
 
 

@@ -27,7 +27,7 @@ from mechc_codegen.typeset.boxes import Box, Row, Scripts, Word, layout, name
 
 @dataclass(frozen=True)
 class Item:
-    """One equation: ``left = right``, and a few words on what it belongs to."""
+    """One equation: ``left = right``, and a label."""
 
     left: Any
     right: Any
@@ -54,7 +54,7 @@ class Derivation:
 
 @dataclass(frozen=True)
 class Derived:
-    """A mechanism with its equations, given back in the user's symbols."""
+    """A mechanism with its equations in the user's symbols."""
 
     mechanism: Mechanism
     equations: Equations
@@ -323,7 +323,7 @@ def _inertia(derived: Derived) -> Section:
 
 
 def inertia_forces(derived: Derived) -> list[Expr]:
-    """-(M u') and what the forcing is when no load acts."""
+    """-(M u') plus the forcing without loads."""
     mechanism = derived.mechanism
     unloaded = derive(replace(mechanism, loads=())).outputs["forcing"].elements
     rates = [u.diff(dynamicsymbols._t) for u in mechanism.u]

@@ -115,5 +115,5 @@ def _bounds(quantity: Quantity) -> str:
 
 
 def notes(mechanism: Mechanism, values: Mapping[str, float]) -> list[tuple[str, str]]:
-    """What the mechanism says about these values, if it says anything."""
+    """The mechanism's remarks on these values, if it has any."""
     return mechanism.notes(values) if mechanism.notes else []

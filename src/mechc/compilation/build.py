@@ -12,6 +12,7 @@ from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, entries
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import DeferredScene, Pending
 from mechc.compilation.processor import environment, native
 from mechc.errors import MechcError
@@ -115,6 +116,7 @@ def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
     return done
 
 
+@one_at_a_time
 def _operations_of_all(described: Described) -> dict[str, Any]:
     """Operation counts with nothing fixed and every usual output."""
     from mechc_codegen.compiler import operations_of_all
@@ -123,6 +125,7 @@ def _operations_of_all(described: Described) -> dict[str, Any]:
     return found
 
 
+@one_at_a_time
 def _built(described: Described) -> Any:
     """Described, derived and emitted, with the seconds that each stage took."""
     from mechc_codegen.compiler import build_scene

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError, UnknownNameError
 from mechc.native._driver import Scene
 from mechc.system.reference import ModelReference
@@ -29,12 +30,23 @@ def library_system(
     if name not in LIBRARY:
         raise UnknownNameError("mechanism", name, LIBRARY)
     asked = _asked(fix, outputs)
-    if options:
-        from mechc.compilation.library import beyond_default
+    if checked_backend(backend) == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
+        return _installed(name, instruction_set)
+    return _variant(name, instruction_set, asked, backend, options)
 
-        options = beyond_default(name, options)
-    on_demand = bool(options or asked) or name not in COMPILED_AT_INSTALL
-    if checked_backend(backend) == "c" and not on_demand:
+
+@one_at_a_time
+def _variant(
+    name: str,
+    instruction_set: str | None,
+    asked: Mapping[str, Any],
+    backend: str,
+    options: Mapping[str, Any],
+) -> System:
+    from mechc.compilation.library import beyond_default, variant
+
+    options = beyond_default(name, options) if options else options
+    if backend == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
         return _installed(name, instruction_set)
     if instruction_set is not None:
         raise ValueError(
@@ -42,8 +54,6 @@ def library_system(
             if backend == "numpy"
             else "what is compiled on demand is for this processor alone: leave instruction_set out"
         )
-    from mechc.compilation.library import variant
-
     return variant(name, options, asked, backend)
 
 
@@ -62,11 +72,7 @@ def system_of(reference: ModelReference, given: System | None = None) -> System:
             backend=reference.backend,
             **reference.options,
         )
-    system = given
-    if system is None:
-        from mechc.compilation.build import compiled_before
-
-        system = compiled_before(reference)
+    system = _from_cache(reference) if given is None else given
     if reference.state and (*system.coordinates, *system.speeds) != reference.state:
         raise MechcError(
             f"it is of a mechanism with the states {', '.join(reference.state)}; the model "
@@ -82,7 +88,15 @@ def checked_backend(backend: str) -> str:
     return backend
 
 
+@one_at_a_time
+def _from_cache(reference: ModelReference) -> System:
+    from mechc.compilation.build import compiled_before
+
+    return compiled_before(reference)
+
+
 @cache
+@one_at_a_time
 def _installed(name: str, instruction_set: str | None) -> System:
     from mechc.compilation.build import system_with
 

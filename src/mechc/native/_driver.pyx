@@ -14,6 +14,7 @@ from libc.math cimport INFINITY, NAN, isfinite
 from libc.stdlib cimport free
 from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
+from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
 
 cdef extern from "abi/model.h":
@@ -104,6 +105,25 @@ cdef extern from "abi/call.h":
     mechc_along *mechc_follow(mechc_bound *, int, int, const int *, const double *, double) nogil
     double mechc_call_along(int, double *, void *) noexcept nogil
     void mechc_let_go(mechc_along *) noexcept nogil
+
+cdef double LOOK = 0.02  # s between looks at signals, and between turns of other threads
+cdef double PIECE = 0.001  # s between looks at the clock: what comes next may cost far more
+cdef ptrdiff_t LANES = 8  # states are evaluated side by side by as many or fewer
+cdef ptrdiff_t LARGEST_PIECE = 1 << 20
+
+
+cdef double seconds_now() noexcept nogil:
+    cdef timespec now
+    clock_gettime(CLOCK_MONOTONIC, &now)
+    return now.tv_sec + 1e-9 * now.tv_nsec
+
+
+cdef ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
+    """Twice as much work as took less than a piece of time; as much less as took longer."""
+    if seconds > PIECE:
+        return max(<ptrdiff_t>(piece * (PIECE / seconds)), 1)
+    return min(2 * piece, LARGEST_PIECE) if seconds < 0.5 * PIECE else piece
+
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -266,8 +286,25 @@ cdef class Scene:
         states.data, states.stride = &y[0, 0], self.width
         parameters.data = &p[0, 0] if self.passed else NULL
         parameters.stride = self.passed if p.shape[0] > 1 else 0
-        with nogil:
-            output.evaluate(count, times, states, parameters, &out[0, 0])
+        cdef double *into = &out[0, 0]
+        cdef ptrdiff_t done = 0, piece = LANES, some
+        cdef double started, before, now
+        while done < count:
+            with nogil:
+                started = before = seconds_now()
+                while done < count and before - started < LOOK:
+                    some = min(piece, count - done)
+                    output.evaluate(some, times, states, parameters, into)
+                    times.data += some * times.stride
+                    states.data += some * states.stride
+                    if parameters.stride:
+                        parameters.data += some * parameters.stride
+                    into += some * output.width
+                    done += some
+                    now = seconds_now()
+                    piece = -(-next_piece(piece, now - before) // LANES) * LANES
+                    before = now
+            PyErr_CheckSignals()
 
     cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
         cdef int index = -1 if name == "rates" else self.indices[name]
@@ -354,6 +391,7 @@ cdef class Scene:
         run.scene = self
         run.unit = self.unit
         run.method = method
+        run.piece = 1
         if p.shape[0] != self.passed:
             raise ValueError("wrong number of parameters")
         run.p = np.array(p)
@@ -386,6 +424,7 @@ cdef class Run:
     cdef mechc_run *run
     cdef int method
     cdef object p
+    cdef ptrdiff_t piece  # attempted steps until the next look at the clock
 
     def __dealloc__(self):
         if self.run != NULL:
@@ -393,13 +432,23 @@ cdef class Run:
             PyMem_Free(self.run)
 
     def advance(self, long steps):
-        """At most `steps` further attempted steps; returns the status code.
+        """At most `steps` further attempted steps, and no more than fit into a moment.
 
-        A pending signal (Ctrl-C) is raised as its handler says; the run stays usable.
+        Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the run
+        stays usable.
         """
-        cdef int status
+        cdef int status = MECHC_RUNNING
+        cdef double started, before, now
+        cdef long some
         with nogil:
-            status = self.scene.unit.advance(self.run, steps)
+            started = before = seconds_now()
+            while status == MECHC_RUNNING and steps > 0 and before - started < LOOK:
+                some = min(self.piece, steps)
+                status = self.unit.advance(self.run, some)
+                steps -= some
+                now = seconds_now()
+                self.piece = next_piece(self.piece, now - before)
+                before = now
         PyErr_CheckSignals()
         return status
 
@@ -491,9 +540,20 @@ cdef class Run:
         cdef double[:, ::1] view = out
         cdef double[::1] p = self.p
         cdef const double *parameters = &p[0] if self.scene.passed else NULL
-        if t.shape[0]:
+        cdef ptrdiff_t done = 0, piece = 1, count = t.shape[0], some
+        cdef double started, before, now
+        while done < count:
             with nogil:
-                self.scene.unit.interpolate(
-                    self.method, &self.run.trajectory, parameters, t.shape[0], &t[0], &view[0, 0]
-                )
+                started = before = seconds_now()
+                while done < count and before - started < LOOK:
+                    some = min(piece, count - done)
+                    self.unit.interpolate(
+                        self.method, &self.run.trajectory, parameters, some, &t[done],
+                        &view[done, 0],
+                    )
+                    done += some
+                    now = seconds_now()
+                    piece = next_piece(piece, now - before)
+                    before = now
+            PyErr_CheckSignals()
         return out

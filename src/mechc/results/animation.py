@@ -46,6 +46,9 @@ class Animation:
 
     html: str
 
+    def __repr__(self) -> str:
+        return f"<mechc animation, {len(self.html) / 1024:.0f} KiB of HTML: save(path) writes it>"
+
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, its folder made if missing; returns the path."""
         target = Path(path)

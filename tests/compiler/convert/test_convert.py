@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import random
-import subprocess
-import sys
 from typing import Any
 
 import pytest
@@ -32,7 +29,6 @@ from sympy.physics.mechanics import (
     dynamicsymbols,
 )
 
-from tests.support import ROOT
 from tests.support.sympy_objects import four_bar_kane, four_bar_system, slider, windows_kane
 
 t = dynamicsymbols._t
@@ -322,52 +318,6 @@ def test_weight_has_its_potential_and_a_spring_does_not_pass_for_none() -> None:
     told = slider(lambda q, u, N: -k * q[0] * N.x)
     told.bodies[0].potential_energy = k * x**2 / 2
     assert mechanism(told).potential == k * x**2 / 2
-
-
-# -- the name of a scene --------------------------------------------------------------------------
-
-DIGEST = """
-from tests.support.sympy_objects import four_bar_kane
-from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
-from mechc_codegen.description.source import ConversionSettings
-settings = ConversionSettings(defaults={"rho": 2.0, "g": 9.81})
-print(CompileRequest(four_bar_kane(), CompileOptions(settings)).digest)
-"""
-
-
-def test_the_name_is_the_same_in_every_process() -> None:
-    names = {
-        subprocess.run(
-            [sys.executable, "-c", DIGEST], capture_output=True, check=True, text=True,
-            env={**os.environ, "PYTHONHASHSEED": seed}, cwd=ROOT,
-        ).stdout
-        for seed in ("1", "2")
-    }  # fmt: skip
-    assert len(names) == 1
-
-
-def test_whatever_decides_the_scene_changes_its_name() -> None:
-    def push(q: Any, u: Any, N: ReferenceFrame) -> Any:
-        return -Symbol("m") * Symbol("g") * N.y
-
-    def name(thing: Any, fix: Any = (), outputs: Any = None, **settings: Any) -> str | None:
-        return CompileRequest(
-            thing, CompileOptions(ConversionSettings(**settings), dict(fix), outputs)
-        ).digest
-
-    heavy = slider(push)
-    turned = slider(lambda q, u, N: push(q, u, N.orientnew("A", "Axis", (Symbol("a"), N.z))))
-    names = [
-        name(heavy), name(slider()), name(turned), name(slider(push, mass=Symbol("M"))),
-        name(slider(push, mass=Symbol("m", positive=True))), name(slider(push, mass=2)),
-        name(slider(push, mass=2.0)), name(heavy, name="slider"), name(heavy, {"g": 0}),
-        name(heavy, {"g": 1}), name(heavy, {"m": 1}), name(heavy, outputs=()),
-        name(heavy, outputs=("energy",)), name(heavy, outputs=({"p": x},)),
-        name(heavy, outputs=({"p": y},)), name(heavy, defaults={"g": 1.0}),
-        name(heavy, units={"g": "m"}), name(heavy, configuration_constraints=[]),
-    ]  # fmt: skip
-    assert len(set(names)) == len(names)
-    assert name(heavy) == name(slider(push))
 
 
 def test_other_things_are_not_readable() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from mechc_codegen.convert.convert import convert
-from mechc_codegen.convert.stationary import Rest
+from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.loop_joints import Cut
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity
@@ -269,7 +269,7 @@ def test_what_is_at_rest_is_told_from_what_moves() -> None:
         WeldJoint("weld", ground, b, parent_point=l * ground.x + 2 * ground.y),
         WeldJoint("on", a, c, parent_point=l * a.x),
     ]
-    rest = Rest(ground.frame)
+    rest = Stationary(ground.frame)
     assert [rest.body(body) for body in (ground, a, b, c)] == [True, False, True, False]
     assert joints[0].child_point is a.masscenter
     assert rest.place(a.masscenter)  # it turns about its mass centre, which stays

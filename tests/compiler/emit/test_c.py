@@ -66,6 +66,7 @@ from sympy.physics.mechanics import inertia as dyadic
 
 import mechc
 from tests.support import scenes
+from tests.support.marks import slow_among
 
 COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)] or ["cc"]
 OF_C = {
@@ -122,7 +123,7 @@ def symbols_of(compiled: Path) -> tuple[set[str], set[str]]:
     [
         ("guided swing", "scene_baseline.c"),
         ("swing", "scene_avx2.c"),
-        ("everything", "scene_avx512.c"),
+        pytest.param("everything", "scene_avx512.c", marks=pytest.mark.slow),
         ("bead", "scene_baseline.c"),
     ],
 )
@@ -156,7 +157,7 @@ def test_scenes_are_clean_under_stricter_warnings(
     )
 
 
-@pytest.mark.parametrize("scene", ["four_bar", "swing"])
+@pytest.mark.parametrize("scene", slow_among(["four_bar", "swing"], {"four_bar"}))
 @pytest.mark.parametrize("compiler", COMPILERS)
 def test_scenes_with_jacobians_compile_without_a_warning(
     scene: str, compiler: str, tmp_path: Path

@@ -1,4 +1,4 @@
-"""Which link takes up which row of the cuts."""
+"""The order in which rows of cuts are eliminated."""
 
 from types import SimpleNamespace
 
@@ -14,16 +14,16 @@ def chain(links, *cuts, planar=True):
     return Tree(CHAIN[:links], tuple((k,) for k in range(links)), planar, cuts)
 
 
-def test_every_row_is_taken_up_by_one_speed():
+def test_every_row_has_one_pivot():
     """Two loops on a chain of seven: four rows, the last of each loop's links first."""
     tree = chain(7, (2, -1), (2, -1), (6, -1), (6, -1))
     plan = plan_rows(tree)
-    taken = [k for k, place in enumerate(plan.taken) if place >= 0]
-    assert len(taken) == 4
-    assert taken == [1, 2, 5, 6]
+    pivots = [k for k, place in enumerate(plan.pivot) if place >= 0]
+    assert len(pivots) == 4
+    assert pivots == [1, 2, 5, 6]
 
 
-def test_rows_are_handed_to_places_of_their_own():
+def test_rows_are_passed_to_places_of_their_own():
     tree = chain(5, (4, -1), (4, -1), (1, -1))
     plan = plan_rows(tree)
     assert plan.first == (0, 0, 1, 1, 2, 4)
@@ -31,7 +31,7 @@ def test_rows_are_handed_to_places_of_their_own():
     assert len(ends) == 3
     for link, parent in enumerate(tree.parents):
         if parent >= 0 and plan.first[link + 1] - plan.first[link] > 1:
-            assert plan.first[parent] <= plan.handed_to[link] < plan.first[parent + 1]
+            assert plan.first[parent] <= plan.passed_to[link] < plan.first[parent + 1]
 
 
 def test_factors_are_kept_for_each_row_that_waits():
@@ -49,10 +49,10 @@ def test_other_trees_are_left_to_the_dense_solution(cuts):
     assert plan_rows(chain(7, *cuts)) is None
 
 
-def test_a_link_of_several_speeds_takes_up_as_many_rows():
+def test_a_link_of_several_speeds_eliminates_as_many_rows():
     tree = Tree((-1, 0), ((0,), (1, 2, 3)), False, ((1, -1),) * 3)
     plan = plan_rows(tree)
-    assert plan.taken == (-1, 2, 1, 0)
+    assert plan.pivot == (-1, 2, 1, 0)
     assert plan.first == (0, 0, 3)
 
 

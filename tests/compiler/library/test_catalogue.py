@@ -12,12 +12,14 @@ from mechc.assembly.initial_values import filled_start
 from mechc.cli.commands import main
 from mechc.compilation.catalogue import LIBRARY
 from mechc.compilation.library import beyond_default
+from tests.support.marks import slow_among
 
 COMPILED = [name for name in LIBRARY if name != "bicycle"]  # whose C takes longest: see below
 SIZED = {"pendulum": ("links", 5), "windows": ("count", 3), "planar_chain": ("links", 7),
          "spatial_chain": ("links", 4)}  # fmt: skip
 CONSERVATIVE = ("four_bar", "heavy_top", "pendulum", "planar_chain", "rigid_body",
                 "spatial_chain", "windows")  # fmt: skip
+CHAINS = ("planar_chain", "spatial_chain")  # which no other test compiles
 DRIVEN = {"andrews": ("beta", "T"), "slider_crank": ("theta", "T")}  # angle, torque on it
 
 
@@ -101,7 +103,7 @@ def test_a_wrong_option_is_told_the_right_ones():
 # -- what they do ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", COMPILED)
+@pytest.mark.parametrize("name", slow_among(COMPILED, CHAINS))
 def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     sol = run(name)
     assert sol.status.ok, str(sol.status)
@@ -111,7 +113,7 @@ def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     assert np.ptp(sol.q, axis=0).max() > 0.05
 
 
-@pytest.mark.parametrize("name", CONSERVATIVE)
+@pytest.mark.parametrize("name", slow_among(CONSERVATIVE, CHAINS))
 def test_energy_is_kept_where_nothing_takes_it(run, name):
     assert run(name).energy_drift < 1e-9
 
@@ -136,6 +138,7 @@ def bicycle():
     return mechc.load("bicycle", outputs=("energy",), backend="numpy")
 
 
+@pytest.mark.slow
 def test_the_bicycle_comes_upright_again_and_keeps_its_energy(bicycle):
     sol = bicycle.simulate(2.0, bicycle.assemble(), rtol=1e-6)
     assert sol.status.ok, str(sol.status)

@@ -18,7 +18,8 @@ import pytest
 
 import mechc
 from mechc.compilation import build, cache, entries, processor, toolchain
-from mechc.compilation import cache_security as cache_folder
+from mechc.compilation.cache import security as cache_folder
+from mechc.compilation.pending import Pending
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
@@ -162,6 +163,7 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     monkeypatch.undo()
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
+    monkeypatch.setattr(build, "Pending", Pending)
     only_first = 'case "$*" in *scene_first.c*) exec gcc "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))

@@ -23,6 +23,7 @@ import mechc
 from mechc.compilation import build, toolchain
 from mechc.errors import CompilerError, MechcError, UnknownNameError, ValueOutOfBoundsError
 from tests.support import DATA, scenes
+from tests.support.marks import slow_among
 
 SCENES = {
     "andrews": andrews,
@@ -41,6 +42,7 @@ SCENES = {
     "windows_2": lambda: windows(2),
     "windows_4": lambda: windows(4),
 }
+LARGE = ("closed_chain", "spatial_chain", "windows_4")
 STATES = 25
 REGULAR = {"l_3": 3.5}
 
@@ -91,7 +93,7 @@ def assert_same_outputs(model, compiled, bound=1e-12):
 # -- outputs ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", slow_among(SCENES, LARGE))
 def test_every_output_is_the_compiled_one_to_rounding(scene):
     assert_same_outputs(without_c(scene), mechc.compile(SCENES[scene]()))
 

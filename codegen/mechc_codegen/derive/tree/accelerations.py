@@ -8,7 +8,7 @@ from mechc_codegen.derive.tree.tape import V3, ZERO
 
 
 class LinkAccelerations:
-    """What the accelerations u' add to the motion that u' = 0 leaves, link by link."""
+    """The part of each link's acceleration that depends on u'."""
 
     def __init__(self, links: Links, symbols: Symbols) -> None:
         self.tape, self.links = links.tape, links
@@ -16,7 +16,7 @@ class LinkAccelerations:
         self._found: dict[int, tuple[V3, V3]] = {GROUND: (ZERO, ZERO)}
 
     def of_link(self, link: int) -> tuple[V3, V3]:
-        """Angular acceleration, and acceleration of the reference point, that u' makes."""
+        """The parts of angular acceleration and acceleration of the reference point due to u'."""
         for outward in reversed(self.links.path(link)):
             if outward not in self._found:
                 self._found[outward] = self._next(outward)

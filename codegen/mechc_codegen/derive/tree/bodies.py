@@ -1,4 +1,4 @@
-"""What bodies and loads put on the links: inertia, and the wrench at each reference point."""
+"""Inertia of the links, and the wrench at each reference point, from bodies and loads."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class LinkBodies:
         return tape.keep(mass), moment, self._kept(about)
 
     def wrench(self, link: int) -> tuple[V3, V3]:
-        """Moment about the reference point and force: applied, less what u' = 0 leaves."""
+        """Moment about the reference point and force: applied minus inertial at u' = 0."""
         tape = self.tape
         mass, moment, about = self.inertia(link)
         omega = self.links.frame_of(link).omega
@@ -109,7 +109,7 @@ class LinkBodies:
         return [(row[0], row[1], row[2]) for row in rows]
 
     def _kept(self, matrix: Sequence[Sequence[Expr]]) -> Symmetric3:
-        """The lower half named, the upper the same."""
+        """A symmetric matrix whose lower half is kept on the tape."""
         names = {(i, j): self.tape.keep(matrix[i][j]) for i in range(3) for j in range(i + 1)}
         rows = [[names[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
         return [(row[0], row[1], row[2]) for row in rows]

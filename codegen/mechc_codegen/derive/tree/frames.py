@@ -1,4 +1,4 @@
-"""Orientation and rates of frames, each said by those of the frame it is oriented in.
+"""Orientation and rates of frames, each expressed by those of the frame it is oriented in.
 
 All vectors are in components along the inertial frame's axes.
 """
@@ -27,7 +27,7 @@ class FrameMotion:
     """A frame: orientation, angular velocity, angular acceleration free of u'.
 
     ``columns`` are the partial angular velocities against the frame it is oriented in.  Frames
-    that do not turn against each other have one ``body``, the first of them.
+    fixed to each other share one ``body``, the first of them.
     """
 
     frame: ReferenceFrame
@@ -79,13 +79,13 @@ class Local:
         return found
 
     def at_rest(self, values: Sequence[Expr]) -> bool:
-        """Whether nothing is left when all speeds vanish."""
+        """Whether the vector vanishes with all speeds."""
         still = dict.fromkeys(self.symbols.u, S.Zero)
         return vanishes(v.xreplace(still) for v in values)
 
 
 class Frames:
-    """Every frame that is asked for, from the inertial one outwards."""
+    """The motions of frames, from the inertial one outwards."""
 
     def __init__(self, inertial: ReferenceFrame, tape: Tape, local: Local) -> None:
         self.tape, self.local = tape, local
@@ -167,7 +167,7 @@ class Frames:
 
 
 def _tree_of(root: ReferenceFrame) -> dict[ReferenceFrame, ReferenceFrame]:
-    """Of each frame that is connected to the root the frame before it on the way there."""
+    """For each frame that is connected to the root the previous frame on the path from the root."""
     parents: dict[ReferenceFrame, ReferenceFrame] = {}
     waiting = [root]
     for frame in waiting:

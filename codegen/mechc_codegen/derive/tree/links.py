@@ -1,7 +1,7 @@
 """Points and the links that carry them.
 
-A link is a set of points that move as one body: a reference point and an orientation.  It hangs on
-another link, against which it moves by speeds of its own.
+A link is a set of points that move as one body: a reference point and an orientation.  It is a
+child of another link, relative to which it moves by its own speeds.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ class Link:
     """``offset`` leads from the reference point of the parent to that of this link.
 
     ``columns``: speed -> partial angular velocity and velocity of the reference point against the
-    parent.  ``bias``: what is left of its accelerations against the parent at u' = 0.
+    parent.  ``bias``: its accelerations relative to the parent at u' = 0.
     """
 
     frame: FrameMotion
@@ -36,7 +36,7 @@ class Link:
 
 @dataclass(frozen=True)
 class PointMotion:
-    """Position, velocity, acceleration at u' = 0; the link, and the way from its reference."""
+    """Position, velocity, acceleration at u' = 0; the link, and the arm from its reference."""
 
     position: V3
     velocity: V3
@@ -46,7 +46,7 @@ class PointMotion:
 
 
 class Links:
-    """Every link that the points asked for need, each after the link it hangs on."""
+    """The links of all requested points, each after its parent."""
 
     def __init__(
         self, origin: Point, frames: Frames, bodies: Iterable[ReferenceFrame] = ()
@@ -107,7 +107,7 @@ class Links:
         raise NotATreeError(f"no body turns with frame {frame.name}, on which a torque acts")
 
     def path(self, link: int) -> list[int]:
-        """The link and all that it hangs on."""
+        """The link, its parent and so on to the ground."""
         found = []
         while link != GROUND:
             found.append(link)
@@ -154,7 +154,7 @@ class Links:
         )
 
     def _body_between(self, at: PointMotion, frame: FrameMotion) -> FrameMotion | None:
-        """The last frame of another body on the way to ``frame``: both may turn in one point."""
+        """The last frame of another body on the path to ``frame``: both may turn in one point."""
         inner, step = self.frame_of(at.link).body, frame.carrier
         while step is not None and step.body is not inner:
             if step.body is not frame.body and step.body in self._bodies:
@@ -190,7 +190,7 @@ class Links:
 
 
 def every_speed_has_its_link(links: list[Link], speeds: int) -> bool:
-    """Whether each speed moves exactly one link against the one that it hangs on."""
+    """Whether each speed moves exactly one link relative to its parent."""
     owners = [k for link in links for k, c in link.columns.items() if not _still(c)]
     return sorted(owners) == list(range(speeds))
 
@@ -200,7 +200,7 @@ def _still(column: tuple[V3, V3]) -> bool:
 
 
 def _tree_of(root: Point) -> dict[Point, Point]:
-    """Of each point that is connected to the root the point before it on the way there."""
+    """For each point that is connected to the root the previous point on the path from the root."""
     parents: dict[Point, Point] = {}
     waiting = [root]
     for point in waiting:

@@ -16,7 +16,7 @@ from mechc_codegen.description.mechanism import Mechanism
 
 
 class TreeKinetics:
-    """Values on the tape, each of them said by those of the link before."""
+    """Positions and momentum rates as values on the tape."""
 
     def __init__(
         self, mechanism: Mechanism, links: Links, loaded: LinkBodies, symbols: Symbols

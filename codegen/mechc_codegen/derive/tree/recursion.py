@@ -35,7 +35,7 @@ def derive_tree(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) 
     Raises
     ------
     NotATreeError
-        Where the description is none of a tree of links; the message says what is in the way.
+        Where the mechanism cannot be described as a tree of links; the message says why.
     """
     _refuse_others(mechanism)
     return _Derivation(mechanism, request).equations()
@@ -57,7 +57,7 @@ def _refuse_others(mechanism: Mechanism) -> None:
 
 @dataclass(frozen=True)
 class _Cut:
-    """One row of a closure: two points, held together along an axis."""
+    """One row of a closure: two points that coincide along an axis."""
 
     label: str
     point: PointMotion
@@ -125,7 +125,7 @@ class _Derivation:
         )
 
     def _plain_kinematics(self) -> bool:
-        """Whether speeds are the coordinates' rates, and there is nothing besides."""
+        """Whether the speeds are the coordinates' rates, without states and auxiliary speeds."""
         mechanism = self.mechanism
         return tuple(mechanism.kinematics) == mechanism.u and not mechanism.states
 
@@ -213,7 +213,7 @@ class _Derivation:
         ]
 
     def _across(self, what: str) -> tuple[Expr, ...]:
-        """How far the ends of the cuts differ, along their axes."""
+        """Difference of the two ends of each cut along its axis."""
         tape = self.tape
         gaps = [tape.difference(getattr(c.point, what), getattr(c.target, what)) for c in self.cuts]
         return tuple(tape.dot(gap, cut.axis) for gap, cut in zip(gaps, self.cuts, strict=True))
@@ -236,7 +236,7 @@ class _Derivation:
         names = [printed_name(q) for q in (*self.mechanism.q, *self.mechanism.x)]
         labels = tuple(f"rate of {name}" for name in names)
         size = len(self.symbols.u)
-        coordinates = len(self.mechanism.q)  # no displacement moves the states behind them
+        coordinates = len(self.mechanism.q)  # displacements do not change the states after them
         matrix = tuple(
             rate.diff(u) if k < coordinates else S.Zero
             for k, rate in enumerate(self.rates)
@@ -262,8 +262,8 @@ class _Derivation:
     def _energies(self) -> list[Output]:
         tape, mechanism = self.tape, self.mechanism
         kinetic = sum((self._kinetic(body) for body in self.loaded.bodies), S.Zero)
-        told = "T = sum of m v.v/2 + omega.I.omega/2"
-        energies = [Output("kinetic_energy", told, (tape.keep(kinetic),), (), ("T",))]
+        equation = "T = sum of m v.v/2 + omega.I.omega/2"
+        energies = [Output("kinetic_energy", equation, (tape.keep(kinetic),), (), ("T",))]
         if mechanism.unknown_potentials:
             return energies
         given = mechanism.potential
@@ -272,8 +272,11 @@ class _Derivation:
         potential = self._plain(given)
         for body in self.loaded.bodies:
             potential -= body.mass * dot(self.loaded.gravity, body.centre.position)
-        told = "V, of the loads that have one"
-        return [*energies, Output("potential_energy", told, (tape.keep(potential),), (), ("V",))]
+        equation = "V, of the loads that have one"
+        return [
+            *energies,
+            Output("potential_energy", equation, (tape.keep(potential),), (), ("V",)),
+        ]
 
     def _kinetic(self, body: Body) -> Expr:
         omega = self.links.frame_of(body.centre.link).omega
@@ -316,29 +319,32 @@ class _Derivation:
         ]
 
     def _residual(self) -> list[Output]:
-        """What Jacobians are derived from in place of M and F; not emitted itself."""
+        """The residual that Jacobians are derived from in place of M and F; it is not emitted."""
         elements = tuple(Residual(self.loaded, self.cuts, self.symbols).elements())
         labels = tuple(f"residual[{i}]" for i in range(len(elements)))
-        told = "M u' + J^T lambda - F and J u' - gamma"
-        return [Output("residual", told, elements, (len(elements),), labels)]
+        equation = "M u' + J^T lambda - F and J u' - gamma"
+        return [Output("residual", equation, elements, (len(elements),), labels)]
 
     def _accelerations(self) -> list[Output]:
         points, moving = self.mechanism.points, LinkAccelerations(self.links, self.symbols)
         found = [moving.of_point(self.links.motion(point)) for point in points]
-        told, names = "accelerations of the named points", [point.name for point in points]
-        return [_vectors("point_accelerations", told, names, found)]
+        equation, names = "accelerations of the named points", [point.name for point in points]
+        return [_vectors("point_accelerations", equation, names, found)]
 
     def _reactions(self) -> list[Output]:
         kinetics = TreeKinetics(self.mechanism, self.links, self.loaded, self.symbols)
         return reaction_outputs(self.mechanism, kinetics)
 
     def _scalars(self) -> list[Output]:
-        told = "of several assemblies the one where this is largest is taken"
-        own = [Output(n, "asked for", (e,), (), (n,)) for n, e in self.request.expressions.items()]
+        equation = "of several assemblies the one where this is largest is taken"
+        own = [
+            Output(n, "user-defined output", (e,), (), (n,))
+            for n, e in self.request.expressions.items()
+        ]
         scalars = [self.to_symbols.solved(output) for output in own]
         if self.mechanism.preference is not None:
             value = self._plain(self.mechanism.preference)
-            scalars.append(Output("preference", told, (value,), (), ("preference",)))
+            scalars.append(Output("preference", equation, (value,), (), ("preference",)))
         return scalars
 
 

@@ -1,4 +1,4 @@
-"""What vanishes at a tree's motion, R = M u' + J^T lambda - F and S = J u' - gamma.
+"""Residuals of a tree's motion, R = M u' + J^T lambda - F and S = J u' - gamma.
 
 By Newton and Euler from link to link, outwards and back, so that Jacobians of the motion need no
 mass matrix: inverse dynamics (Featherstone 2008, section 5.3) with the forces of the cuts.
@@ -19,7 +19,7 @@ from mechc_codegen.derive.tree.tape import V3, ZERO
 
 
 class Cut(Protocol):
-    """Two points that are held together along an axis."""
+    """Two points that coincide along an axis."""
 
     @property
     def point(self) -> PointMotion: ...
@@ -41,7 +41,7 @@ class Residual:
         return [*self._balance(), *self._openings()]
 
     def _openings(self) -> list[Expr]:
-        """How the accelerations of both ends of each cut differ along its axis."""
+        """Difference of the accelerations of the two ends of each cut along its axis."""
         tape, moving = self.tape, LinkAccelerations(self.links, self.symbols)
         ends = [(moving.of_point(c.point), moving.of_point(c.target)) for c in self.cuts]
         gaps = [tape.difference(one, other) for one, other in ends]
@@ -73,7 +73,7 @@ class Residual:
         return motions
 
     def _needed(self, motions: Sequence[tuple[V3, V3]]) -> list[tuple[V3, V3]]:
-        """The wrench, about each reference point, that moves each link as it moves, less loads."""
+        """The wrench about each reference point that each link's motion needs, minus the loads."""
         tape, found = self.tape, list[tuple[V3, V3]]()
         for number, (angular, linear) in enumerate(motions):
             mass, arm, about = self.loaded.inertia(number)
@@ -84,7 +84,7 @@ class Residual:
         return found
 
     def _add_cuts(self, wrenches: list[tuple[V3, V3]]) -> None:
-        """J^T lambda: along its axis on the one end of a cut, against it on the other."""
+        """J^T lambda: equal and opposite forces along the axis at the two ends of each cut."""
         tape = self.tape
         for cut, multiplier in zip(self.cuts, self.symbols.multipliers, strict=True):
             for end, sign in ((cut.point, 1), (cut.target, -1)):

@@ -1,4 +1,4 @@
-"""A list of statements in which every value is kept once, and vectors of what is on it."""
+"""A list of statements in which every value is computed once, and vectors of such values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ ZERO: V3 = (S.Zero, S.Zero, S.Zero)
 class Tape:
     """Values named in the order in which they are computed.
 
-    Values of parameters alone are not named: they are computed once a run wherever they stand.
+    Values of parameters alone are not named: they are hoisted later.
     """
 
     def __init__(self, parameters: Iterable[Symbol]) -> None:

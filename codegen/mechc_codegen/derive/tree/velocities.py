@@ -1,7 +1,7 @@
-"""Velocities that were set by hand, as SymPy's joints set them: they must be what the tree says.
+"""Velocities set by the user or by SymPy's joints must be those of the tree.
 
-The tree goes from point to point and takes rates of positions.  A velocity that says otherwise
-(on the constraints alone, or of a point that is nowhere) is left to the written-out derivation.
+The tree derives velocities from positions.  Where a velocity that was set differs (it holds on the
+constraints only, or the point has no position) the equations are derived written out instead.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def refuse_other_velocities(mechanism: Mechanism, links: Links) -> None:
 
 
 def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Expr]:
-    """Components of what was set less what the tree says; nothing of it is on the tape."""
+    """Components of the velocity set minus that of the tree, without statements on the tape."""
     rows = list[tuple[Sequence[Expr], Sequence[Expr]]]()
     for matrix, frame in point.vel(mechanism.frame).args:
         rows.append((links.frames.motion(frame).rotation, links.local.entries(matrix)))

@@ -1,4 +1,4 @@
-"""Fold: parameters that the scene fixes become numbers; what vanishes by that falls away."""
+"""Fold: fixed parameters become numbers; terms that vanish are omitted."""
 
 from __future__ import annotations
 

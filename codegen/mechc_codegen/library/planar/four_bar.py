@@ -71,7 +71,7 @@ def four_bar(
     loads: list[Load] = [(centres[k], -m[k] * g * r.y) for k in range(3)]
     points, traced, motion = [*p, *centres], ["p_1", "p_2"], []
 
-    # Beyond the weight, only what is asked for.
+    # Beside the weight, only the loads that options add.
     if crank_torque is not False:
         torque = _constant_or_given(crank_torque, "T_0", "N m", "torque on the crank", parameters)
         loads.append((e[0], torque * r.z))

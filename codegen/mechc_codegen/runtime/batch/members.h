@@ -14,7 +14,8 @@
 #include "abi/model.h"
 #include "batch/reductions.h"
 
-#define MECHC_BATCH_PIECE 48 /* steps between drains and looks at the stop flag */
+#define MECHC_BATCH_PIECE 48 /* steps between drains */
+#define MECHC_BATCH_LOOK 256 /* components of states stepped on between looks at the stop flag */
 #define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
 #define MECHC_BATCH_COUNTS 5
 
@@ -283,6 +284,21 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
     }
 }
 
+/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system, whose cost
+ * grows up to the cube of its width, takes as long as very many of a narrow one. */
+static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy, long ahead)
+{
+    const long look = 1 + MECHC_BATCH_LOOK / batch->width;
+    for (long left = ahead; left > 0; left -= look) {
+        const long some = left < look ? left : look;
+        if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) return;
+        if (batch->lockstep) batch->unit->advance_lockstep(worker->busy, busy, some);
+        else batch->unit->advance(worker->busy[0], some);
+        for (int i = 0; i < busy; i++)
+            if (worker->busy[i]->status != MECHC_RUNNING) return;
+    }
+}
+
 /* One thread's share of the batch; 0 without memory.  Any number may work at once. */
 static int mechc_batch_work(mechc_batch *batch)
 {
@@ -291,9 +307,7 @@ static int mechc_batch_work(mechc_batch *batch)
     const int made = mechc_batch_worker_make(batch, &worker);
     for (int busy; made && (busy = mechc_batch_fill(batch, &worker)) > 0;) {
         if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) break;
-        const long ahead = mechc_batch_ahead(&worker, piece);
-        if (batch->lockstep) batch->unit->advance_lockstep(worker.busy, busy, ahead);
-        else batch->unit->advance(worker.busy[0], ahead);
+        mechc_batch_advance(batch, &worker, busy, mechc_batch_ahead(&worker, piece));
         mechc_batch_collect(batch, &worker, piece);
     }
     for (int i = 0; i < worker.width; i++)

@@ -38,7 +38,7 @@ RUNTIME_LAW = {
     "cli": {"__init__", "system", "assembly", "compilation", "results", "batch"},
 }  # fmt: skip
 
-# A folder of the compiler -> the folders that it may import; of those in DATA, that module alone.
+# A folder of the compiler -> the folders that it may import; of those in DATA, these modules alone.
 COMPILER_LAW = {
     "errors": set[str](),
     "description": {"errors"},
@@ -52,11 +52,12 @@ COMPILER_LAW = {
     "typeset": {"errors", "description", "derive"},
 }
 DATA = {
-    ("ir", "derive"): "derive.equations",
-    ("emit", "derive"): "derive.equations",
-    ("emit", "ir"): "ir.program",
-    ("extension", "emit"): "emit.instruction_sets",
-    ("frontend", "derive"): "derive.joint_reactions",
+    ("ir", "derive"): {"derive.equations"},
+    ("emit", "derive"): {"derive.equations"},
+    ("emit", "ir"): {"ir.program"},
+    ("extension", "emit"): {"emit.instruction_sets"},
+    ("frontend", "derive"): {"derive.joint_reactions"},
+    ("typeset", "derive"): {"derive.equations", "derive.kane", "derive.differentiate"},
 }
 DOORS = {"__init__", "compiler"}
 
@@ -90,7 +91,7 @@ def test_a_folder_imports_what_comes_before_it(module: str) -> None:
             continue
         assert part(other) in COMPILER_LAW[mine], f"{module} imports {other}"
         if only := DATA.get((mine, part(other))):
-            assert other == f"mechc_codegen.{only}", f"{module} imports a function of a stage"
+            assert other.removeprefix("mechc_codegen.") in only, f"{module} imports {other}"
 
 
 def test_the_compiler_knows_sympy_and_the_standard_library_only() -> None:

@@ -74,7 +74,8 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
     """
     if coordinate not in system.coordinates:
         raise UnknownNameError("coordinate", coordinate, system.coordinates)
-    reach = np.pi if system.units[coordinate] == "rad" else 2 * system.length(values)
+    angular = system.angular[system.state_index(coordinate)]
+    reach = np.pi if angular else 2 * system.length(values)
     grid = np.linspace(-reach, reach, SCAN)
     closed = _closed_at(system, coordinate, grid, values)
     edges = [-reach] if closed[0] is not None else []

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mechc.errors import AssemblyError
-from mechc.system.parameters import Array
+from mechc.system.kinds import Kind
+from mechc.system.parameters import Array, Quantity
 from mechc.system.system import System
 
 ITERATIONS = 60
@@ -24,7 +25,7 @@ class Loop:
         self.t = t
         self.rows = system.scene.holonomic
         self.length = system.length(values)
-        self.angular = np.array([system.units[system.coordinates[i]] == "rad" for i in free])
+        self.angular = system.angular[free]
         self.scale = np.where(self.angular, 1.0, self.length)
 
     def states(self, x: Array) -> Array:
@@ -128,8 +129,7 @@ class Loop:
         system = self.system
         kept = [i for i in range(len(self.fixed)) if i not in self.free]
         at = ", ".join(
-            in_words(system.coordinates[i], self.fixed[i], system.units[system.coordinates[i]])
-            for i in kept
+            in_words(system.quantities[system.coordinates[i]], self.fixed[i]) for i in kept
         )
         return (
             f"the loop cannot close at {at}: the ends miss each other by at least {gap:.6g} m "
@@ -151,6 +151,8 @@ def wrap(angle: Array) -> Array:
     return np.asarray(np.pi - (np.pi - angle) % (2 * np.pi))
 
 
-def in_words(name: str, value: float, unit: str) -> str:
+def in_words(coordinate: Quantity, value: float) -> str:
     """A coordinate with its value, angles in degrees."""
-    return f"{name} = {np.degrees(value):.6g} deg" if unit == "rad" else f"{name} = {value:.6g} m"
+    if coordinate.kind is Kind.ANGLE:
+        return f"{coordinate.name} = {np.degrees(value):.6g} deg"
+    return f"{coordinate.name} = {value:.6g} {coordinate.unit}".rstrip()

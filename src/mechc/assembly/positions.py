@@ -108,7 +108,7 @@ def _nearest(system: System, found: Array, near: Values) -> Array:
     """The configuration nearest to the guess, its angles in the guess's turn."""
     index = [system.state_index(name) for name in near]
     target = np.array(list(near.values()))
-    angular = np.array([system.units[name] == "rad" for name in near])
+    angular = system.angular[index]
     away = found[:, index] - target
     away = np.where(angular, wrap(away), away)
     chosen = int(np.argmin(np.linalg.norm(away, axis=1)))

@@ -102,7 +102,7 @@ def _motion(system: System, u: Array) -> str:
 
 def _place(system: System, y: Array) -> str:
     return ", ".join(
-        in_words(n, x, system.units[n]) for n, x in zip(system.coordinates, y, strict=False)
+        in_words(system.quantities[n], x) for n, x in zip(system.coordinates, y, strict=False)
     )
 
 

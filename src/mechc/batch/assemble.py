@@ -73,7 +73,7 @@ def _closings(
     outputs = system.scene.outputs
     gradient = "constraint_gradient" if "constraint_gradient" in outputs else "constraint_jacobian"
     columns = len(system.coordinates if gradient == "constraint_gradient" else system.speeds)
-    angular = np.array([system.units[system.coordinates[i]] == "rad" for i in free])
+    angular = system.angular[free]
     starts = even_points(STARTS_PER_UNKNOWN * len(free) ** 2, len(free))
     starts *= np.where(angular, np.pi, 1.0)
     return Closings(
@@ -123,7 +123,7 @@ def _distance(system: System, recipe: Recipe, flat: Array) -> Array:
 
 def _away(system: System, recipe: Recipe, q: Array) -> Array:
     index = [system.state_index(name) for name in recipe.guess]
-    angular = np.array([system.units[name] == "rad" for name in recipe.guess])
+    angular = system.angular[index]
     away = q[:, index] - np.array(list(recipe.guess.values()))
     return np.where(angular, wrap(away), away)
 
@@ -131,7 +131,7 @@ def _away(system: System, recipe: Recipe, q: Array) -> Array:
 def _in_turn(system: System, recipe: Recipe, q: Array) -> Array:
     """Guessed angles in the guess's turn."""
     for name, target in recipe.guess.items():
-        if system.units[name] == "rad":
-            i = system.state_index(name)
+        i = system.state_index(name)
+        if system.angular[i]:
             q[:, i] += 2 * np.pi * np.round((target - q[:, i]) / (2 * np.pi))
     return q

@@ -22,7 +22,7 @@ import numpy as np
 from mechc.batch.run import COUNTERS
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
-from mechc.results.untrusted import read_json
+from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -153,7 +153,9 @@ def check(path: Path, layout: Layout) -> None:
     wanted = layout.told()
     for key in sorted({*described, *wanted}):
         if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
-            raise MechcError(f"{path / METADATA} is damaged: {key} is not that of the request")
+            raise MechcError(
+                f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
+            )
 
 
 def check_chunk(path: Path, layout: Layout, first: int) -> None:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, Quantity
 from mechc.system.system import System
 from mechc.system.units import read_value
@@ -43,14 +44,15 @@ class Reduction:
     ----------
     text
         As it was typed, without spaces.
-    unit
-        Its unit, where known.
+    unit, kind
+        Those of the number, where known.
     primitives
         What the compiled loop computes; ``range`` needs two.
     """
 
     text: str
     unit: str
+    kind: Kind
     primitives: tuple[Primitive, ...]
 
     def combine(self, values: Array) -> Array:
@@ -64,7 +66,7 @@ class _Quantity:
     output: int
     second: int
     component: int
-    told: Quantity
+    meaning: Quantity
 
     def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
         return (
@@ -93,7 +95,8 @@ def read_reduction(system: System, text: str) -> Reduction:
         raise UnknownNameError("reduction", kind, (*KINDS, "range", "first"))
     quantity = _quantity(system, inside)
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
-    return Reduction(short, quantity.told.unit, tuple(quantity.primitive(k) for k in kinds))
+    unit, kind_of_it = quantity.meaning.unit, quantity.meaning.kind
+    return Reduction(short, unit, kind_of_it, tuple(quantity.primitive(k) for k in kinds))
 
 
 def read_stop(system: System, text: str) -> Primitive:
@@ -115,10 +118,10 @@ def _first(system: System, short: str, inside: str) -> Reduction:
         raise MechcError(f"{short!r} needs a level to cross; {EXAMPLE}")
     typed, sign, level = match.groups()
     quantity = _quantity(system, typed)
-    value = read_value(level, quantity.told)
+    value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
-    return Reduction(short, "s", (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
+    return Reduction(short, "s", Kind.TIME, (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
 
 
 def _quantity(system: System, text: str) -> _Quantity:

@@ -21,6 +21,7 @@ from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
 
 CHUNK = 4096  # members computed, and stored, at a time
+THREADS_A_CORE = 16
 
 
 def simulate_batch(
@@ -100,7 +101,7 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point,
     )  # fmt: skip
-    workers = cores() if threads is None else _whole("threads", threads)
+    workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)
     with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
@@ -142,6 +143,19 @@ def _reductions(reduce: Any) -> list[str]:
     )
     several = [reduce] if one else reduce
     return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
+
+
+def _checked_threads(threads: int | None) -> int:
+    """As many as this process may use cores, or as are asked for."""
+    if threads is None:
+        return cores()
+    asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
+    if asked > most:
+        raise ValueOutOfBoundsError(
+            f"threads = {asked}: this process may use {cores()} cores, and more than {most} "
+            "threads make it slower"
+        )
+    return asked
 
 
 def _whole(name: str, value: int) -> int:

@@ -13,20 +13,19 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.initial_values import filled_start
-from mechc.batch.reductions import read_reduction
+from mechc.batch.reductions import Reduction, read_reduction
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
 from mechc.errors import MechcError, UnknownNameError
 from mechc.system.description import Description
-from mechc.system.parameters import Array
+from mechc.system.kinds import shown_in
+from mechc.system.parameters import Array, Quantity
 from mechc.system.system import System
 from mechc.system.units import read_value, split_assignment
 
 SAMPLINGS = ("grid", "random", "sobol", "lhs")
 MOST = 100_000_000
 DRAWN = 1024  # members where no count is given
-# unit in results -> unit and factor in what people look at
-READ_AS = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 @dataclass(frozen=True)
@@ -229,8 +228,8 @@ def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
         lines.append(f"  {'passed change points':22} {told['change_point_members']}")
     for text, found in told["reductions"].items():
         if found["members"]:
-            unit = read_reduction(batch.system, text).unit
-            low, high = (_as_read(found[end], unit) for end in ("min", "max"))
+            reduction = read_reduction(batch.system, text)
+            low, high = (_as_read(found[end], reduction) for end in ("min", "max"))
             lines.append(f"{text}: {low} ... {high}")
             lines += [f"  largest at {_where(batch.system, found['max_at'])}"]
             lines += [f"  least at   {_where(batch.system, found['min_at'])}"]
@@ -241,12 +240,12 @@ def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
 
 def _where(system: System, place: Mapping[str, float]) -> str:
     return ", ".join(
-        f"{name} = {_as_read(value, system.units[name])}" for name, value in place.items()
+        f"{name} = {_as_read(value, system.quantities[name])}" for name, value in place.items()
     )
 
 
-def _as_read(value: float, unit: str) -> str:
+def _as_read(value: float, meaning: Quantity | Reduction) -> str:
     """A number with its unit; angles in degrees."""
-    shown, factor = READ_AS.get(unit, (unit, 1.0))
+    shown, factor = shown_in(meaning.kind, meaning.unit)
     gap = "" if shown.startswith("°") else " "
     return f"{value * factor:.6g}{gap}{shown}".rstrip()

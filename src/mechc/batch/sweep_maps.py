@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction
-from mechc.batch.sweep import READ_AS
 from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
 from mechc.results.panels import _plain
 from mechc.results.sampling import clean_text, pretty_name
+from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     change point black.
     """
     reduction = read_reduction(batch.system, text)
-    unit, factor = READ_AS.get(reduction.unit, (reduction.unit, 1.0))
+    unit, factor = shown_in(reduction.kind, reduction.unit)
     values = np.where(batch.ok, batch[text], np.nan) * factor
     shown = clean_text(reduction.text, 60)
     label = _plain(f"{shown} [{unit}]" if unit else shown)
@@ -64,7 +64,8 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
 def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
     """Values of what varies i-th as people read them, and the label."""
     name = chosen.variations[i].name
-    unit, factor = READ_AS.get(batch.system.units[name], (batch.system.units[name], 1.0))
+    quantity = batch.system.quantities[name]
+    unit, factor = shown_in(quantity.kind, quantity.unit)
     return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
 
 

@@ -62,8 +62,9 @@ def known(name: str) -> str:
 def model_of(chosen: argparse.Namespace) -> mechc.Model:
     """The mechanism named, with the options typed, compiled to the end."""
     name = known(chosen.name)
+    options = checked_options(name, options_of(chosen.options))
     with Notice(f"compiling {name}, which is then kept for the next time ..."):
-        model = mechc.load(name, **options_of(chosen.options))
+        model = mechc.load(name, **options)
         model.system.wait()
     return model
 
@@ -74,6 +75,24 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
         name.strip(): value.strip() if sign else True
         for name, sign, value in (text.partition("=") for text in typed)
     }
+
+
+def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
+    """The options, all of which are the mechanism's own: not arguments of ``mechc.load``.
+
+    Raises
+    ------
+    UnknownNameError
+        For one that the mechanism does not have.
+    """
+    if options:
+        from mechc.compilation.library import shipped_options
+
+        own = shipped_options(name)
+        for option in options:
+            if option not in own:
+                raise UnknownNameError(f"option of {name}", option, own)
+    return options
 
 
 def values_of(
@@ -104,4 +123,4 @@ def whole(option: str, text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise MechcError(f"{option} must be a whole number, not {text!r}") from None
+        raise MechcError(f"{option} must be a whole number, not {text[:60]!r}") from None

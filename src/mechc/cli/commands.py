@@ -16,6 +16,7 @@ from typing import Any
 import mechc
 from mechc.cli.arguments import (
     STATE,
+    checked_options,
     known,
     model_of,
     number,
@@ -43,7 +44,9 @@ from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError
 from mechc.progress import ProgressBar
+from mechc.results.durable import write_text, written_into
 from mechc.results.summary import json_summary, summary
+from mechc.results.untrusted import printable
 
 FAILED, INTERRUPTED = 1, 130
 
@@ -61,14 +64,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mechc: interrupted", file=sys.stderr)
         return INTERRUPTED
     except (MechcError, ValueError, OSError) as error:
-        print(f"mechc: {_one_line(error)}", file=sys.stderr)
+        print(f"mechc: {_in_words(error)}", file=sys.stderr)
         return BAD_INPUT
 
 
-def _one_line(error: Exception) -> str:
+def _in_words(error: Exception) -> str:
+    """Lines that a terminal shows as they are, whoever wrote the names in them."""
+    told = str(error)
     if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    return str(error)
+        told = f"{error.filename}: {error.strerror}"
+    return "\n".join(map(printable, told.split("\n")))
 
 
 # -- what can be typed ------------------------------------------------------------------------
@@ -139,7 +144,8 @@ def _run(chosen: argparse.Namespace) -> int:
     else:
         print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
     if folder is not None:
-        _write(sol, folder, quiet=chosen.json)
+        with written_into(folder):
+            _write(sol, folder, quiet=chosen.json)
         if chosen.open:
             _open_in_browser(folder / "animation.html")
     if sol.status.code == "interrupted":
@@ -182,7 +188,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
     else:
         print(f"{model.title}\n{sweep_summary(batch, chosen_plan, seconds)}")
     if folder is not None:
-        with ProgressBar("drawing"):
+        with ProgressBar("drawing"), written_into(folder):
             written = save_maps(batch, chosen_plan, folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
@@ -217,7 +223,7 @@ def _show(chosen: argparse.Namespace) -> int:
     from mechc.compilation.library import derivation_notes, derivation_page, shipped_options
 
     model = mechc.load(known(chosen.name))
-    options = options_of(chosen.options)
+    options = checked_options(chosen.name, options_of(chosen.options))
     if options:
         model = mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -240,7 +246,7 @@ def _show(chosen: argparse.Namespace) -> int:
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
     page = Path(chosen.out)
-    page.write_text(derivation_page(chosen.name, options, values, chosen.latex), "utf-8")
+    write_text(page, derivation_page(chosen.name, options, values, chosen.latex))
     print(f"\nthe derivation is in {page.resolve()}")
     return 0
 
@@ -248,15 +254,17 @@ def _show(chosen: argparse.Namespace) -> int:
 def _emit(chosen: argparse.Namespace) -> int:
     from mechc.compilation.library import generated_texts
 
-    texts = generated_texts(known(chosen.name), options_of(chosen.options))
+    name = known(chosen.name)
+    texts = generated_texts(name, checked_options(name, options_of(chosen.options)))
     if not chosen.out:
         print(texts["scene_program.h"])
         return 0
     folder = Path(chosen.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        (folder / name).write_text(text, "utf-8")
-        print(folder / name)
+    with written_into(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, "utf-8")
+            print(folder / name)
     return 0
 
 

@@ -20,8 +20,8 @@ def environment() -> tuple[str, str]:
 
 def processor() -> str:
     """What distinguishes processors: a binary made for one may crash on another."""
-    told = _told()
-    wanted = [told[key] for key in ("model name", "flags", "Features") if key in told]
+    found = _cpu_info()
+    wanted = [found[key] for key in ("model name", "flags", "Features") if key in found]
     return " ".join([platform.machine(), *wanted])
 
 
@@ -29,7 +29,7 @@ def native() -> Any:
     """This processor's own instruction set; the binary stays in the user's cache."""
     from mechc_codegen.emit.instruction_sets import BASELINE, WIDER, InstructionSet
 
-    features = set(_told().get("flags", "").split())
+    features = set(_cpu_info().get("flags", "").split())
     usable = [s for s in WIDER if {f[2:] for f in s.flags if "=" not in f} <= features]
     if not usable:
         return InstructionSet("native", BASELINE.lanes, ())
@@ -38,13 +38,13 @@ def native() -> Any:
     return InstructionSet("native", widest.lanes, ("-march=native", *wide))
 
 
-def _told() -> dict[str, str]:
+def _cpu_info() -> dict[str, str]:
     """Lines of the first of the processors, which are alike, by what they tell."""
-    told: dict[str, str] = {}
+    found: dict[str, str] = {}
     if CPU_INFO.exists():
         with CPU_INFO.open() as lines:
             for line in iter(lines.readline, ""):
                 if not line.strip():
                     break
-                told[line.split(":")[0].strip()] = line
-    return told
+                found[line.split(":")[0].strip()] = line
+    return found

@@ -170,7 +170,7 @@ def _track(path: Array, low: Array, grain: float) -> list[list[int]]:
 def _readouts(run: Run) -> list[dict[str, Any]]:
     readouts = []
     for column, name in enumerate(run.model.coordinates[:MOST_READOUTS]):
-        unit = shown_unit(run.model.units.get(name, "1"))
+        unit = shown_unit(run.model, name)
         values = unit.factor * run.y[:, column]
         digits = 1 if unit.quantity == "angle" else _digits(values)
         scaled = np.rint(values * 10.0**digits)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.simulation.trajectory import Trajectory
+from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.system import System
 
 
@@ -128,11 +129,11 @@ def _parameters_in_words(sol: Trajectory) -> str:
 
 
 def _shown(system: System, name: str, value: float) -> str:
-    unit = system.units[name]
-    if unit in ("rad", "rad/s"):
+    quantity = system.quantities[name]
+    if quantity.kind in ANGULAR:
         shown = round(float(np.degrees(value)), 6) + 0.0  # no minus zero
-        return f"{shown:.6f} {unit.replace('rad', 'deg')}"
-    return f"{value:.9g} {unit}"
+        return f"{shown:.6f} {'deg' if quantity.kind is Kind.ANGLE else 'deg/s'}"
+    return f"{value:.9g} {quantity.unit}"
 
 
 def json_summary(sol: Trajectory) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from mechc.errors import (
     brief,
 )
 from mechc.native._driver import largest_of, strictly_within
+from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
 
 Array = NDArray[np.float64]
@@ -25,7 +26,7 @@ Parameters = Mapping[str, Any] | Array | None
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named number: unit, description, bounds (finite ones excluded unless ``closed``)."""
+    """A named number: unit, description, bounds (finite ones excluded unless ``closed``), kind."""
 
     name: str
     unit: str
@@ -33,12 +34,14 @@ class Quantity:
     lower: float
     upper: float
     closed: bool
+    kind: Kind = Kind.OTHER
 
     @classmethod
     def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
         lower = -math.inf if data["lower"] is None else data["lower"]
         upper = math.inf if data["upper"] is None else data["upper"]
-        return cls(data["name"], data["unit"], data["description"], lower, upper, data["closed"])
+        texts = (data["name"], data["unit"], data["description"])
+        return cls(*texts, lower, upper, data["closed"], Kind(data["kind"]))
 
     @property
     def bounds_in_words(self) -> str:
@@ -58,7 +61,7 @@ class Quantity:
             inside &= (value > self.lower) & (value < self.upper)
         if not np.all(inside):
             bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
-            unit = f" {self.unit}" if self.unit != "1" else ""
+            unit = f" {self.unit}" if self.kind is not Kind.PURE else ""
             raise ValueOutOfBoundsError(
                 f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
                 + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
@@ -81,8 +84,8 @@ class ParameterSet:
         self._lower = np.array([q.lower for q in quantities], dtype=np.float64)
         self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
         self._open = [(q.lower, q.upper) for q in quantities]
-        in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
-        self._lengths = np.array(in_metres, dtype=np.intp)
+        lengths = [i for i, q in enumerate(quantities) if q.kind is Kind.LENGTH]
+        self._lengths = np.array(lengths, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
         self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
@@ -105,7 +108,7 @@ class ParameterSet:
         return self._from_array(doubles(params, "an array of parameters").copy())
 
     def length(self, values: Array) -> float:
-        """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
+        """The scale of lengths: the largest parameter that is one, 1 if there is none."""
         return largest_of(values, self._lengths) or 1.0
 
     def lengths(self, rows: Array) -> Array:

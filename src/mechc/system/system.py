@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.system.description import Description
+from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.reference import ModelReference
 
@@ -56,14 +57,14 @@ class System(Description):
         self.build = MappingProxyType(dict(build or {}))
         self.operations_of_all = operations_of_all
         self.parameter_set = self._parameter_set()
-        units = [self.quantities[name].unit for name in (*self.coordinates, *self.speeds)]
-        self.angular = np.array([unit.startswith("rad") for unit in units])
-        self.dimensionless = np.array([unit.startswith(("rad", "1")) for unit in units])
+        kinds = [self.quantities[name].kind for name in (*self.coordinates, *self.speeds)]
+        self.angular = np.array([kind in ANGULAR for kind in kinds])
+        self.dimensionless = np.array([kind in DIMENSIONLESS for kind in kinds])
         first = len(self.coordinates) - len(self.states)
         self.dimensionless[first : len(self.coordinates)] = True
         self.default_coordinates = np.zeros(len(self.coordinates))
         self.default_coordinates[first:] = data.get("states", ())
-        self._no_lengths = np.ones(len(units)) if self.dimensionless.all() else None
+        self._no_lengths = np.ones(len(kinds)) if self.dimensionless.all() else None
         self._shapes: Mapping[str, list[int]] = data["shapes"]
 
     @property
@@ -130,7 +131,7 @@ class System(Description):
     # -- sizes ------------------------------------------------------------------------------
 
     def length(self, p: Array) -> float:
-        """The scale of lengths, m: the largest parameter given in metres, 1 if there is none."""
+        """The scale of lengths, m: the largest parameter that is a length, 1 if there is none."""
         return self.parameter_set.length(p)
 
     def scale(self, p: Array) -> Array:

@@ -66,6 +66,7 @@ def test_a_member_that_differs_from_its_own_run_is_wrong(regular):
     assert batches.same("", regular, "undecided", regular.y[-1])["word"] == "WRONG"
 
 
+@pytest.mark.slow
 def test_a_folding_slider_crank_keeps_to_its_branch():
     row = next(crossings._slider_crank([1e-8]))
     assert row["word"] == "right"

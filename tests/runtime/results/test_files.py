@@ -14,6 +14,7 @@ from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.results import files as storage
 from mechc.results import summary as report
 from mechc.system.reference import ModelReference
+from tests.support import fake_linkage
 
 NAMES = ("theta_0", "theta_1", "theta_2", "omega_0", "omega_1", "omega_2")
 HOSTILE = (
@@ -29,6 +30,7 @@ def hostile(sol):
     units = dict.fromkeys(HOSTILE, "rad") | dict(sol.model.units)
     stand_in = SimpleNamespace(
         name=HOSTILE[0], title=HOSTILE[0], coordinates=names[0], speeds=names[1], units=units,
+        quantities=fake_linkage.quantities(units),
         parameters=sol.model.parameters, defaults=sol.model.defaults,
         reference=ModelReference(HOSTILE[0], custom=True, key=64 * "0", state=HOSTILE[:6]),
         constraint_names=sol.model.constraint_names, knows_energy=True,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -97,7 +99,13 @@ def double_pendulum_crane() -> Script:
     kane = me.KanesMethod(N, [th, ph], [w1, w2], [th.diff(t) - w1, ph.diff(t) - w2])
     kane.kanes_equations(bodies, loads)
     constants = {mh: 0.6, mp: 1.0, L1: 1.5, L2: 0.4, g: 9.81}
-    return Script(kane, constants, {th: 0.1, ph: 0.2, w1: 0.0, w2: 0.0}, 3.0, {a: 0.4})
+    return Script(
+        kane,
+        constants,
+        {th: 0.1, ph: 0.2, w1: 0.0, w2: 0.0},
+        3.0,
+        {a: lambda time: 0.4 * cos(time)},
+    )
 
 
 @published("N. B. Tufillaro et al., Swinging Atwood's machine, Am. J. Phys. 52 (1984)")

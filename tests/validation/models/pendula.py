@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sin
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -66,7 +68,7 @@ def pendulum_on_cart() -> Script:
     kane.kanes_equations(bodies, loads)
     constants = {M: 2.0, m: 0.5, l: 0.6, g: 9.81, b: 0.1}
     start = {x: 0.0, theta: 0.5, v: 0.2, omega: 0.0}
-    return Script(kane, constants, start, 5.0, {F: lambda time: 0.8 * (time < 10)})
+    return Script(kane, constants, start, 5.0, {F: lambda time: 0.8 * sin(2.0 * time)})
 
 
 @published("L. D. Landau, E. M. Lifshitz, Mechanics (1976), section 30, problem 1 (P. L. Kapitza)")

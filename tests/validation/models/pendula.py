@@ -213,7 +213,7 @@ def links_on_a_cart() -> Script:
     kane.kanes_equations(particles, forces)
     constants = dict(zip([g, *m, *l], [9.81] + [0.4] * (n + 1) + [0.3] * n, strict=True))
     start = dict(zip([*q, *u], [0.0] + [-1.2] * n + [1e-3] * (n + 1), strict=True))
-    return Script(kane, constants, start, 1.5, {f: lambda time: 0.5})
+    return Script(kane, constants, start, 1.5, {f: 0.5})
 
 
 @published("T. R. Kane, D. A. Levinson, Dynamics: Theory and Applications (1985), conical motions")
@@ -285,4 +285,4 @@ def reaction_wheel_pendulum() -> Script:
     lagrange.form_lagranges_equations()
     constants = {m1: 0.2, m2: 0.26, lc: 0.06, l1: 0.12, I1: 8e-4, I2: 2.2e-4, g: 9.81}
     start = {q1: -0.8, q2: 0.0, q1.diff(t): 0.0, q2.diff(t): 0.0}
-    return Script(lagrange, constants, start, 3.0, {tau: lambda time: 0.02})
+    return Script(lagrange, constants, start, 3.0, {tau: 0.02})

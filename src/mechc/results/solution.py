@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,17 @@ class Solution(Trajectory):
             if isinstance(error.solution, Trajectory):
                 error.solution = cls(model, error.solution)
             raise
+
+    def __copy__(self) -> Solution:
+        return type(self)(self.model, self)
+
+    def __deepcopy__(self, memo: Any) -> Solution:
+        """With arrays of its own; the run behind it never changes."""
+        other = copy(self)
+        other.params = self.params.copy()
+        for name in ("_record", "energy", "closure", "velocity_closure"):
+            other.__dict__.pop(name, None)
+        return other
 
     def continue_to(
         self,

@@ -102,7 +102,7 @@ def test_what_cannot_be_linearized_is_refused(four_bar):
         four_bar.linearize(y, REGULAR, independent=("theta_0", "theta_1"))
     with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called"):
         four_bar.linearize(y, REGULAR, inputs=("torque",))
-    with pytest.raises(mechc.UnknownNameError, match="coordinate, speed or output"):
+    with pytest.raises(mechc.UnknownNameError, match="coordinate, speed or user-defined output"):
         four_bar.linearize(y, REGULAR, outputs=("pul",))
     with pytest.raises(mechc.AssemblyError, match="leaves the loop open"):
         four_bar.linearize(y + 0.1, REGULAR)

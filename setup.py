@@ -83,7 +83,7 @@ def headers(*folders):
 
 
 def packages():
-    """The runtime, the compiler, and the benchmarks, whose folder holds scripts."""
+    """The runtime, the compiler, and the benchmarks."""
     parts = [f"mechc_bench.{name}" for name in find_packages("benchmarks")]
     return [*find_packages("src"), *find_packages("codegen"), "mechc_bench", *parts]
 

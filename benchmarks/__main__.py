@@ -1,15 +1,9 @@
-"""``mechc bench``, or ``python -m benchmarks`` in a clone: see suite.py.
-
-The folder of the scripts is put first where modules are looked for, in a process of its own.
-"""
+"""``mechc bench``, or ``python -m benchmarks`` in a clone: see suite/run.py."""
 
 import signal
 import sys
-from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-
-from suite import main
+from .suite.run import main
 
 if __name__ == "__main__":
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends the scripts with the suite

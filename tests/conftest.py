@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
+import time
 
 import pytest
 from hypothesis import settings
 
-from mechc.compilation import on_demand
+from mechc.compilation import build
 from tests.support.first_units import MadeOnRequest
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
@@ -22,6 +23,27 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         action="store_true",
         help="write the golden files anew from what the compiler emits now",
     )
+    parser.addoption(
+        "--thorough",
+        action="store_true",
+        help="fuzzers and fault injection: all of their cases, and others at every run",
+    )
+    parser.addoption("--seed", type=int, help="of the fuzzers' cases, to see one again")
+
+
+@pytest.fixture
+def seed(request):
+    """Of what is drawn at random; the fuzzers print it."""
+    given = request.config.getoption("--seed")
+    if given is not None:
+        return given
+    return time.time_ns() % 10**6 if request.config.getoption("--thorough") else 14
+
+
+@pytest.fixture
+def thorough(request):
+    """Whether all cases are wanted, not as many as fit into a minute."""
+    return request.config.getoption("--thorough")
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -34,5 +56,5 @@ def compiled_once(tmp_path_factory):
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", str(folder))
-        patch.setattr(on_demand, "Pending", MadeOnRequest)
+        patch.setattr(build, "Pending", MadeOnRequest)
         yield

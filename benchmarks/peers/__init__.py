@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from types import ModuleType
 
-from _problem import Problem
-from _timing import Case
+from ..problems.problem import NotExpressibleError, Problem
+from ..timing.cases import Case
 
 MODULES = {
     "heyoka": "heyoka_taylor",
@@ -28,10 +28,7 @@ MODULES = {
     "exudyn": "exudyn_engine",
 }
 NAMES = tuple(MODULES)
-
-
-class NotExpressibleError(Exception):
-    """Why a tool is not given a problem."""
+__all__ = ["NAMES", "Built", "NotExpressibleError", "build", "module_of"]
 
 
 @dataclass
@@ -44,7 +41,7 @@ class Built:
 
 def module_of(name: str) -> ModuleType:
     """The module of a peer; a KeyError where none is called so."""
-    return import_module(f"peers.{MODULES[name]}")
+    return import_module(f".{MODULES[name]}", __name__)
 
 
 def build(

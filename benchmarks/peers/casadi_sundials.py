@@ -20,13 +20,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from _equations import Equations, equations_of
-from _index_one import consistent
-from _problem import Array, Problem
-from _timing import Case
-from _tolerances import with_tighter
 
-from peers import Built
+from ..formulations.equations import Equations, equations_of
+from ..formulations.index_one import consistent
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from ..timing.tolerances import with_tighter
+from . import Built
 
 TOOLS = ("CasADi, CVODES", "CasADi, IDAS")
 FUNCTIONS = ("sin", "cos", "tan", "sqrt")

@@ -18,12 +18,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from _equations import Equations, equations_of
-from _problem import Array, Problem
-from _timing import Case
-from _tolerances import with_tighter
 
-from peers import Built, NotExpressibleError
+from ..formulations.equations import Equations, equations_of
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from ..timing.tolerances import with_tighter
+from . import Built, NotExpressibleError
 
 TOOLS = ("heyoka", "heyoka batch")
 FUNCTIONS = ("sin", "cos", "tan", "sqrt")

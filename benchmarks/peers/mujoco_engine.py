@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from _problem import Array, Problem
-from _rigid_bodies import GROUND, Anchor, Bodies, Body
-from _rigid_scenes import rigid_bodies
-from _timing import Case
 
-from peers import Built, NotExpressibleError
+from ..formulations.rigid_bodies import GROUND, Anchor, Bodies, Body
+from ..formulations.rigid_scenes import rigid_bodies
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from . import Built, NotExpressibleError
 
 TOOLS = ("MuJoCo",)
 STEPS = tuple(250 * 4**k for k in range(7))  # 250 ... 1,024,000

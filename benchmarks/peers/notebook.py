@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 import sympy
-from _problem import Array, Problem
-from _textbook import TextbookEquations, operations, t, textbook
-from _timing import Case
 
-from peers import Built
-from peers.scipy_ivp import IMPLICIT, Rates, cases
+from ..formulations.textbook import TextbookEquations, operations, t, textbook
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from . import Built
+from .scipy_ivp import IMPLICIT, Rates, cases
 
 TOOLS = ("SymPy notebook", "SymPy notebook, mended")
 OWN_TOLERANCE = 1e-6  # the reference notebook's
@@ -34,7 +34,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
     Raises
     ------
     NotExpressibleError
-        Where :func:`_textbook.textbook` does.
+        Where :func:`.textbook` does.
     """
     built = Built([])
     _add_notebook(built, problem, sorted({*tolerances, OWN_TOLERANCE}, reverse=True))

@@ -13,11 +13,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from _pinocchio_models import Tree, tree_of
-from _problem import Array, Formulation, Problem
 
-from peers import Built
-from peers.scipy_ivp import IMPLICIT, Rates, cases
+from ..problems.problem import Array, Formulation, Problem
+from . import Built
+from .pinocchio_models import Tree, tree_of
+from .scipy_ivp import IMPLICIT, Rates, cases
 
 TOOLS = ("Pinocchio",)
 # Proximal iterations end at rounding; planar loops hold one direction twice, which needs mu > 0.

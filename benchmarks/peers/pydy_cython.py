@@ -16,12 +16,12 @@ from typing import Any
 
 import numpy as np
 import sympy
-from _problem import Array, Problem
-from _textbook import TextbookEquations, t, textbook
-from _timing import Case
 
-from peers import Built, NotExpressibleError
-from peers.scipy_ivp import cases
+from ..formulations.textbook import TextbookEquations, t, textbook
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from . import Built, NotExpressibleError
+from .scipy_ivp import cases
 
 TOOLS = ("PyDy",)
 LARGEST_SYMBOLIC = 8  # rows; with nine PyDy's own benchmark takes eight minutes to generate
@@ -40,7 +40,7 @@ def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False)
     ImportError
         Without PyDy or Cython.
     NotExpressibleError
-        Where :func:`_textbook.textbook` does, where time appears by itself (PyDy's functions have
+        Where :func:`.textbook` does, where time appears by itself (PyDy's functions have
         it as an input alone), and where what it generates does not compile.
     """
     equations = textbook(problem, "CRAMER")

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 import sympy
-from _equations import Equations, equations_of
-from _problem import Array, Problem
-from _timing import Case
 
-from peers import Built
+from ..formulations.equations import Equations, equations_of
+from ..problems.problem import Array, Problem
+from ..timing.cases import Case
+from . import Built
 
 TOOLS = ("SciPy, cse", "SciPy, no cse")
 METHODS = ("RK45", "DOP853", "LSODA", "Radau")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
-from _problem import Problem
+from .problem import Problem
 
 # Module and what builds the problem, in the order in which they are shown.
 BUILDERS: dict[str, tuple[str, str, tuple[int, ...]]] = {
@@ -32,5 +32,5 @@ NAMES = tuple(BUILDERS)
 def problem(name: str) -> Problem:
     """The problem of this name; a KeyError where there is none."""
     module, build, numbers = BUILDERS[name]
-    made: Callable[..., Problem] = getattr(import_module(f"problems.{module}"), build)
+    made: Callable[..., Problem] = getattr(import_module(f".{module}", __name__), build)
     return made(*numbers)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from _problem import Problem
 from mechc_codegen.library.spatial.bicycle import bicycle, values
 
-from problems._data import values_at
+from .data import values_at
+from .problem import Problem
 
 # The independent ones; pitch and the other speeds follow from the constraints.
 COORDINATES = {"x": 0.0, "y": 0.0, "yaw": 0.3, "roll": 0.1, "rear": 0.0, "steer": 0.15,

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from _problem import Problem
 from mechc_codegen.library.planar.andrews import ANGLES, andrews
 from mechc_codegen.library.planar.slider_crank import slider_crank
 
-from problems._data import values_at
+from .data import values_at
+from .problem import Problem
 
 
 def squeezing_mechanism() -> Problem:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from _problem import Array, Problem
 from mechc_codegen.library.chains.pendulum import pendulum
 
-from problems._data import values_at
+from .data import values_at
+from .problem import Array, Problem
 
 ENDS = {1: 10.0, 2: 10.0, 5: 5.0, 10: 4.0}
 NOTES = {

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from _problem import Array, Problem
 from mechc_codegen.library.spatial.flyball_governor import flyball_governor
 from mechc_codegen.library.spatial.heavy_top import heavy_top
 
-from problems._data import values_at
+from .data import values_at
+from .problem import Array, Problem
 
 
 def top() -> Problem:

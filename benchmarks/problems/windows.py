@@ -10,12 +10,13 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from _problem import Array, Formulation, Problem
-from _windows import first_upright_motion, upright_start
 from mechc_codegen.description.mechanism import Constraint, Mechanism
 from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
 from sympy import Symbol
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
+
+from .problem import Array, Formulation, Problem
+from .windows_motion import first_upright_motion, upright_start
 
 T_END = 2.0  # a period; rounding, magnified at every crossing, stays near 1e-12
 TILT = 0.3

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -70,7 +69,7 @@ def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) ->
     program = clock.time("optimize", lambda: optimize(lowered))
     program = clock.time("sensitivity", lambda: add_sensitivities(program, request))
     metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
-    return OptimisedScene(program, equations, json.dumps(metadata, sort_keys=True))
+    return OptimisedScene(program, equations, metadata)
 
 
 def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
@@ -83,20 +82,20 @@ def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str,
         made = optimised(mechanism, everything, Stopwatch())
     except (CodegenError, ValueError):  # positions that are not known
         made = optimised(mechanism, replace(request, fixed={}), Stopwatch())
-    counts: dict[str, Any] = json.loads(made.metadata)["operations"]
+    counts: dict[str, Any] = made.metadata["operations"]
     return counts
 
 
 @dataclass(frozen=True)
 class OptimisedScene:
-    """What every way of emitting begins with; ``metadata`` is JSON."""
+    """What every way of emitting begins with; ``metadata`` is data for JSON."""
 
     program: Program
     equations: Equations
-    metadata: str
+    metadata: dict[str, Any]
 
     @property
-    def parts(self) -> tuple[Program, Equations, str]:
+    def parts(self) -> tuple[Program, Equations, dict[str, Any]]:
         return self.program, self.equations, self.metadata
 
 

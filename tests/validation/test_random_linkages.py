@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from mechc_codegen import compiler
+from mechc_codegen.derive import derive_equations
 
 import mechc
 from tests.support.linkages.linkage_objects import formed, mechanism, system
@@ -22,9 +22,11 @@ BY_LINKS, WRITTEN_OUT = 1, 99  # the least number of speeds that are derived lin
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # central differences
 
 
-def compiled(thing: Any, least_tree: int = compiler.LEAST_TREE, **asked: Any) -> mechc.Model:
+def compiled(
+    thing: Any, least_tree: int = derive_equations.LEAST_TREE, **asked: Any
+) -> mechc.Model:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "LEAST_TREE", least_tree)
+        patch.setattr(derive_equations, "LEAST_TREE", least_tree)
         return mechc.compile(thing, outputs=OUTPUTS, **asked)
 
 
@@ -112,6 +114,7 @@ def test_what_is_derived_by_links_moves_as_the_textbook_says(case: Case) -> None
 
 @examples(4)
 @given(case=cases(4))
+@pytest.mark.slow
 def test_what_is_written_out_moves_as_the_textbook_says(case: Case) -> None:
     model = compiled(mechanism(case.linkage), WRITTEN_OUT)
     check(case, model)
@@ -126,6 +129,7 @@ def test_a_system_of_joints_moves_as_the_textbook_says(case: Case) -> None:
 
 @examples(3)
 @given(case=cases(3))
+@pytest.mark.slow
 def test_kanes_and_lagranges_method_move_alike(case: Case) -> None:
     """One System of joints, formed by SymPy's KanesMethod, and by its LagrangesMethod."""
     for speeds in (True, False):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
-from benchmarks._windows import first_upright, upright_start
+from benchmarks.problems.windows_motion import first_upright, upright_start
 
 TILT = {"tilt": 0.3}
 FIRST_HALF = 6.0  # seconds: six times through the flat position
@@ -15,7 +15,7 @@ FIRST_HALF = 6.0  # seconds: six times through the flat position
 FLOOR = 1e-6
 
 
-@pytest.fixture(scope="module", params=[2, 5])
+@pytest.fixture(scope="module", params=[2, pytest.param(5, marks=pytest.mark.slow)])
 def row(request):
     return request.param, mechc.load("windows", count=request.param)
 

@@ -55,12 +55,12 @@ def _vanish(
     if len(rates.symbols) > rates.known + len(accelerations):
         return True  # points moved by specified functions of time are not checked
     evaluate = evaluator([*rates.symbols, *rates.u], values)
-    flow = _Flow(rates, rows, [rates.symbols.index(a) for a in accelerations])
+    flow = Flow(rates, rows, [rates.symbols.index(a) for a in accelerations])
     states = (flow.moving(point) for point in configuration.points())
     return all(max(map(abs, evaluate(*state))) < _SAME for state in states)
 
 
-class _Flow:
+class Flow:
     """Speeds and accelerations that the constraints allow, at a configuration."""
 
     def __init__(self, rates: Rates, rows: Sequence[Expr], accelerations: Sequence[int]) -> None:
@@ -72,8 +72,8 @@ class _Flow:
         self.time = symbols.index(rates.time)
         self.accelerations = accelerations
 
-    def moving(self, point: Sequence[float]) -> list[float]:
-        """The point with speeds appended, and accelerations in the places of their symbols."""
+    def with_speeds(self, point: Sequence[float]) -> list[float]:
+        """The point with speeds appended."""
         state = [*point, *(0.3 + 0.17 * k for k in range(self.speeds))]
         jacobian = self.rows.at(point)
         if jacobian:
@@ -81,6 +81,11 @@ class _Flow:
             state[-self.speeds :] = [
                 a - b for a, b in zip(state[-self.speeds :], change, strict=True)
             ]
+        return state
+
+    def moving(self, point: Sequence[float]) -> list[float]:
+        """The point with speeds behind it, and accelerations in their places."""
+        state, jacobian = self.with_speeds(point), self.rows.at(point)
         direction = [0.0] * len(state)
         direction[self.time] = 1.0
         for place, rate in zip(self.q, self.kinematics(*state), strict=True):

@@ -17,6 +17,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
+from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
 from mechc_codegen.convert.classify_constraints import (
     Rates,
     integrable,
@@ -27,6 +28,7 @@ from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.convert.potential import gravity_apart, potential_of
 from mechc_codegen.convert.stationary import Stationary
+from mechc_codegen.convert.units import Units
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
@@ -57,11 +59,13 @@ def convert(
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
     gravity, source = gravity_apart(source, bodies)
-    refuse_other_accelerations(source, bodies, rates, _all_rates(source, rates, motion))
+    speeds_held = _all_rates(source, rates, motion)
+    refuse_other_angular_velocities(source, bodies, rates, speeds_held)
+    refuse_other_accelerations(source, bodies, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary)
     given = _resolved(settings.units, "units", source, (*parameters, *states))
-    units = _Units(source, read, kinematics, given)
+    units = Units(source, read, kinematics, given)
     return Mechanism(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
@@ -213,7 +217,7 @@ def _described_states(
     source: Source,
     settings: ConversionSettings,
     states: Mapping[AppliedUndef, Expr],
-    units: _Units,
+    units: Units,
     parameters: Sequence[Symbol],
 ) -> tuple[State, ...]:
     given = _resolved(settings.defaults, "defaults", source, (*parameters, *states))
@@ -247,7 +251,7 @@ def _parameters(
     source: Source,
     settings: ConversionSettings,
     symbols: Sequence[Symbol],
-    units: _Units,
+    units: Units,
     states: Iterable[AppliedUndef],
 ) -> tuple[Parameter, ...]:
     defaults = _resolved(settings.defaults, "defaults", source, (*symbols, *states))
@@ -289,36 +293,6 @@ def find_symbol(key: Key, known: Sequence[Any], argument: str, kind: str) -> Any
         )
     names = ", ".join(sorted({printed_name(s) for s in known})) or "none"
     raise MechanismError(f"{argument}: there is no {kind} {name!r} here; known: {names}")
-
-
-class _Units:
-    """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise."""
-
-    def __init__(
-        self,
-        source: Source,
-        read: Fingerprint,
-        kinematics: Sequence[Expr],
-        given: Mapping[Expr, str],
-    ) -> None:
-        self.given = given
-        turning = _turning(source, read)
-        self.known: dict[Expr, str] = {}
-        for q, rate in zip(source.q, kinematics, strict=True):
-            unit = given.get(q, "rad" if q in turning else "")
-            self.known[q] = unit
-            if unit and rate in source.u:
-                self.known[rate] = f"{unit}/s"
-
-    def of(self, symbol: Expr) -> str:
-        return str(self.given.get(symbol, self.known.get(symbol, "")))
-
-
-def _turning(source: Source, read: Fingerprint) -> set[Expr]:
-    """Coordinates in sines and cosines of positions and orientations."""
-    return {
-        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
-    }
 
 
 # -- bodies and points ----------------------------------------------------------------------------

@@ -8,10 +8,10 @@ alone have none.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Expr, S, sympify
+from sympy import Add, Expr, S, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -83,7 +83,7 @@ def _of_load(
     at_rest = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
     if all(c == 0 for c in at_rest) or stationary.place(place):
         return S.Zero
-    if any(c.has(*source.q) for c in at_rest):
+    if any(c is S.NaN or c.has(*source.q) for c in at_rest):
         return None
     if any(c.has(dynamicsymbols._t) for c in at_rest):
         return S.Zero
@@ -95,11 +95,21 @@ def _of_load(
 
 
 def _at_rest(source: Source, component: Expr) -> Expr:
-    """The load at zero speeds and zero inputs."""
+    """The load at zero speeds and zero inputs; NaN where that is not known."""
     time = dynamicsymbols._t
-    still = {q.diff(time): S.Zero for q in source.q} | dict.fromkeys(source.u, S.Zero)
+    moving = [*source.u, *(q.diff(time) for q in source.q)]
     other = component.atoms(AppliedUndef) - {*source.q, *source.u}
-    return component.xreplace(still).xreplace(dict.fromkeys(other, S.Zero))
+    still = dict.fromkeys((*moving, *other), S.Zero)
+    return sum((_term_at_rest(term, moving, still) for term in Add.make_args(component)), S.Zero)
+
+
+def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]) -> Expr:
+    """A force along a velocity, 0/0 at rest, changes its sign with the speeds: it has no mean."""
+    value = term.xreplace(dict(still))
+    if not value.has(S.NaN, S.ComplexInfinity, S.Infinity, S.NegativeInfinity):
+        return value
+    odd = term.xreplace({u: -u for u in moving}) == -term
+    return S.Zero if odd else S.NaN
 
 
 def _constant_force(

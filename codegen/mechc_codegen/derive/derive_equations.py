@@ -9,7 +9,7 @@ from mechc_codegen.derive.tree.recursion import derive_tree
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 
-LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (benchmarks/growth.py)
+LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (docs/growth.md)
 
 
 def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:

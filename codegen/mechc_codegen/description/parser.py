@@ -36,6 +36,7 @@ from sympy import (
     zoo,
 )
 
+from mechc_codegen.description.bounded_work import TooMuchWorkError, with_at_most
 from mechc_codegen.errors import ExpressionError
 
 FUNCTIONS = {f.__name__: f for f in (sin, cos, tan, asin, acos, atan, exp, log, sqrt, tanh)} | {
@@ -47,6 +48,7 @@ _TOKEN = re.compile(
 )
 _MAX_LENGTH, _MAX_DEPTH, _MAX_EXPONENT = 1000, 50, 12
 _MAX_FUNCTIONS, _MAX_EXACT, _MAX_SIZE = 6, 10**15, 1e300
+_MAX_CALLS = 1_500_000  # of Python functions: some seconds
 
 
 def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
@@ -62,7 +64,12 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
     if len(text) > _MAX_LENGTH:
         raise ExpressionError(f"an expression of {len(text)} characters: {_MAX_LENGTH} at most")
     try:
-        return _Parser(text, {"pi": pi, **names}).whole()
+        return with_at_most(_MAX_CALLS, _Parser(text, {"pi": pi, **names}).whole)
+    except TooMuchWorkError:
+        raise ExpressionError(
+            f"cannot read {text!r}: SymPy takes too long over it; write it more simply, or give "
+            "it as a function of time with the run"
+        ) from None
     except (ArithmeticError, ValueError, TypeError, RecursionError) as error:
         if isinstance(error, ExpressionError):
             raise

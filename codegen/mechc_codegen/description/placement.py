@@ -33,13 +33,18 @@ class Placement:
         self._points_before = steps_from(origin, lambda p: p._pos_dict)
 
     def value(self, expression: Expr) -> float:
-        """An expression, with a random number for every symbol and function of time."""
+        """An expression, with a random number for every symbol and function of time.
+
+        The root of a negative number counts with its imaginary part: what is asked is whether
+        something vanishes.
+        """
         expression = sympify(expression)
         atoms = expression.atoms(Derivative) | expression.atoms(AppliedUndef)
         for symbol in sorted(atoms | expression.free_symbols, key=str):
             if symbol not in self._values:
                 self._values[symbol] = Float(self._random.uniform(0.4, 1.7))
-        return float(expression.xreplace(self._values))
+        number = complex(expression.xreplace(self._values))
+        return number.real + number.imag
 
     def vector(self, vector: Vector) -> Number3:
         total = ZERO

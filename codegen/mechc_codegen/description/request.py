@@ -31,12 +31,16 @@ class OutputRequest:
         accelerations and multipliers.  Labels are identifiers that no other output has.
     names
         Label -> the user's name, any text; the label itself by default.
+    shapes
+        Name -> shape of user-defined outputs that are arrays; their elements are ``expressions``
+        named ``name[0,1]``.
     """
 
     outputs: frozenset[str] = frozenset(USUAL)
     fixed: Mapping[Symbol, Expr] = field(default_factory=dict)
     expressions: Mapping[str, Expr] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
+    shapes: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for label in self.expressions:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from textwrap import wrap
+from typing import Any
 
 from sympy import Symbol
 
@@ -31,13 +32,13 @@ _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 def emit(
     program: Program,
     equations: Equations,
-    metadata: str,
+    metadata: Mapping[str, Any],
     sets: Sequence[InstructionSet],
     request: OutputRequest = DEFAULT_REQUEST,
 ) -> dict[str, str]:
     """File name -> text of everything that is compiled for one scene."""
     functions = SceneFunctions(program, equations, request)
-    writer = CWriter(functions)
+    writer = CWriter(functions, _meanings(functions, metadata))
     program_text = "\n".join(writer.text(function) for function in functions)
     texts = {
         "scene_sizes.h": sizes_header(functions),
@@ -56,8 +57,8 @@ class CWriter(FunctionWriter):
 
     most_lines = 600
 
-    def __init__(self, functions: SceneFunctions) -> None:
-        self.functions, self.layout = functions, functions.layout
+    def __init__(self, functions: SceneFunctions, meanings: Mapping[Symbol, str]) -> None:
+        self.functions, self.layout, self.meanings = functions, functions.layout, meanings
         self.printer = RealPrinter()
         self.inputs = [value.symbol for value in functions.program.input_values()]
         self._printed: dict[tuple[Symbol, ...], Line] = {}
@@ -140,7 +141,8 @@ class CWriter(FunctionWriter):
         return Line((f"{array}[{index}] = {symbol.name};",), uses=(symbol,))
 
     def load(self, symbol: Symbol, place: str) -> str:
-        return f"const real {symbol.name} = {place};"
+        comment = f" /* {self.meanings[symbol]} */" if symbol in self.meanings else ""
+        return f"const real {symbol.name} = {place};{comment}"
 
     # -- definitions ------------------------------------------------------------------------
 
@@ -179,6 +181,15 @@ class CWriter(FunctionWriter):
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 
+def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[Symbol, str]:
+    """Name and unit of each coordinate, speed and parameter, for comments."""
+    symbols, names = functions.program.symbols, ("coordinates", "speeds", "parameters")
+    quantities = [quantity for name in names for quantity in metadata[name]]
+    texts = [", ".join(filter(None, (q["name"], q["unit"]))) for q in quantities]
+    state = (*symbols.q, *symbols.u, *symbols.parameters)
+    return {s: plain_words(text) for s, text in zip(state, texts, strict=True)}
+
+
 def _pointers(targets: Mapping[str, str]) -> str:
     return "".join(f" real *{target}," for target in targets.values())
 
@@ -201,5 +212,5 @@ def argument_names(signature: str) -> list[str]:
 
 
 def plain_words(text: str) -> str:
-    """For a comment: whatever could end it or start a line is replaced."""
-    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^-]", "?", text).replace("* /", "")
+    """For a comment: all signs are replaced that could end it or form a trigraph."""
+    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

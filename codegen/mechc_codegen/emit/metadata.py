@@ -61,6 +61,7 @@ def scene_metadata(
         | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), request)
         | {request.name_of(label): [] for label in request.expressions},
         "own": [request.name_of(label) for label in request.expressions],
+        **({"arrays": {n: list(s) for n, s in request.shapes.items()}} if request.shapes else {}),
         "skipped": [*mechanism.skipped, *_unwanted(request)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),

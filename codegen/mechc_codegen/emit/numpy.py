@@ -7,8 +7,10 @@ is in it, neither as code nor as words.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from sympy import Symbol
 
@@ -56,7 +58,10 @@ class Listing:
 
 
 def emit_numpy(
-    program: Program, equations: Equations, metadata: str, request: OutputRequest = DEFAULT_REQUEST
+    program: Program,
+    equations: Equations,
+    metadata: Mapping[str, Any],
+    request: OutputRequest = DEFAULT_REQUEST,
 ) -> Listing:
     """The functions of one scene.
 
@@ -73,11 +78,12 @@ def emit_numpy(
     return _listing(SceneFunctions(program, equations, request), metadata)
 
 
-def _listing(functions: SceneFunctions, metadata: str) -> Listing:
+def _listing(functions: SceneFunctions, metadata: Mapping[str, Any]) -> Listing:
     equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
     own, request, writer = functions.own_functions(), functions.request, NumpyWriter(functions)
     return Listing(
-        "\n".join([_complete(functions), *map(writer.text, functions)]), metadata,
+        "\n".join([_complete(functions), *map(writer.text, functions)]),
+        json.dumps(metadata, sort_keys=True),
         len(symbols.q), len(symbols.u), equations.holonomic, functions.rows,
         len(symbols.parameters), len(functions.constants), len(functions.saved),
         {label: request.name_of(label) for label in request.expressions},

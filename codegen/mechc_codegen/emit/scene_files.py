@@ -6,9 +6,11 @@ Invariant: what a user named is in string literals alone, escaped.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from string import Template
+from typing import Any
 
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.instruction_sets import InstructionSet
@@ -82,10 +84,12 @@ def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> s
     )
 
 
-def model_source(functions: SceneFunctions, metadata: str, sets: Sequence[InstructionSet]) -> str:
+def model_source(
+    functions: SceneFunctions, metadata: Mapping[str, Any], sets: Sequence[InstructionSet]
+) -> str:
     """What the scene is, and the choice among its compilations."""
     values = {
-        "metadata": _string_literal(metadata),
+        "metadata": _string_literal(json.dumps(metadata, sort_keys=True)),
         "externs": "\n".join(f"extern const mechc_unit mechc_unit_{s.name};" for s in sets),
         "units": "\n".join(_choice(s) for s in reversed(sets)),
         "defaults": "\n".join(_default_lines(functions)),

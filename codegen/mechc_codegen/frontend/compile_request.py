@@ -12,11 +12,13 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
 from sympy import Expr
+from sympy.physics.mechanics import ReferenceFrame
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.description.source import ConversionSettings
-from mechc_codegen.description.terms import as_expression
+from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
 from mechc_codegen.frontend.read import read, readable
 
 if TYPE_CHECKING:
@@ -37,9 +39,11 @@ class CompileRequest:
     """A SymPy object or a Mechanism, with the options to compile it with."""
 
     def __init__(self, thing: Any, options: CompileOptions) -> None:
-        self.options = _with_expressions(options)
         self._mechanism = thing if _is_mechanism(thing) else None
         self._source = None if self._mechanism else read(thing)
+        described = self._mechanism or self._source
+        assert described is not None
+        self.options, self._shapes = _with_expressions(options, described.frame)
         self._fingerprint = fingerprint(self._source) if self._source else None
         if self._mechanism:
             _refuse_settings(options.settings)
@@ -57,6 +61,12 @@ class CompileRequest:
             return None
         return text.digest()
 
+    @property
+    def symbol_names(self) -> set[str]:
+        """Names of all symbols and functions of time that the SymPy object holds."""
+        leaves = self._fingerprint.leaves if self._fingerprint else ()
+        return {printed_name(leaf) for leaf in leaves}
+
     def described(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""
         from mechc_codegen.convert.convert import convert
@@ -67,7 +77,9 @@ class CompileRequest:
             assert self._source is not None
             mechanism = convert(self._source, options.settings, self._fingerprint)
         of_object = self._source is not None
-        return mechanism, read_request(mechanism, options.fix, options.outputs, of_object=of_object)
+        return mechanism, read_request(
+            mechanism, options.fix, options.outputs, of_object=of_object, shapes=self._shapes
+        )
 
 
 def compilable(thing: object) -> bool:
@@ -89,8 +101,13 @@ def _refuse_settings(settings: ConversionSettings) -> None:
         )
 
 
-def _with_expressions(options: CompileOptions) -> CompileOptions:
-    """The options with every expression as a SymPy expression; texts are refused."""
+def _with_expressions(
+    options: CompileOptions, frame: ReferenceFrame
+) -> tuple[CompileOptions, dict[str, Shape]]:
+    """The options with every expression as a scalar of SymPy, and the shapes of outputs.
+
+    Texts are refused.
+    """
     settings, outputs = options.settings, options.outputs
     added = settings.configuration_constraints
     read = replace(
@@ -104,13 +121,10 @@ def _with_expressions(options: CompileOptions) -> CompileOptions:
         if added is None
         else tuple(as_expression(each, "configuration_constraints") for each in added),
     )
-    converted = tuple(
-        {name: as_expression(value, f"outputs: {name!r}") for name, value in item.items()}
-        if isinstance(item, Mapping)
-        else item
-        for item in outputs or ()
-    )
-    return replace(options, settings=read, outputs=None if outputs is None else converted)
+    if outputs is None:
+        return replace(options, settings=read), {}
+    scalars, shapes = scalar_outputs(outputs, frame)
+    return replace(options, settings=read, outputs=scalars), shapes
 
 
 def _write_options(text: Fingerprint, options: CompileOptions) -> None:
@@ -123,8 +137,9 @@ def _write_options(text: Fingerprint, options: CompileOptions) -> None:
         ("units", settings.units),
         ("inputs", settings.inputs),
     ):
-        lines = [f"{_text(text, key)}={_text(text, value)}" for key, value in pairs.items()]
-        text.write(label, sorted(lines))
+        by_name = sorted(pairs.items(), key=lambda pair: str(pair[0]))  # as sets are not
+        lines = [f"{_text(text, key)}={_text(text, value)}" for key, value in by_name]
+        text.write(label, lines)
     rates = [f"{_text(text, x)}={_text(text, rate)}" for x, rate in settings.states.items()]
     text.write("states", rates)
     extra = settings.configuration_constraints

@@ -35,11 +35,12 @@ def read_request(
     outputs: tuple[Any, ...] | None,
     *,
     of_object: bool,
+    shapes: Mapping[str, tuple[int, ...]] | None = None,
 ) -> OutputRequest:
     """The request for a mechanism, each name checked against it.
 
     Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
-    object of SymPy's.
+    object of SymPy's.  ``shapes``: of outputs whose elements are among ``outputs``.
 
     Raises
     ------
@@ -58,6 +59,8 @@ def read_request(
         chosen = ("energy",) if of_object else USUAL
         return OutputRequest(frozenset(chosen), fixed)
     names, own = _outputs(outputs)
+    for name in shapes or ():
+        _refuse_name(name, own)
     if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
         _refuse_unplaced(mechanism)
     if "reactions" in names:
@@ -66,7 +69,7 @@ def read_request(
         _refuse_unknown(name, expression, mechanism)
     labels = {f"own_{k}": name for k, name in enumerate(own)}
     expressions = {label: own[name] for label, name in labels.items()}
-    return OutputRequest(frozenset(names), fixed, expressions, labels)
+    return OutputRequest(frozenset(names), fixed, expressions, labels, dict(shapes or {}))
 
 
 def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:

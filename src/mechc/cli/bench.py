@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -24,7 +25,9 @@ def bench(options: Sequence[str], home: Path | None = None) -> int:
         When the benchmarks are not installed.
     """
     folder = _folder(Path(__file__).resolve().parents[1] if home is None else home)
-    with subprocess.Popen([sys.executable, str(folder), *options]) as suite:
+    path = os.pathsep.join(filter(None, (str(folder.parent), os.environ.get("PYTHONPATH"))))
+    command = [sys.executable, "-P", "-m", folder.name, *options]
+    with subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path}) as suite:
         while True:
             with suppress(KeyboardInterrupt):
                 return suite.wait()

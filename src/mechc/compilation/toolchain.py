@@ -12,6 +12,7 @@ import signal
 import subprocess
 import sysconfig
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,10 @@ from mechc.errors import CompilerError
 
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?")  # not ccache, not a script
 _STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")
+_HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
+_MOST_HEADERS = 5000  # of which the content is read; of more, size and time
+LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
+_LONGEST_VERSION = 60.0
 
 
 def find_compiler() -> list[str] | None:
@@ -74,7 +79,22 @@ def identity(command: Sequence[str]) -> str:
     """
     program = Path(shutil.which(command[0]) or command[0]).resolve()
     steering = [f"{name}={os.environ[name]}" for name in _STEERING if name in os.environ]
-    return " ".join([*command, _program(program) or version(tuple(command)), *steering])
+    told = [*command, _program(program) or version(tuple(command)), *steering]
+    return " ".join([*told, *map(_headers, filter(os.environ.get, _HEADERS))])
+
+
+def _headers(variable: str) -> str:
+    """A hash of the headers that a variable of the environment puts before the system's."""
+    digest = hashlib.sha256()
+    for folder in os.environ[variable].split(os.pathsep):
+        files = sorted(path for path in Path(folder or ".").rglob("*.h") if path.is_file())
+        for number, file in enumerate(files):
+            status = file.stat()
+            told: object = (status.st_size, status.st_mtime_ns)
+            if number < _MOST_HEADERS:
+                told = hashlib.sha256(file.read_bytes()).hexdigest()
+            digest.update(f"{file.relative_to(folder or '.')}\n{told}\n".encode("utf-8", "replace"))
+    return f"{variable}:{digest.hexdigest()}"
 
 
 def _program(path: Path) -> str | None:
@@ -95,7 +115,7 @@ def _program(path: Path) -> str | None:
 @lru_cache
 def version(command: tuple[str, ...]) -> str:
     """First line of ``--version``."""
-    return _output([*command, "--version"]).stdout.partition("\n")[0]
+    return _output([*command, "--version"], _LONGEST_VERSION).stdout.partition("\n")[0]
 
 
 def compile_all(
@@ -119,7 +139,7 @@ def compile_all(
         name, flags = source
         target = folder / f"{name}.o"
         told = [*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)]
-        _run(told, folder)
+        _run(told, folder, target)
         return target
 
     if not side_by_side:
@@ -136,13 +156,13 @@ def compile_shared(
     """Compile and link one source into a shared object, in one run of the compiler."""
     paths = [f"-I{path}" for path in includes]
     command = [*compiler(), *flags, "-fPIC", "-shared", *paths, str(folder / source)]
-    _run([*command, "-lm", "-o", str(target)], folder)
+    _run([*command, "-lm", "-o", str(target)], folder, target)
 
 
 def link(objects: Sequence[Path], target: Path) -> None:
     """Link object files into a shared object."""
     command = [*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)]
-    _run(command, target.parent)
+    _run(command, target.parent, target)
 
 
 _running: set[subprocess.Popen[str]] = set()
@@ -152,41 +172,70 @@ _running: set[subprocess.Popen[str]] = set()
 def _stop_running() -> None:
     """A compiler in the background does not outlive its process."""
     for process in list(_running):
-        process.kill()
+        _end(process)
 
 
 os.register_at_fork(after_in_child=_running.clear)  # they are the other process's
 
 
-def _output(command: list[str], **where: Any) -> subprocess.CompletedProcess[str]:
+def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
+    """Run to the end, in a group of its own: what it starts ends with it."""
     pipe = subprocess.PIPE
     try:
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe, text=True,
-            errors="replace", **where,
+            errors="replace", process_group=0, **where,
         )  # fmt: skip
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
     _running.add(process)
     try:
         with process:
-            out, told = process.communicate()
-    except BaseException:
-        process.kill()
-        raise
+            out, told = _communicated(process, command, longest)
     finally:
         _running.discard(process)
     return subprocess.CompletedProcess(command, process.returncode, out, told)
 
 
-def _run(command: list[str], folder: Path) -> None:
-    """What the compiler writes meanwhile goes to ``folder`` too, and goes with it."""
-    done = _output(command, env={**os.environ, "TMPDIR": str(folder), "LC_ALL": "C"})
-    if done.returncode != 0:
+def _communicated(
+    process: subprocess.Popen[str], command: list[str], longest: float
+) -> tuple[str, str]:
+    try:
+        return process.communicate(timeout=longest)
+    except subprocess.TimeoutExpired:
+        _end(process)
         raise CompilerError(
-            f"the C compiler {_ending(done.returncode)}.\n{shlex.join(command)}\n"
-            f"{done.stderr.strip()}"
-        )
+            f"the C compiler did not end within {longest:g} s and was stopped.\n"
+            f"{shlex.join(command)}\n{_rest(process)}"
+        ) from None
+    except BaseException:
+        _end(process)
+        raise
+
+
+def _rest(process: subprocess.Popen[str]) -> str:
+    """What was written to stderr until the end; a child that got away may keep the pipe open."""
+    try:
+        return process.communicate(timeout=1.0)[1].strip()
+    except subprocess.TimeoutExpired as late:
+        return (late.stderr or b"").decode(errors="replace").strip()
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """End it, and what it has started."""
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+
+
+def _run(command: list[str], folder: Path, target: Path) -> None:
+    """What the compiler writes meanwhile goes to ``folder`` too, and goes with it."""
+    where = {**os.environ, "TMPDIR": str(folder), "LC_ALL": "C"}
+    done = _output(command, LONGEST, env=where)
+    if done.returncode == 0 and target.is_file() and target.stat().st_size:
+        return
+    how = _ending(done.returncode) if done.returncode else f"ended well and wrote no {target.name}"
+    raise CompilerError(f"the C compiler {how}.\n{shlex.join(command)}\n{done.stderr.strip()}")
 
 
 def _ending(code: int) -> str:

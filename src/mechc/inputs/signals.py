@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from math import comb, factorial, perm
 from typing import Any
 
@@ -12,6 +13,8 @@ from mechc.system.parameters import Array
 
 DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
 SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuous derivatives
+HIGHEST = 5
+CONTINUOUS = 1e-9  # of the largest value of a derivative
 FAR = 1e300  # s; where a piece that is held begins
 
 
@@ -50,15 +53,47 @@ class Signal:
             raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
         self.kind, self.outside = kind, outside
         self.times, self.values = _checked(times, values, kind)
+        self._smoothness = SMOOTHNESS[kind]
         self._knots, self._coefficients = _pieces(self.times, self.values, kind)
         if outside == "hold":
             self._hold()
 
+    _smoothness: int
+
+    @classmethod
+    def of_interpolant(cls, interpolant: Any) -> Signal | None:
+        """The signal that an interpolant of SciPy is, kinks and all; None for anything else.
+
+        Taken are ``PPoly`` (``CubicSpline``, ``PchipInterpolator``, ``Akima1DInterpolator``),
+        ``BSpline`` (``make_interp_spline``) and ``interp1d`` of lines or steps, of one value at
+        each time and up to degree 5.  A run must stay within its knots.
+        """
+        pieces = _pieces_of(interpolant)
+        if pieces is None:
+            return None
+        knots, coefficients = pieces
+        signal = object.__new__(cls)
+        signal.kind, signal.outside = f"degree {coefficients.shape[1] - 1}", "refuse"
+        signal._knots, signal._coefficients = knots[:-1].copy(), coefficients
+        last = _shifted(coefficients[-1:], np.diff(knots[-2:]), 0)
+        signal.times, signal.values = knots, np.append(coefficients[:, 0], last)
+        signal._smoothness = signal._continuous_derivatives()
+        return signal
+
+    def _continuous_derivatives(self) -> int:
+        """By the jumps at the knots, to rounding."""
+        widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
+        for n in range(degree + 1):
+            before, after = _shifted(self._coefficients[:-1], widths, n), self._coefficients[1:, n]
+            size = np.abs(self._coefficients[:, n]).max(initial=0.0)
+            if (np.abs(after - before) > CONTINUOUS * size).any():
+                return n - 1
+        return int(degree)
+
     @property
     def smoothness(self) -> int:
         """How many derivatives are continuous; -1: the value itself jumps."""
-        own = SMOOTHNESS[self.kind]
-        return min(own, 0) if self.outside == "hold" else own
+        return min(self._smoothness, 0) if self.outside == "hold" else self._smoothness
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Times in s of the knots that a run which tolerates a relative error must not step over.
@@ -157,3 +192,32 @@ def _pieces(t: Array, x: Array, kind: str) -> tuple[Array, Array]:
     real = np.diff(found.x) > 0  # a spline's outer knots are repeated
     coefficients = np.ascontiguousarray(found.c[::-1, real].T)
     return np.ascontiguousarray(found.x[:-1][real]), coefficients
+
+
+def _pieces_of(interpolant: Any) -> tuple[Array, Array] | None:
+    """Knots (n + 1,) and coefficients (n, degree + 1) of an interpolant of SciPy."""
+    scipy = sys.modules.get("scipy.interpolate")
+    if scipy is None:  # then there is none
+        return None
+    if isinstance(interpolant, scipy.interp1d):
+        return _pieces_of_samples(interpolant)
+    if isinstance(interpolant, scipy.BSpline) and interpolant.c.ndim == 1:
+        interpolant = scipy.PPoly.from_spline(interpolant)
+    if not isinstance(interpolant, scipy.PPoly) or interpolant.c.ndim != 2:
+        return None
+    if interpolant.extrapolate == "periodic" or len(interpolant.c) > HIGHEST + 1:
+        return None
+    real = np.diff(interpolant.x) > 0  # a spline's outer knots are repeated
+    knots = np.append(interpolant.x[:-1][real], interpolant.x[-1])
+    return knots, np.ascontiguousarray(interpolant.c[::-1, real].T)
+
+
+def _pieces_of_samples(interpolant: Any) -> tuple[Array, Array] | None:
+    """Lines or steps of ``interp1d``."""
+    kind, times = interpolant._kind, np.asarray(interpolant.x, dtype=np.float64)
+    values = np.asarray(interpolant.y, dtype=np.float64)
+    if values.ndim != 1 or kind not in ("linear", "previous"):
+        return None
+    if kind == "previous":
+        return np.append(times, times[-1]), values[:, None].copy()
+    return times, np.column_stack([values[:-1], np.diff(values) / np.diff(times)])

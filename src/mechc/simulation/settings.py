@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.parameters import Array, doubles
+from mechc.system.system import System
 
 METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 LOOSEST = 0.1  # rtol beyond this asks for nothing
@@ -32,7 +30,7 @@ class Policy(NamedTuple):
 
 
 def checked_policy(
-    model: Model, *, rtol: float, atol: Any, method: str, first_step: float | None,
+    system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
@@ -44,8 +42,8 @@ def checked_policy(
     """
     return Policy(
         _checked_rtol(rtol),
-        _checked_atol(model, atol),
-        _chosen_method(model, method),
+        _checked_atol(system, atol),
+        _chosen_method(system, method),
         0.0 if first_step is None else _positive("first_step", first_step),
         _positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
@@ -62,10 +60,10 @@ def checked_change_point(policy: str) -> str:
     return policy
 
 
-def _chosen_method(model: Model, method: str) -> str:
-    without_c = model.backend == "numpy"
+def _chosen_method(system: System, method: str) -> str:
+    without_c = system.reference.backend == "numpy"
     if method == "auto":
-        smooth = model._data.get("smooth", True) and not (model._driven and model._driven.called)
+        smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
         return "gauss8" if smooth and not without_c else "dop853"
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
@@ -81,8 +79,10 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
     try:
         first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
         t0, t1 = float(first), float(last)
-    except (TypeError, ValueError):
-        raise ValueError(f"t_span must be (t0, t1) or t1, in seconds, not {t_span!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(
+            f"t_span must be (t0, t1) or t1, in seconds, not {brief(t_span)}"
+        ) from None
     if not (math.isfinite(t0) and math.isfinite(t1)):
         raise ValueOutOfBoundsError(f"t_span = ({t0}, {t1}) must be finite")
     return t0, t1
@@ -90,7 +90,7 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    times = np.array(t_eval, dtype=np.float64)
+    times = doubles(t_eval, "t_eval").copy()
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
     return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
 
@@ -118,10 +118,10 @@ def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
     return times
 
 
-def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
+def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
     if atol is None:
         return None
-    values = np.broadcast_to(np.asarray(atol, dtype=np.float64), (model._scene.width,))
+    values = np.broadcast_to(doubles(atol, "atol"), (system.scene.width,))
     if not (np.isfinite(values) & (values > 0)).all():
         raise ValueOutOfBoundsError("atol must be positive and finite in every component")
     return np.ascontiguousarray(values)
@@ -130,8 +130,8 @@ def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
     try:
         number = float(value)
-    except (TypeError, ValueError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {value!r}") from None
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
     if not number > 0 or (not infinite and not math.isfinite(number)):
         raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
     return number

@@ -72,7 +72,8 @@ COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)] or ["cc"]
 OF_C = {
     *("_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"),
     *("aligned_alloc", "calloc", "free", "realloc", "memcpy", "memmove", "memset"),
-    *("sin", "cos", "sqrt", "pow", "copysign", "nearbyint"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sinh", "cosh", "tanh"),
+    *("sqrt", "pow", "copysign", "nearbyint", "floor", "ceil", "fabs", "fmin", "fmax"),
 }
 q, u, f = dynamicsymbols("q"), dynamicsymbols("u"), Symbol("f")
 t = dynamicsymbols._t

@@ -21,12 +21,13 @@
 #define MECHC_LOCKSTEP_GROWTH 2.0
 
 /* Square of the step's error over what is tolerated: see mechc_pair_error. */
-MECHC_INLINE mechc_vector mechc_lockstep_error(const mechc_lockstep *a)
+MECHC_INLINE mechc_vector mechc_lockstep_error(mechc_lockstep *a)
 {
     mechc_vector first[MECHC_NX], second[MECHC_NX];
     mechc_vector squares = mechc_spread(0.0), second_squares = mechc_spread(0.0);
-    mechc_vector_explicit_sum(a->rates, mechc_dop853_tableau.error, mechc_dop853_tableau.stages, first);
-    mechc_vector_explicit_sum(a->rates, mechc_dop853_tableau.second_error, mechc_dop853_tableau.stages, second);
+    const mechc_tableau *tableau = &mechc_dop853_tableau;
+    mechc_vector_explicit_sum(a->rates, tableau->error, tableau->stages, first);
+    mechc_vector_explicit_sum(a->rates, tableau->second_error, tableau->stages, second);
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
         const mechc_vector size = mechc_choose(y > end, y, end);
@@ -60,7 +61,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_factor(mechc_lockstep *a)
  * wrong, is for the path of one run to tell. */
 MECHC_INLINE mechc_mask mechc_lockstep_judge(mechc_lockstep *a, mechc_mask *leaves)
 {
-    const mechc_vector *rates = MECHC_RATE(a, mechc_dop853_tableau.stages);
+    const mechc_vector *rates = a->rates[mechc_dop853_tableau.stages];
     mechc_vector sum = mechc_size_of(rates[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(rates[i]);
     const mechc_vector t = mechc_size_of(a->t), left = mechc_size_of(a->t1 - a->t);
@@ -81,7 +82,7 @@ MECHC_INLINE void mechc_lockstep_watch_stiffness(mechc_lockstep *a, mechc_mask a
     mechc_vector rate = mechc_spread(0.0), state = rate;
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector weight = mechc_vector_rough_inverse(a->scale[i]);
-        const mechc_vector change = weight * (MECHC_RATE(a, stages)[i] - MECHC_RATE(a, stages - 1)[i]);
+        const mechc_vector change = weight * (a->rates[stages][i] - a->rates[stages - 1][i]);
         const mechc_vector apart = weight * (a->end[i] - a->last_stage[i]);
         rate += change * change;
         state += apart * apart;
@@ -101,7 +102,7 @@ MECHC_ONCE void mechc_lockstep_accept(mechc_lockstep *a, mechc_mask accepted,
 {
     const mechc_vector size = mechc_size_of(a->h), next = a->h + a->time_compensation;
     const mechc_vector t = mechc_choose(a->last, a->t1, a->t + next);
-    const mechc_vector *rates = MECHC_RATE(a, mechc_dop853_tableau.stages);
+    const mechc_vector *rates = a->rates[mechc_dop853_tableau.stages];
     const mechc_mask worse = accepted & (a->conditioning < a->least);
     mechc_lockstep_watch_stiffness(a, accepted);
     a->step = mechc_choose(leaves, a->step, size * mechc_lockstep_factor(a));
@@ -113,7 +114,7 @@ MECHC_ONCE void mechc_lockstep_accept(mechc_lockstep *a, mechc_mask accepted,
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i] = mechc_choose(accepted, a->end[i], a->y[i]);
         a->compensation[i] = mechc_choose(accepted, a->next_compensation[i], a->compensation[i]);
-        MECHC_RATE(a, 0)[i] = mechc_choose(accepted, rates[i], MECHC_RATE(a, 0)[i]);
+        a->rates[0][i] = mechc_choose(accepted, rates[i], a->rates[0][i]);
         const mechc_vector reached = mechc_size_of(a->y[i]);
         if (i >= MECHC_NQ) a->scale[i] = mechc_choose(reached > a->scale[i], reached, a->scale[i]);
     }

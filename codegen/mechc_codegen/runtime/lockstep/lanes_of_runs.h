@@ -25,7 +25,7 @@ typedef struct {
     mechc_vector t, t1, time_compensation, step, max_step, h;
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX], last_stage[MECHC_NX];
-    mechc_vector rates[MECHC_MOST_RATES * MECHC_NX];
+    mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
     mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met, conditioning;        /* in this step, squared; at its end */
@@ -45,7 +45,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
         a->y[i][lane] = run->y[i];
         a->compensation[i][lane] = run->compensation[i];
         a->scale[i][lane] = run->scale[i];
-        MECHC_RATE(a, 0)[i][lane] = run->rates[i];
+        a->rates[0][i][lane] = run->rates[i];
         a->floor[i][lane] = run->has_tolerances ? run->method->share * run->tolerance[i] : 0.0;
     }
     a->of_scale[lane] = run->has_tolerances ? 0.0 : asked;
@@ -74,7 +74,7 @@ MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_
         run->y[i] = a->y[i][lane];
         run->compensation[i] = a->compensation[i][lane];
         run->scale[i] = a->scale[i][lane];
-        run->rates[i] = MECHC_RATE(a, 0)[i][lane];
+        run->rates[i] = a->rates[0][i][lane];
     }
     run->head.t = a->t[lane];
     run->time_compensation = a->time_compensation[lane];

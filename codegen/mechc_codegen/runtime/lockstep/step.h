@@ -105,9 +105,9 @@ MECHC_INLINE int mechc_lockstep_stage(void *owner, int i, mechc_vector t, mechc_
     return MECHC_RUNNING;
 }
 
-MECHC_INLINE mechc_vector_explicit_step mechc_lockstep_step_of(mechc_lockstep *a)
+MECHC_INLINE mechc_vector_explicit_data mechc_lockstep_data(mechc_lockstep *a)
 {
-    return (mechc_vector_explicit_step){
+    return (mechc_vector_explicit_data){
         a->t, a->h, a->y, a->compensation, a->next_compensation, a->rates,
     };
 }
@@ -127,16 +127,15 @@ MECHC_ONCE void mechc_lockstep_step(mechc_lockstep *a)
 {
     mechc_lockstep_next_step(a);
     a->met = mechc_spread(HUGE_VAL);
-    const mechc_vector_explicit_step step = mechc_lockstep_step_of(a);
-    mechc_vector_explicit_stages(&mechc_dop853_tableau, &step, 1, mechc_dop853_tableau.stages,
-                                 mechc_lockstep_stage, a, a->end);
+    const mechc_vector_explicit_data step = mechc_lockstep_data(a);
+    mechc_vector_explicit_step(&mechc_dop853_tableau, &step, mechc_lockstep_stage, a, a->end);
 }
 
 /* The extra stages of the dense output, and its rows. */
 MECHC_ONCE void mechc_lockstep_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     const mechc_tableau *tableau = &mechc_dop853_tableau;
-    const mechc_vector_explicit_step step = mechc_lockstep_step_of(a);
+    const mechc_vector_explicit_data step = mechc_lockstep_data(a);
     mechc_vector state[MECHC_NX];
     mechc_vector_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
                                  mechc_lockstep_stage, a, state);

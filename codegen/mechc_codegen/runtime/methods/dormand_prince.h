@@ -18,10 +18,12 @@
 #include "singularities/monitor.h"
 #include "stepping/control.h"
 
-MECHC_STATIC mechc_scalar_explicit_step mechc_pair_step_of(mechc_integration *run, double h)
+#define MECHC_ALL_RATES(run) ((double (*)[MECHC_NX])(run)->rates)
+
+MECHC_STATIC mechc_scalar_explicit_data mechc_pair_data(mechc_integration *run, double h)
 {
-    return (mechc_scalar_explicit_step){
-        run->head.t, h, run->y, run->compensation, run->next_compensation, run->rates,
+    return (mechc_scalar_explicit_data){
+        run->head.t, h, run->y, run->compensation, run->next_compensation, MECHC_ALL_RATES(run),
     };
 }
 
@@ -33,18 +35,17 @@ MECHC_STATIC int mechc_pair_rates(void *run, int i, double t, double *state, dou
 
 MECHC_STATIC int mechc_pair_step(mechc_integration *run, double h, double *end)
 {
-    const mechc_tableau *tableau = run->current->tableau;
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
-    return mechc_scalar_explicit_stages(tableau, &step, 1, tableau->stages, mechc_pair_rates, run,
-                                        end);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
+    return mechc_scalar_explicit_step(run->current->tableau, &step, mechc_pair_rates, run, end);
 }
 
 /* Root mean square of the step's error by one set of weights over what is tolerated, squared. */
-MECHC_STATIC double mechc_pair_norm(const mechc_integration *run, const double *weights, double h,
+MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *weights, double h,
                                     const double *end, const mechc_scalar_place *place)
 {
     double error[MECHC_NX], square = 0.0;
-    mechc_scalar_explicit_sum(run->rates, weights, run->current->tableau->stages + 1, error);
+    const int count = run->current->tableau->stages + 1;
+    mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), weights, count, error);
     for (int i = 0; i < MECHC_NX; i++) error[i] *= h;
     if (place) mechc_project_error(place, error);
     for (int i = 0; i < MECHC_NX; i++) square += pow(error[i] / mechc_tolerance(run, i, end), 2);
@@ -77,7 +78,8 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
     const int stage = tableau->stages - 1;
     double inner[MECHC_NX], rate = 0.0, state = 0.0;
     (void)step_error;
-    mechc_scalar_explicit_sum(run->rates, tableau->matrix + stage * MECHC_MOST_RATES, stage, inner);
+    const double *row = tableau->matrix + stage * MECHC_MOST_RATES;
+    mechc_scalar_explicit_sum(MECHC_ALL_RATES(run), row, stage, inner);
     for (int i = 0; i < MECHC_NX; i++) {
         const double change = MECHC_RATE(run, stage + 1)[i] - MECHC_RATE(run, stage)[i];
         rate += pow(change / run->scale[i], 2);
@@ -89,7 +91,7 @@ MECHC_STATIC int mechc_pair_limited(const mechc_integration *run, double h, cons
 MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 {
     const mechc_tableau *tableau = run->current->tableau;
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
     double state[MECHC_NX];
     return mechc_scalar_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
                                         mechc_pair_rates, run, state);
@@ -98,7 +100,7 @@ MECHC_STATIC int mechc_pair_dense_stages(mechc_integration *run, double h)
 MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const double *end, int count,
                                    double *rows)
 {
-    const mechc_scalar_explicit_step step = mechc_pair_step_of(run, h);
+    const mechc_scalar_explicit_data step = mechc_pair_data(run, h);
     mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
 }
 

@@ -16,23 +16,24 @@ typedef struct {
     real t, h;
     const real *y, *compensation; /* of y: what rounding has left of the steps before */
     real *next_compensation;      /* of the end */
-    real *rates;
-} FN(explicit_step);
+    real (*rates)[MECHC_NX];
+} FN(explicit_data);
 
 /* Rates of stage i at a state, which may be moved onto the constraints; MECHC_RUNNING or why not. */
 typedef int FN(explicit_rates)(void *owner, int i, real t, real *state, real *rates);
 
 /* sum_j row[j] rate_j, j < count */
-MECHC_INLINE void FN(explicit_sum)(const real *rates, const double *row, int count, real *sum)
+MECHC_INLINE void FN(explicit_sum)(real (*rates)[MECHC_NX], const double *row, int count,
+                                   real *sum)
 {
-    for (int i = 0; i < MECHC_NX; i++) sum[i] = row[0] * rates[i];
+    for (int i = 0; i < MECHC_NX; i++) sum[i] = row[0] * rates[0][i];
     for (int j = 1; j < count; j++)
         if (row[j] != 0.0)
-            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * rates[j * MECHC_NX + i];
+            for (int i = 0; i < MECHC_NX; i++) sum[i] += row[j] * rates[j][i];
 }
 
 /* y + h sum_j matrix[i][j] rate_j */
-MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(explicit_step) *step,
+MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                      int i, real *state)
 {
     real sum[MECHC_NX];
@@ -41,7 +42,7 @@ MECHC_INLINE void FN(explicit_state)(const mechc_tableau *tableau, const FN(expl
 }
 
 /* The same for the step's end, compensated.  Kahan (1965). */
-MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explicit_step) *step,
+MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                    real *end)
 {
     real sum[MECHC_NX];
@@ -54,26 +55,37 @@ MECHC_INLINE void FN(explicit_end)(const mechc_tableau *tableau, const FN(explic
     }
 }
 
-/* Stages first .. last; `state` receives that of the last. */
-MECHC_INLINE int FN(explicit_stages)(const mechc_tableau *tableau, const FN(explicit_step) *step,
+/* Rates first .. last but those of the end; `state` is where they are taken. */
+MECHC_INLINE int FN(explicit_stages)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                      int first, int last, FN(explicit_rates) *rates_of,
                                      void *owner, real *state)
 {
     for (int i = first; i <= last; i++) {
-        if (i == tableau->stages) FN(explicit_end)(tableau, step, state);
-        else FN(explicit_state)(tableau, step, i, state);
+        FN(explicit_state)(tableau, step, i, state);
         const real t = step->t + tableau->nodes[i] * step->h;
-        const int status = rates_of(owner, i, t, state, step->rates + i * MECHC_NX);
+        const int status = rates_of(owner, i, t, state, step->rates[i]);
         if (status != MECHC_RUNNING) return status;
     }
     return MECHC_RUNNING;
 }
 
+/* All stages, the end, and its rates. */
+MECHC_INLINE int FN(explicit_step)(const mechc_tableau *tableau, const FN(explicit_data) *step,
+                                   FN(explicit_rates) *rates_of, void *owner, real *end)
+{
+    const int last = tableau->stages;
+    const int status =
+        FN(explicit_stages)(tableau, step, 1, last - 1, rates_of, owner, end);
+    if (status != MECHC_RUNNING) return status;
+    FN(explicit_end)(tableau, step, end);
+    return rates_of(owner, last, step->t + step->h, end, step->rates[last]);
+}
+
 /* The first `count` rows of the dense output, from all rates of the step. */
-MECHC_INLINE void FN(explicit_dense)(const mechc_tableau *tableau, const FN(explicit_step) *step,
+MECHC_INLINE void FN(explicit_dense)(const mechc_tableau *tableau, const FN(explicit_data) *step,
                                      const real *end, int count, real *rows)
 {
-    const real *first = step->rates, *last = step->rates + tableau->stages * MECHC_NX;
+    const real *first = step->rates[0], *last = step->rates[tableau->stages];
     for (int i = 0; i < MECHC_NX; i++) {
         const real r0 = end[i] - step->y[i], r1 = step->h * first[i] - r0;
         rows[i] = r0;

@@ -304,7 +304,7 @@ MECHC_STATIC void mechc_radau_make(mechc_integration *run)
 
 static const mechc_method mechc_radau5 = {
     .number = MECHC_RADAU5,
-    .order = 3,
+    .order = 4,
     .last_rate = MECHC_RADAU_STAGES,
     .dense_rows = 3,
     .nodes = {MECHC_RADAU_STAGES, mechc_radau5_nodes},

@@ -1,0 +1,1 @@
+"""What the product itself costs, and how that grows."""

@@ -1,0 +1,221 @@
+"""What do more links cost?
+
+    mechc bench growth [--scenes planar spatial windows] [--quick | --most N]
+                       [--follow N] [--resume]
+
+For N = 1, 2, 5, 10, 20, 40, 80: an open planar chain of N links, an open spatial one with axes
+that alternate, and N four-bar windows in a row (2N + 1 links, tilted, relative angles), each
+described as a ``Mechanism``.  Columns: processor seconds of derivation, of all else until the C is
+there, of the compiler for the first unit and for the whole; kilobytes of C and its operations (the
+recursions of trees are loops of the runtime's and are not counted); microseconds for one
+right-hand side, called from Python through ctypes, and for one of 512 states side by side in the
+lanes.  Exponents are fitted over N >= 5.
+
+``--follow N`` runs N windows for 20 s at several tolerances and compares B_0 with the closed form.
+``--resume`` keeps the rows of an earlier run.  Exits with 1 where the right-hand side of a chain of
+40 links takes more than 0.5 us a link, or where a run ends well and wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mechc_codegen.compiler import build_scene
+from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
+from mechc_codegen.library.chains.windows import windows
+
+from mechc.compilation import entries
+from mechc.compilation.build import system_with
+from mechc.compilation.processor import native
+from mechc.model import Model
+from mechc.system.reference import ModelReference
+
+from ..formulations.described import read as read_mechanism
+from ..problems.windows_motion import first_upright, upright_start
+from ..timing.machine import about
+from ..timing.processes import processor_seconds
+from ..timing.results import folder, read, write
+
+SIZES = (1, 2, 5, 10, 20, 40, 80)
+QUICK = (1, 5, 8)
+SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows}
+COLUMNS = (
+    "derive_s", "emit_s", "first_s", "whole_s", "kilobytes", "operations", "rhs_us", "lane_us",
+)  # fmt: skip
+TILT = {"tilt": 0.3}
+LINK_US, ALLOWED = 0.25, 2.0  # articulated bodies, and how many times that
+STATES = 512
+TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
+SPAN = 20.0
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    failures = missed(grown(_options().parse_args(arguments)))
+    for failure in failures:
+        print(f"MISSED: {failure}")
+    return 1 if failures else 0
+
+
+def grown(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The tables, written after each row."""
+    result: dict[str, Any] = {"about": about(), "rows": {}, "exponents": {}, "follow": []}
+    earlier = folder() / "growth.json"
+    if chosen.resume and earlier.exists():
+        result |= read(earlier)
+    for name in chosen.scenes:
+        rows = result["rows"].setdefault(name, [])
+        print(f"\n{name:8s}" + "".join(f"{column:>11s}" for column in COLUMNS))
+        for size in (n for n in (QUICK if chosen.quick else SIZES) if n <= chosen.most):
+            if not any(row["n"] == size for row in rows):
+                rows.append(measure(name, size))
+                write("growth", result)
+            _print_row(next(row for row in rows if row["n"] == size))
+        result["exponents"][name] = {column: exponent(rows, column) for column in COLUMNS}
+        _print_exponents(result["exponents"][name])
+    if chosen.follow:
+        result["follow"] = [follow(chosen.follow, rtol) for rtol in chosen.rtol]
+    write("growth", result)
+    return result
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mechc bench growth", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument("--scenes", nargs="+", default=list(SCENES), choices=SCENES)
+    parser.add_argument("--most", type=int, default=SIZES[-1], help="largest N")
+    parser.add_argument("--quick", action="store_true", help=f"N = {QUICK}")
+    parser.add_argument("--follow", type=int, default=0, metavar="N", help="windows to follow")
+    parser.add_argument("--rtol", type=float, nargs="+", default=TOLERANCES)
+    parser.add_argument("--resume", action="store_true", help="keep the rows of an earlier run")
+    return parser
+
+
+def measure(name: str, size: int) -> dict[str, Any]:
+    """One row of the table."""
+    mechanism, request = read_mechanism(SCENES[name](size))
+    _, derive = spent(lambda: derive_equations(mechanism, request))
+    build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
+    with tempfile.TemporaryDirectory() as folder:
+        _, first = spent(lambda: entries.make_first_unit(build, Path(folder)))
+        _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
+        scene = entries.scene_in(Path(folder) / "scene.so")
+        model = Model(system_with(scene, ModelReference("", custom=True)))
+    start = state(name, size, model)
+    return {
+        "n": size, "links": len(model.coordinates), "derive_s": derive,
+        "emit_s": max(until_emitted - derive, 0.0), "first_s": first, "whole_s": whole,
+        "kilobytes": len(build.texts["scene_program.h"]) / 1000,
+        "operations": model.system.data["operations"]["after"],
+        "rhs_us": 1e6 * scalar_seconds(model, start), "lane_us": 1e6 * lane_seconds(model, start),
+    }  # fmt: skip
+
+
+def spent(run: Callable[[], Any]) -> tuple[Any, float]:
+    """What it gave, and the processor seconds of this process and of the compiler."""
+    before = processor_seconds()
+    return run(), processor_seconds() - before
+
+
+def state(name: str, size: int, model: Model) -> np.ndarray:
+    """A state on the constraints, where nothing vanishes by luck."""
+    if name == "windows":
+        return upright_start(size, angle=1.1)
+    rng = np.random.default_rng(size)
+    return 0.3 * rng.normal(size=2 * len(model.coordinates))
+
+
+def scalar_seconds(model: Model, y: np.ndarray) -> float:
+    bound = model.c_function("rates", _values(model))
+    function, out = bound.ctypes, np.empty_like(y)
+    arguments = (0.0, y.ctypes.data, out.ctypes.data, bound.data)
+    return least(lambda: function(*arguments))
+
+
+def lane_seconds(model: Model, y: np.ndarray) -> float:
+    states, values = np.tile(y, (STATES, 1)), _values(model)
+    out = np.empty_like(states)
+    return least(lambda: model.rhs(0.0, states, values, out=out)) / STATES
+
+
+def _values(model: Model) -> dict[str, float]:
+    return {name: value for name, value in TILT.items() if name in model.parameters}
+
+
+def least(run: Callable[[], Any], budget: float = 0.4) -> float:
+    """The shortest of as many runs as fit into the budget, several a time where they are short."""
+    run()
+    began = time.perf_counter()
+    run()
+    repeats = max(1, int(2e-4 / max(time.perf_counter() - began, 1e-7)))
+    best = np.inf
+    while time.perf_counter() - began < budget:
+        start = time.perf_counter()
+        for _ in range(repeats):
+            run()
+        best = min(best, (time.perf_counter() - start) / repeats)
+    return float(best)
+
+
+def exponent(rows: Sequence[dict[str, Any]], column: str, least_size: int = 5) -> float | None:
+    """Slope of a column over the number of links, both as logarithms."""
+    points = [(r["links"], r[column]) for r in rows if r["n"] >= least_size and r[column] > 0]
+    if len(points) < 2:
+        return None
+    links, values = np.log(np.array(points)).T
+    return float(np.polyfit(links, values, 1)[0])
+
+
+def follow(size: int, rtol: float) -> dict[str, Any]:
+    """Windows from the vertical for 20 s: how the run ends, and how far B_0 is off."""
+    import mechc
+
+    model = mechc.compile(windows(size), outputs=("points", "energy"))
+    times = np.arange(0.0, SPAN + 0.025, 0.05)
+    began = time.perf_counter()
+    sol = model.simulate(SPAN, upright_start(size), TILT, rtol=rtol, t_eval=times)
+    seconds = time.perf_counter() - began
+    points = model.points(sol.y, sol.params)[:, model.point_names.index("B_0"), :2]
+    turn = np.array([[np.cos(TILT["tilt"]), -np.sin(TILT["tilt"])],
+                     [np.sin(TILT["tilt"]), np.cos(TILT["tilt"])]])  # fmt: skip
+    error = float(np.abs(points @ turn - first_upright(size, sol.t)).max())
+    row = {
+        "n": size, "rtol": rtol, "status": sol.status.code, "reached": float(sol.t[-1]),
+        "error": error, "seconds": seconds, "steps": int(sol.stats["steps"]),
+        "crossings": len(sol.change_points), "energy_drift": float(sol.energy_drift),
+    }  # fmt: skip
+    print(f"{size} windows, rtol {rtol:.0e}: {row['status']} at {row['reached']:.2f} s, error"
+          f" {error:.1e} m, {row['crossings']} crossings, {row['steps']} steps, {seconds:.1f} s",
+          flush=True)  # fmt: skip
+    return row
+
+
+def missed(result: dict[str, Any]) -> list[str]:
+    """What the tables must show and do not."""
+    found = []
+    for name in ("planar", "spatial"):
+        for row in result["rows"].get(name, ()):
+            if row["n"] == 40 and row["rhs_us"] > ALLOWED * LINK_US * 40:
+                found.append(f"{name} chain of 40 links: {row['rhs_us']:.1f} us")
+    for row in result["follow"]:
+        if row["status"] == "finished" and row["error"] > 1e-3:
+            found.append(
+                f"{row['n']} windows at rtol {row['rtol']:g} end wrong: {row['error']:.1e}"
+            )
+    return found
+
+
+def _print_row(row: dict[str, Any]) -> None:
+    print(f"{row['n']:8d}" + "".join(f"{row[column]:11.3g}" for column in COLUMNS), flush=True)
+
+
+def _print_exponents(exponents: dict[str, float | None]) -> None:
+    told = ("" if value is None else f"{value:.2f}" for value in exponents.values())
+    print(f"{'exponent':8s}" + "".join(f"{text:>11s}" for text in told), flush=True)

@@ -1,0 +1,53 @@
+"""Exact motions of ``data/``, computed anew.
+
+    mechc bench references [NAME ...] [--to DIR]
+
+Each motion is computed in two ways that share nothing (motions.py), or, of the four-bar that nearly
+has a change point, on a form that is regular there (near_misses.py); this takes from minutes to
+hours.  Fewer than 30 digits on which both ways agree are an error.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ..problems.data import DATA
+from .motions import REFERENCES, compute
+from .near_misses import near_misses
+
+NEEDED = 30  # digits
+NEAR_MISSES = "four_bar_near_misses"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    ways: dict[str, Callable[[], dict[str, Any]]] = {
+        name: partial(_of_two_ways, name) for name in REFERENCES
+    }
+    ways[NEAR_MISSES] = near_misses
+    parser = argparse.ArgumentParser(
+        prog="mechc bench references", description=__doc__,
+        formatter_class=argparse.RawTextHelpFormatter,
+    )  # fmt: skip
+    parser.add_argument("names", nargs="*", default=list(ways), metavar="NAME",
+                        help=", ".join(ways))  # fmt: skip
+    parser.add_argument("--to", type=Path, default=DATA, metavar="DIR", help=f"[{DATA}]")
+    chosen = parser.parse_args(arguments)
+    if unknown := set(chosen.names) - set(ways):
+        parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(ways)}")
+    for name in chosen.names:
+        data = ways[name]()
+        if data.get("digits", NEEDED) < NEEDED:
+            return 1
+        (chosen.to / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+    return 0
+
+
+def _of_two_ways(name: str) -> dict[str, Any]:
+    data = compute(REFERENCES[name]())
+    print(f"{name}: both ways agree on {data['digits']} digits", flush=True)
+    return data

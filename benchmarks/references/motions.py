@@ -1,0 +1,186 @@
+"""Reference motions of thirty digits, each computed in two ways that share nothing.
+
+First way: M, F, J, gamma of the open tree by SymPy's KanesMethod, the Schur complement, heyoka's
+Taylor series in 160 bits.  Second way: other equations (the pendulum's from
+Lagrange's by hand; the bicycle's by Kane with dependent speeds, LU decomposition), Gragg's
+extrapolated midpoint rule in 50 digits of mpmath.  What is written into data/ are the digits on
+which both agree; fewer than 30 are an error.  Parameters are the doubles that everybody is given.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+import sympy
+from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.spatial.bicycle import bicycle, values
+from mpmath import mpf
+from sympy.physics.mechanics import dynamicsymbols
+
+from ..formulations.described import described
+from ..formulations.equations import derive
+from ..problems.bicycle import COORDINATES, SPEEDS
+from .extrapolation import DIGITS, Rates, Vector, by_extrapolation
+
+BITS = 160
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A motion: its mechanism, parameters, start ``[q, u]``, times, and the second equations."""
+
+    source: str
+    mechanism: Any
+    values: Mapping[str, float]
+    start: Callable[[Callable[..., Vector], Vector], Vector]
+    times: tuple[float, ...]
+    second: Callable[[], Rates]
+    longest: str  # step of the second way (s)
+
+
+def compute(reference: Reference) -> dict[str, Any]:
+    """Rows of the motion as text, and on how many digits the two ways agree."""
+    equations = derive(described(reference.mechanism, reference.values), {})
+    parameters = [mpf(reference.values[p.name]) for p in equations.parameters]
+    start = reference.start(equations.constraints().function("mpmath"), parameters)
+    began = time.perf_counter()
+    first = by_taylor_series(equations, parameters, start, reference.times)
+    print(f"Taylor series: {time.perf_counter() - began:.0f} s", flush=True)
+    began = time.perf_counter()
+    second = by_extrapolation(reference.second(), start, reference.times, reference.longest)
+    print(f"extrapolation: {time.perf_counter() - began:.0f} s", flush=True)
+    apart = max(abs(a - b) / max(1, abs(a)) for x, y in zip(first, second, strict=True)
+                for a, b in zip(x, y, strict=True))  # fmt: skip
+    digits = int(-mpmath.log10(apart)) if apart else DIGITS
+    names = [str(x.func) for x in (*reference.mechanism.q, *reference.mechanism.u)]
+    motion = [(0.0, start), *zip(reference.times, first, strict=True)]
+    rows = [
+        [str(t), *(mpmath.nstr(x, digits, strip_zeros=False) for x in row)] for t, row in motion
+    ]
+    return {"source": reference.source, "digits": digits, "columns": ["t", *names], "rows": rows}
+
+
+# -- first way ------------------------------------------------------------------------------------
+
+
+def by_taylor_series(
+    equations: Any, parameters: Vector, start: Vector, times: Sequence[float]
+) -> list[Vector]:
+    """heyoka in numbers of 160 bits; the parameters stay parameters, so that none is rounded."""
+    import heyoka as hy
+    import numpy as np
+
+    program = equations.rates()
+    refuse_rounded_numbers(program)
+    names = [str(s) for s in equations.state]
+    variables = hy.make_vars(*names)
+    function = program.function({"sin": hy.sin, "cos": hy.cos, "sqrt": hy.sqrt})
+    rates = function(*variables, *(hy.par[k] for k in range(len(parameters))))
+    exact = lambda xs: np.array([hy.real(mpmath.nstr(x, 75), BITS) for x in xs])  # noqa: E731
+    taylor = hy.taylor_adaptive(
+        list(zip(variables, rates, strict=True)), exact(start), pars=exact(parameters),
+        fp_type=hy.real, prec=BITS, compact_mode=True,
+    )  # fmt: skip
+    rows = []
+    for t in times:
+        taylor.propagate_until(hy.real(t, BITS))
+        rows.append([mpf(str(x)) for x in taylor.state])
+    return rows
+
+
+def refuse_rounded_numbers(program: Any) -> None:
+    """Quotients such as 1/12 would become doubles on the way; halves and their like are exact."""
+    for _, value in program.assignments:
+        for number in value.atoms(sympy.Rational):
+            if number.q & (number.q - 1):
+                raise ValueError(f"{number} in the equations is no double: make it a parameter")
+
+
+# -- the pendulum ---------------------------------------------------------------------------------
+
+LINKS, GRAVITY = 10, 9.81
+
+
+def pendulum_10() -> Reference:
+    given = {f"{x}_{k}": 1.0 for x in "ml" for k in range(LINKS)} | {"g": GRAVITY}
+    angle = mpf(math.pi / 2)  # the double that everybody starts from
+    return Reference(
+        source="ten-link pendulum of unit point masses and links, g = 9.81, from rest at 90 "
+        "degrees (the double next to pi/2); see references/motions.py",
+        mechanism=pendulum(LINKS), values=given,
+        start=lambda *_: [angle] * LINKS + [mpf(0)] * LINKS,
+        times=(1.0, 2.0, 3.0, 4.0), second=pendulum_by_hand, longest="0.05",
+    )  # fmt: skip
+
+
+def pendulum_by_hand() -> Rates:
+    """Lagrange's equations in absolute angles: sum_j (n - max(i, j)) (c_ij a_j + s_ij w_j^2)."""
+    below = [[LINKS - max(i, j) for j in range(LINKS)] for i in range(LINKS)]
+
+    def rates(y: Vector) -> Vector:
+        angles, squares = y[:LINKS], [w**2 for w in y[LINKS:]]
+        c, s = [mpmath.cos(x) for x in angles], [mpmath.sin(x) for x in angles]
+        M, F = mpmath.matrix(LINKS), mpmath.matrix(LINKS, 1)
+        for i in range(LINKS):
+            F[i] = -below[i][i] * mpf(GRAVITY) * s[i]
+            for j in range(LINKS):
+                M[i, j] = below[i][j] * (c[i] * c[j] + s[i] * s[j])
+                F[i] -= below[i][j] * (s[i] * c[j] - c[i] * s[j]) * squares[j]
+        return [*y[LINKS:], *mpmath.lu_solve(M, F)]
+
+    return rates
+
+
+# -- the bicycle ----------------------------------------------------------------------------------
+
+
+DEPENDENT = 5  # speeds, which follow the independent ones in the state
+
+
+def bicycle_motion() -> Reference:
+    method = bicycle()
+    return Reference(
+        source="the bicycle of Meijaard et al. (2007), benchmark values, without hands from a "
+        "general state at 4.6 m/s, nonlinear; see references/motions.py",
+        mechanism=described(method, values()), values=values(), start=bicycle_start,
+        times=(0.5, 1.0, 1.5, 2.0), second=lambda: bicycle_reduced(method), longest="0.05",
+    )  # fmt: skip
+
+
+def bicycle_start(constraints: Callable[..., Vector], parameters: Vector) -> Vector:
+    """The independent ones as given; pitch by Newton, the dependent speeds by their rows."""
+    q, u = ([mpf(x) for x in known.values()] for known in (COORDINATES, SPEEDS))
+    residual = lambda pitch, *others: constraints(*q, pitch, *u, *others, *parameters)  # noqa: E731
+    guess = [mpmath.pi / 10, *([mpf(0)] * DEPENDENT)]
+    pitch, *others = mpmath.findroot(residual, guess, tol=mpf(10) ** (10 - 2 * DIGITS))
+    return [*q, pitch, *u, *others]
+
+
+def bicycle_reduced(method: Any) -> Rates:
+    """Kane's equations for the independent speeds beside the rows of the dependent ones."""
+    matrices, given = [method.mass_matrix, method.forcing], values()
+    symbols = set().union(*(m.free_symbols for m in matrices)) - {dynamicsymbols._t}
+    names = sorted(symbols, key=str)
+    function = sympy.lambdify([*method.q, *method.u, *names], matrices, "mpmath", cse=True)
+    parameters = [mpf(given[symbol.name]) for symbol in names]
+    order = rates_in_the_order_of_coordinates(method)
+
+    def rates(y: Vector) -> Vector:
+        M, F = function(*y, *parameters)
+        return [*(y[len(order) + k] for k in order), *mpmath.lu_solve(M, F)]
+
+    return rates
+
+
+def rates_in_the_order_of_coordinates(method: Any) -> list[int]:
+    """Of every coordinate, the place of the speed that is its rate."""
+    names = [str(u.func) for u in method.u]
+    return [names.index(f"{q.func}_rate") for q in method.q]
+
+
+REFERENCES = {"pendulum_10": pendulum_10, "bicycle_motion": bicycle_motion}

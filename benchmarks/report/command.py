@@ -1,0 +1,30 @@
+"""The page again, of figures measured before.
+
+mechc bench report [RESULTS.json] [--against EARLIER.json] [--to PAGE.html]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..timing import results
+from .page import write_report
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="mechc bench report", description=(__doc__ or "").partition("\n")[0]
+    )
+    default = results.folder() / "results.json"
+    parser.add_argument("results", type=Path, nargs="?", default=default, help=f"[{default}]")
+    parser.add_argument("--against", type=Path, metavar="JSON", help="an earlier results.json")
+    parser.add_argument("--to", "--out", type=Path, metavar="PAGE",
+                        help="[results.html beside the results]")  # fmt: skip
+    chosen = parser.parse_args(arguments)
+    earlier = results.read_option(parser, chosen.against)
+    target = chosen.to or chosen.results.with_suffix(".html")
+    write_report(results.read_option(parser, chosen.results), earlier, target)
+    print(target)
+    return 0

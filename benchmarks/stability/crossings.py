@@ -1,0 +1,131 @@
+"""Change points of other mechanisms, each branch by a form of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from mechc_codegen.library.chains.windows import windows
+from mechc_codegen.library.planar.slider_crank import slider_crank
+from scipy.integrate import solve_ivp
+
+import mechc
+
+from ..problems.windows_motion import first_upright, upright_start
+from ..references.closure_curve import Geometry
+from ..timing.cases import Array
+from . import random_starts
+from .judge import METHODS, ROUNDING, Row, attempt, limit_of, measured, speeds_apart, verdict
+
+RTOLS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+SHIFT = 1e-6
+TOGETHER = 1e-7  # N + 1 rows of a row of windows lose rank at once; docs/growth.md measures it
+WINDOWS_CONDITION = 10.0
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A motion with one degree of freedom: mass(x) x'' + slope(x) x'^2 / 2 = force(x).
+
+    ``state`` gives the mechanism's state of (x, x'); nothing in it is singular at a crossing.
+    """
+
+    name: str
+    mass: Callable[[float], float]
+    slope: Callable[[float], float]
+    force: Callable[[float], float]
+    state: Callable[[float, float], Array]
+
+    def final(self, start: Sequence[float], t_end: float, rtol: float) -> Array:
+        def rates(t: float, y: Array) -> list[float]:
+            pull = self.force(y[0]) - self.slope(y[0]) * y[1] ** 2 / 2
+            return [y[1], pull / self.mass(y[0])]
+
+        run = solve_ivp(rates, (0.0, t_end), start, method="DOP853", rtol=rtol, atol=rtol)
+        return self.state(*run.y[:, -1])
+
+
+def other_mechanisms(quick: bool) -> Iterator[Row]:
+    rtols = (1e-8,) if quick else RTOLS
+    yield from _slider_crank(rtols)
+    yield from _parallelograms(2 if quick else 10, rtols)
+    yield from _windows((2,) if quick else (2, 5), rtols)
+
+
+# -- crank and rod of one length: the slider comes to the crank's pivot ---------------------------
+
+
+def _slider_crank(rtols: Sequence[float]) -> Iterator[Row]:
+    model = mechc.compile(slider_crank())
+    l = 0.75
+    p = dict(zip(model.parameters, map(float, model.defaults.values()), strict=True))
+    m, T = [p[f"m_{k}"] for k in range(3)], p["T"]
+    unfolds = Branch(
+        "slider-crank that unfolds",
+        lambda x: l * l * (m[0] / 3 + m[1] / 3 + (2 * m[1] + 4 * m[2]) * np.sin(x) ** 2),
+        lambda x: l * l * (2 * m[1] + 4 * m[2]) * np.sin(2 * x),
+        lambda x: T,
+        lambda x, v: np.array([x, -x, 2 * l * np.cos(x), v, -v, -2 * l * np.sin(x) * v]),
+    )
+    folded = Branch(
+        "slider-crank that stays folded",
+        lambda x: l * l * (m[0] + m[1]) / 3,
+        lambda x: 0.0,
+        lambda x: T,
+        lambda x, v: np.array([x, x + np.pi, 0.0, v, v, 0.0]),
+    )
+    for branch in (unfolds, folded):
+        for start in ((0.3, 3.0), (0.3, -6.0)):
+            yield from _along(model, branch, start, 4.0, {"l_0": l, "l_1": l}, rtols)
+
+
+def _along(
+    model: mechc.Model, branch: Branch, start: tuple[float, float], t_end: float,
+    params: dict[str, float], rtols: Sequence[float],
+) -> Iterator[Row]:  # fmt: skip
+    exact, loose = (branch.final(start, t_end, rtol) for rtol in (1e-13, 1e-11))
+    scale = speeds_apart(exact, len(exact) // 2)
+    pushed = branch.final((start[0] + SHIFT, start[1]), t_end, 1e-12)
+    condition = float((np.abs(pushed - exact) / scale).max()) / SHIFT
+    for method in METHODS:
+        for rtol in rtols:
+            first = branch.state(*start)
+            found = attempt(model, t_end, first, params, rtol=rtol, method=method)
+            limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
+            case = f"{branch.name}, from {start[1]:g} rad/s, {method}, {rtol:g}"
+            yield verdict(case, found, exact, limit, scale)
+
+
+# -- lengths 1, 2, 1, 2: the parallelogram and the antiparallelogram, one curve each --------------
+
+
+def _parallelograms(starts: int, rtols: Sequence[float]) -> Iterator[Row]:
+    n = 2 * starts
+    names = ("parallelogram 1 2 1 2",) * starts + ("antiparallelogram 1 2 1 2",) * starts
+    geometry = Geometry(
+        np.tile([1.0, 2.0, 1.0, 2.0], (n, 1)), np.tile([1.0, 1.0, -1.0], (n, 1)),
+        np.tile([1.0, 2.0, 3.0], (n, 1)), np.arange(n) < starts,
+    )  # fmt: skip
+    given = random_starts.trials_of(np.random.default_rng(2), names, geometry, 20.0)
+    for method in METHODS:
+        for rtol in rtols:
+            yield from random_starts.judged(given, method, rtol)
+
+
+# -- rows of windows: all couplers and uprights in line at once -----------------------------------
+
+
+def _windows(counts: Sequence[int], rtols: Sequence[float]) -> Iterator[Row]:
+    for count in counts:
+        model = mechc.compile(windows(count))
+        for rtol in rtols:
+            params = {"tilt": 0.3}
+            found = attempt(model, 20.0, upright_start(count), params, rtol=rtol)
+            case, exact = f"{count} windows, auto, {rtol:g}", first_upright(count, np.array([20.0]))
+            limit = limit_of(rtol, WINDOWS_CONDITION, max(ROUNDING, TOGETHER))
+            if isinstance(found, str) or not found.status.ok:
+                yield verdict(case, found, exact, limit)
+                continue
+            angle = found.q[-1, 0]
+            yield measured(case, np.array([np.cos(angle), np.sin(angle)]), exact[0], limit)

@@ -1,0 +1,106 @@
+"""The families of the stress suite: what each promises, and what runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from . import (
+    batches,
+    crossings,
+    exact_motion,
+    geometry,
+    long_runs,
+    near_misses,
+    random_starts,
+    stiff,
+    values,
+)
+from .judge import Row
+
+TIMES_START = "of 100 rtol + 2.5e-10 times the condition"
+
+
+@dataclass(frozen=True)
+class Family:
+    """A promise and the runs that try it.
+
+    Parameters
+    ----------
+    rows
+        Gives the rows; True for few of them.
+    least
+        The share of the runs that must be right: a suite of refusals would pass everything else.
+    unit
+        What the worst error is a part of.
+    note
+        What the rows say beyond the table.
+    """
+
+    promise: str
+    rows: Callable[[bool], Iterator[Row]]
+    least: float = 1.0
+    unit: str = TIMES_START
+    note: Callable[[list[Row]], str] = lambda rows: ""
+
+
+FAMILIES: dict[str, Family] = {
+    "change points": Family(
+        "random starts run straight through every change point, at every tolerance",
+        random_starts.random_starts, 0.97, note=random_starts.which_failed,
+    ),
+    "near misses": Family(
+        "l_3 = 4 +- 10^-k: the bend of the 40-digit motion, or a status where doubles cannot tell",
+        near_misses.near_misses, 0.85, TIMES_START + ", and rounding of the closure",
+    ),
+    "exact motion": Family(
+        "through change points for 20 s and 100 s, by every method at every tolerance",
+        exact_motion.exact_motion, unit="of the limit that was promised",
+    ),
+    "other change points": Family(
+        "parallelograms, folding slider-cranks and rows of windows keep to their branch",
+        crossings.other_mechanisms, 0.9,
+    ),
+    "dead points": Family(
+        "links in line without a change point are nothing special", geometry.dead_points
+    ),
+    "mass ratios": Family("masses from 1e-8 to 1e8 kg in one linkage", geometry.mass_ratios),
+    "length ratios": Family(
+        "a link of 1e-1 to 1e-8 m among links of metres", geometry.length_ratios, 0.95,
+        TIMES_START + ", and an ulp of the longest link over the shortest",
+    ),
+    "units": Family(
+        "nanometres to megametres, 1e-15 to 1e15 kg, microseconds to weeks: one motion",
+        geometry.units,
+    ),
+    "redundant constraints": Family(
+        "a second rocker, and five rows in space where two do: the motion of the plain four-bar",
+        geometry.redundant, 0.8,
+    ),
+    "a million periods": Family(
+        "phase, energy and closure after a million swings are those of the closed form",
+        long_runs.periods,
+    ),
+    "stiff springs": Family(
+        "stiffness up to 1e12: the modes of the linear system, the limit of the other",
+        stiff.springs, 0.8, TIMES_START + ", and the bend of the elbow",
+    ),
+    "tolerances": Family(
+        "from 1e-2 to 1e-15 the right motion, on both reference linkages", geometry.tolerances
+    ),
+    "open starts": Family(
+        "a start off by rounding is closed, one off by more is refused", geometry.open_starts, 0.4,
+        "of the condition times 100 (rtol and gap)",
+    ),
+    "bad values": Family(
+        "zero, subnormal, huge, infinite, NaN, negative: refused, flagged, or with its energy kept",
+        values.bad_values, 0.1, "of a drift of 1e-6 of the largest kinetic energy",
+    ),
+    "bad arguments": Family(
+        "states, times and tolerances that cannot be are refused", values.bad_arguments, 0.0, ""
+    ),
+    "batches": Family(
+        "a member of a batch ends as its own simulation does, to the last bit", batches.batches,
+        0.85, "of half an ulp of any component",
+    ),
+}  # fmt: skip

@@ -1,0 +1,65 @@
+"""The four-bar that misses its change point by 10^-k: right, or flagged?
+
+l_3 = 4 +- 10^-k m, k = 1 ... 16, from rest at 85 degrees, 3 s, against the motion of the same
+doubles in 38 digits (references/near_misses.py made data/four_bar_near_misses.json).  4 +- 1e-16 is
+4.0 itself and is held against the change point's own exact motion.  Right: within
+(100 rtol + 2.5e-10) times a condition of 100, and what the exact motion itself changes when l_3
+changes by the rounding of the closure, four times 2^-51 m either way: cosines, products and sums of
+links of 1, 2 and 3 m are each off by half an ulp at most, 1.8e-15 m together, and no arithmetic of
+doubles keeps the loop closed to less for certain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+import mechc
+
+from ..problems.data import four_bar_state, reference
+from ..problems.problem import Array
+from ..references.near_misses import START, T_END, grounds
+from .judge import Row, attempt, limit_of, verdict
+
+CONDITION = 100.0
+ROUNDINGS = 4  # of 2^-51 m each
+RTOLS = (1e-6, 1e-9, 1e-12)
+METHODS = ("auto", "dopri5", "dop853", "gauss8")
+
+
+def near_misses(quick: bool) -> Iterator[Row]:
+    """By all methods at all tolerances, quick or not: two seconds each."""
+    for ground in grounds():
+        yield from judged(ground, METHODS, RTOLS)
+
+
+def start(ground: float) -> Array:
+    """Elbow up at 85 degrees, at rest."""
+    reach = ground - np.exp(1j * START)
+    bend = np.arccos((4.0 + abs(reach) ** 2 - 9.0) / (4.0 * abs(reach)))
+    theta_1 = np.angle(reach) + bend
+    theta_2 = np.angle(reach - 2.0 * np.exp(1j * theta_1))
+    return np.array([START, theta_1, theta_2, 0.0, 0.0, 0.0])
+
+
+def truth(ground: float) -> tuple[Array, float]:
+    """The exact state at the end, and what rounding of the closure changes of it."""
+    if ground == 4.0:
+        return four_bar_state("change_point", T_END), 0.0
+    known = reference("four_bar_near_misses")[repr(ground)]
+    return np.array(known["3.0"], float), float(np.abs(np.array(known["rounded"], float)).max())
+
+
+def judged(ground: float, methods: Sequence[str], rtols: Sequence[float]) -> Iterator[Row]:
+    model = mechc.load("four_bar")
+    exact, rounded = truth(ground)
+    for method in methods:
+        for rtol in rtols:
+            found = attempt(
+                model, T_END, start(ground), {"l_3": ground}, rtol=rtol, method=method, dense=False,
+                max_steps=2_000_000,
+            )  # fmt: skip
+            case = f"l_3 = 4 {ground - 4:+.0e} m, {method}, {rtol:g}"
+            limit = limit_of(rtol, CONDITION) + ROUNDINGS * rounded
+            yield verdict(case, found, exact, limit, l_3=ground, method=method, rtol=rtol)

@@ -1,0 +1,74 @@
+"""A comparison in a process of its own, again without a peer that crashed or hung there."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..timing.cases import Effort
+from ..timing.processes import environment, module_command
+from .compare import ITSELF, Request
+
+COMPARE = module_command("suite", "compare")
+
+
+def compare_apart(
+    name: str, peers: tuple[str, ...], tolerances: tuple[float, ...], effort: Effort, *,
+    quick: bool, patience: float,
+) -> dict[str, Any]:  # fmt: skip
+    """The entry of a problem; a peer that ends the process, or is at work too long, is named in it.
+
+    Parameters
+    ----------
+    patience
+        Seconds that one peer may be at work without another one's turn.
+
+    Raises
+    ------
+    RuntimeError
+        If mechc itself is what failed.
+    """
+    crashed: dict[str, str] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        request = Request(
+            name, peers, tolerances, quick, effort, place / "working", place / "result"
+        )
+        while True:
+            left = tuple(peer for peer in peers if peer not in crashed)
+            replace(request, peers=left).write(place / "request")
+            # A cache of its own, so that mechc derives and compiles before it is measured.
+            cache = {} if quick else {"MECHC_CACHE_DIR": str(place / f"cache {len(crashed)}")}
+            ended = _ended(place / "request", request.working, patience, cache)
+            if not ended:
+                entry: dict[str, Any] = json.loads(request.result.read_text())
+                entry["skipped"] |= crashed
+                return entry
+            guilty = request.working.read_text() if request.working.exists() else ITSELF
+            if guilty == ITSELF:
+                raise RuntimeError(f"{name}: mechc {ended}")
+            print(f"{name}: {guilty} {ended}", flush=True)
+            crashed[guilty] = ended
+
+
+def _ended(request: Path, working: Path, patience: float, variables: dict[str, str]) -> str:
+    """Why the process ended before its time; empty if it did its work."""
+    working.unlink(missing_ok=True)
+    process = subprocess.Popen(
+        [*COMPARE, str(request)], env=environment(PYTHONWARNINGS="ignore", **variables)
+    )
+    try:
+        while process.poll() is None:
+            time.sleep(0.05)
+            if working.exists() and time.time() - working.stat().st_mtime > patience:
+                return f"did not finish within {patience:g} s"
+    finally:
+        process.kill()
+        process.wait()
+    code = process.returncode
+    return "" if code == 0 else f"crashed ({'signal' if code < 0 else 'exit code'} {abs(code)})"

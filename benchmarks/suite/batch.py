@@ -1,0 +1,297 @@
+"""Many four-bars: trajectories per second, right-hand sides per second, many streamed.
+
+    mechc bench batch [--members 100000] [--streamed 100000] [--only NAME]
+
+The regular four-bar (lengths 1, 2, 3 m and l_3 drawn from 3.4 ... 3.6 m, started at rest from a
+crank angle drawn from 75 ... 115 degrees: from about 68 degrees it hardly falls, and any error
+grows without bound), 20 s.  Errors are judged at the end, against runs at rtol 1e-13, as the
+largest departure of any component of a sample of members; every tool works at the loosest
+tolerance that keeps 1e-7.  Rates of one core are members per second of processor time, the best of
+several rounds in which the tools take turns, so that other work on the machine hits all alike; two
+cores are compared with one by the clock.  heyoka is compared where it is installed.  A figure with
+a limit says whether it is kept; any missed makes the command fail.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+import mechc
+
+from ..problems.problem import Array
+from ..timing.processes import clocked, environment, module_command, peak_bytes
+from ..timing.results import write
+from .batch_peers import HeyokaBatch, heyoka_rates, heyoka_system, numpy_rates
+
+T_END = 20.0
+ASKED = 1e-7  # largest error then
+SAMPLE = 96  # a multiple of all lanes
+STATES = 8192
+ROUNDS = 5
+TOLERANCES = 10.0 ** np.arange(-6.5, -12.0, -1 / 6)
+STREAM_METHOD, STREAM_RTOL, MEMORY = "dop853", 1e-9, 1024  # MiB
+Row = tuple[str, float, str, bool | None]  # what, value, limit in words, whether it is kept
+Work = dict[str, tuple[int, Callable[[], Any]]]  # by tool: members, and what integrates them
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    chosen = _options().parse_args(arguments)
+    rows: list[Row] = []
+    for name, part in PARTS.items():
+        if chosen.only in (None, name):
+            found = part(chosen)
+            show(found)
+            rows += found
+    columns = ("what", "value", "limit", "kept")
+    write("batch", [dict(zip(columns, row, strict=True)) for row in rows])
+    return 1 if any(kept is False for *_, kept in rows) else 0
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mechc bench batch", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument("--members", type=int, default=100_000, help="of the long run")
+    parser.add_argument("--streamed", type=int, default=100_000, help="members streamed to Zarr")
+    parser.add_argument("--only", choices=list(PARTS))
+    return parser
+
+
+def show(rows: list[Row]) -> None:
+    for what, value, limit, kept in rows:
+        word = "" if kept is None else "kept" if kept else "MISSED"
+        print(f"{what:66s} {value:10.4g}  {limit:10s} {word}".rstrip(), flush=True)
+
+
+def told(what: str, value: float) -> Row:
+    return what, float(value), "", None
+
+
+def at_least(what: str, value: float, limit: float) -> Row:
+    return what, float(value), f">= {limit:g}", bool(value >= limit)
+
+
+def at_most(what: str, value: float, limit: float) -> Row:
+    return what, float(value), f"<= {limit:g}", bool(value <= limit)
+
+
+# -- trajectories ---------------------------------------------------------------------------
+
+
+def drawn(members: int) -> tuple[dict[str, Array], mechc.Assembly]:
+    """Parameters and starts of the members."""
+    draw = np.random.default_rng(0)
+    params = {"l_3": draw.uniform(3.4, 3.6, members)}
+    return params, mechc.Assembly({"theta_0": np.radians(draw.uniform(75, 115, members))})
+
+
+def assembled(members: int) -> tuple[dict[str, Array], Array]:
+    """Parameters and closed states (members, 6) of the members."""
+    params, start = drawn(members)
+    return params, mechc.load("four_bar").simulate_batch(0.0, start, params, progress=False)["y0"]
+
+
+class Members:
+    """The first few members, and their motion as it is."""
+
+    def __init__(self, count: int) -> None:
+        self.model = mechc.load("four_bar")
+        self.params, self.y0 = assembled(count)
+        self.tight = self.run(SAMPLE, "gauss8", 1e-13).y
+
+    def run(self, count: int, method: str, rtol: float, threads: int = 1) -> Any:
+        params = {name: values[:count] for name, values in self.params.items()}
+        return self.model.simulate_batch(
+            T_END, self.y0[:count], params, rtol=rtol, method=method, threads=threads,
+            progress=False,
+        )  # fmt: skip
+
+    def error(self, y: Array) -> float:
+        return float(np.abs(y[:SAMPLE] - self.tight).max())
+
+    def loosest(self, states: Callable[[float], Array], asked: float) -> tuple[float, float]:
+        """The loosest tolerance that keeps the error asked for, and its error."""
+        error = np.inf
+        for tol in TOLERANCES:
+            error = self.error(states(tol))
+            if error <= asked:
+                break
+        return float(tol), error
+
+
+def trajectories(chosen: Any) -> list[Row]:
+    members = Members(max(chosen.members, 8000))
+    work: Work = {}
+    rows, asked = add_heyoka(members, work)
+    tolerances = {}
+    for method in ("dop853", "gauss8"):
+        rtol, error = members.loosest(
+            lambda tol, method=method: members.run(SAMPLE, method, tol).y, asked
+        )
+        rows += [
+            told(f"mechc {method}: rtol", rtol),
+            at_most(f"mechc {method}: error, no more than heyoka's", error, asked),
+            at_least(f"mechc {method}: of 8, equal to simulate to the last bit",
+                     equal_members(members, method, rtol), 8),
+        ]  # fmt: skip
+        work[f"mechc {method}"] = 1000, partial(members.run, 1000, method, rtol)
+        tolerances[method] = rtol
+    rows += compared(take_turns(work))
+    rtol = tolerances["dop853"]
+    return rows + two_cores(members, rtol) + the_long_run(members, rtol, chosen.members)
+
+
+def add_heyoka(members: Members, work: Work) -> tuple[list[Row], float]:
+    """Its rows, and the error that it achieves: its order goes by leaps with the tolerance."""
+    system = heyoka_system()
+    if system is None:
+        return [], ASKED
+    made: dict[float, HeyokaBatch] = {}
+
+    def states(tol: float) -> Array:
+        made[tol] = HeyokaBatch(system, tol)
+        return made[tol].run(members.y0[:SAMPLE], T_END)
+
+    tol, error = members.loosest(states, ASKED)
+    work["heyoka"] = 400, partial(made[tol].run, members.y0[:400], T_END)
+    return [told("heyoka: tol", tol), at_most("heyoka: error", error, ASKED)], error
+
+
+def equal_members(members: Members, method: str, rtol: float) -> int:
+    batch = members.run(SAMPLE, method, rtol, 2)
+    equal = 0
+    for i in range(8):
+        params = {name: values[i] for name, values in members.params.items()}
+        sol = members.model.simulate(T_END, members.y0[i], params, rtol=rtol, method=method)
+        equal += bool((sol.y[-1] == batch.y[i]).all())
+    return equal
+
+
+def take_turns(work: Work) -> dict[str, float]:
+    """Members per second of processor time, the best of several rounds."""
+    rates = dict.fromkeys(work, 0.0)
+    for _ in range(ROUNDS):
+        for tool, (count, run) in work.items():
+            rates[tool] = max(rates[tool], count / clocked(run, time.process_time))
+    return rates
+
+
+def compared(rates: dict[str, float]) -> list[Row]:
+    rows = [told(f"{tool}: trajectories per second, one core", r) for tool, r in rates.items()]
+    if "heyoka" in rates:
+        times = {tool: rate / rates["heyoka"] for tool, rate in rates.items()}
+        rows.append(at_least("mechc dop853 over heyoka", times["mechc dop853"], 1.5))
+        rows.append(told("mechc gauss8 over heyoka", times["mechc gauss8"]))
+    return rows
+
+
+def two_cores(members: Members, rtol: float) -> list[Row]:
+    least = {1: np.inf, 2: np.inf}
+    for _ in range(ROUNDS):
+        for threads in least:
+            took = clocked(partial(members.run, 8000, "dop853", rtol, threads))
+            least[threads] = min(least[threads], took)
+    load = os.getloadavg()[0]
+    print(f"load of the machine while two cores were measured: {load:.1f}", file=sys.stderr)
+    return [at_least("mechc dop853: two cores over one, by the clock", least[1] / least[2], 1.8)]
+
+
+def the_long_run(members: Members, rtol: float, count: int) -> list[Row]:
+    started = time.perf_counter()
+    batch = members.run(count, "dop853", rtol, 2)
+    seconds = time.perf_counter() - started
+    return [
+        told("the long run: members", count),
+        at_least("the long run: members that reached 20 s", np.count_nonzero(batch.ok), count),
+        told("the long run: trajectories per second, two cores, by the clock", count / seconds),
+    ]
+
+
+# -- right-hand sides -------------------------------------------------------------------------
+
+
+def right_hand_sides(_: Any) -> list[Row]:
+    """Nanoseconds a state, over 8,192 states with one set of parameters, on one core."""
+    model = mechc.load("four_bar")
+    _, y0 = assembled(STATES)
+    draw = np.random.default_rng(1)
+    y = model.simulate_batch(draw.uniform(1.0, 2.0), y0, {"l_3": 3.5}, progress=False).y
+    y = np.where(np.isfinite(y), y, y0)  # what does not close with l_3 = 3.5 stays where it was
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})  # heyoka takes several where it can
+    try:
+        return compared_rates(model, y)
+    finally:
+        os.sched_setaffinity(0, cores)
+
+
+def compared_rates(model: mechc.Model, y: Array) -> list[Row]:
+    def nanoseconds(work: Callable[[], Any], repeats: int) -> float:
+        return 1e9 / len(y) * min(clocked(work) for _ in range(repeats))
+
+    out, what = np.empty_like(y), "rates of 8,192 states"
+    mine = partial(model.rhs, 0.0, y, {"l_3": 3.5}, out=out)
+    own = [nanoseconds(mine, 100)]
+    lambdified = nanoseconds(numpy_rates(y), 10)
+    rows = [told(f"{what}, NumPy lambdify(cse=True): ns a state", lambdified)]
+    system = heyoka_system()
+    if system is None:
+        return [*rows, told(f"{what}, mechc: ns a state", own[0])]
+    run, result = heyoka_rates(system, y)
+    theirs = []
+    for _ in range(ROUNDS):
+        theirs.append(nanoseconds(run, 50))
+        own.append(nanoseconds(mine, 50))
+    apart, limit = np.abs(result.T - out) / (1 + np.abs(out)), round(min(theirs), 2)
+    return [
+        *rows,
+        told(f"{what}, heyoka's compiled function: ns a state", min(theirs)),
+        at_most(f"{what}, mechc: ns a state", min(own), limit),
+        at_most("largest difference between the two, relative", apart.max(), 1e-12),
+    ]
+
+
+# -- larger than memory -----------------------------------------------------------------------
+
+
+def streaming(chosen: Any) -> list[Row]:
+    """Members streamed to Zarr by a process of its own, and the most memory of it."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [*module_command("suite", "batch"), str(chosen.streamed), f"{folder}/batch"]
+        done = subprocess.run(
+            command, env=environment(), stdout=subprocess.PIPE, text=True, check=True
+        )
+    seconds, memory = map(float, done.stdout.split()[-2:])
+    return [
+        told(f"streamed to Zarr ({STREAM_METHOD}): members", chosen.streamed),
+        told("streamed to Zarr: members per second", chosen.streamed / seconds),
+        at_most("streamed to Zarr: peak memory of the process, MiB", memory, MEMORY),
+    ]
+
+
+def stream(members: int, folder: str) -> None:
+    """What that process does: it says its seconds and MiB."""
+    params, start = drawn(members)
+    run = partial(
+        mechc.load("four_bar").simulate_batch, T_END, start, params, out=folder,
+        rtol=STREAM_RTOL, method=STREAM_METHOD, progress=False,
+    )  # fmt: skip
+    print(clocked(run), peak_bytes() / 2**20)
+
+
+PARTS: dict[str, Callable[[Any], list[Row]]] = {
+    "rhs": right_hand_sides, "trajectories": trajectories, "streaming": streaming,
+}  # fmt: skip
+
+if __name__ == "__main__":
+    stream(int(sys.argv[1]), sys.argv[2])

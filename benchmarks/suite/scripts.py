@@ -1,0 +1,82 @@
+"""What can be run: the scripts of the suite with their options and limits, and other commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import import_module
+
+Options = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Script:
+    """What a script asks, and how it is run.
+
+    Attributes
+    ----------
+    module
+        Has ``main(arguments)``, which gives the exit code and writes ``NAME.json``.
+    quick, full, smoke
+        Its options in a run of this size; None where it is left out.  A quick run that names the
+        script takes the options of the full one then.
+    limits
+        Seconds that a quick and a full run of it may take at most.
+    """
+
+    asks: str
+    module: str
+    quick: Options | None
+    full: Options | None
+    smoke: Options | None
+    limits: tuple[float, float] = (600.0, 1800.0)
+
+
+@dataclass(frozen=True)
+class Command:
+    """What is no part of the suite, and is run by its name alone."""
+
+    asks: str
+    module: str
+
+
+SCRIPTS = {
+    "work_precision": Script(
+        "run time against achieved error, all problems, all methods, all peers",
+        "suite.work_precision",
+        ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (900.0, 3600.0),
+    ),
+    "stress": Script(
+        "right, refused, or ended with a status: never else", "stability.stress",
+        (), ("--full",), ("--family", "dead points", "bad arguments"), (600.0, 3600.0),
+    ),
+    "growth": Script(
+        "what more links cost", "costs.growth",
+        ("--quick",), ("--follow", "40"), ("--most", "1", "--scenes", "planar"),
+    ),
+    "batch": Script(
+        "many trajectories: rates, threads, streaming", "suite.batch",
+        ("--only", "trajectories", "--members", "1000"), (), ("--only", "rhs"),
+    ),
+    "costs": Script(
+        "installation, start, calls, first values, memory, instructions", "costs.costs",
+        ("--quick",), ("--full",), None,
+    ),
+    "scenes": Script(
+        "compiled scenes beside the same in NumPy", "costs.scenes", None, (), None
+    ),
+}  # fmt: skip
+
+COMMANDS = {
+    "report": Command("the page again, of figures measured before", "report.command"),
+    "references": Command("exact motions of data/, computed anew", "references.command"),
+    "states": Command("last states of the library to the last bit, then and now",
+                      "stability.states"),
+}  # fmt: skip
+
+
+def call(name: str, arguments: Sequence[str]) -> int:
+    """Run a script or command in this process; its exit code."""
+    module = (SCRIPTS | COMMANDS)[name].module
+    code: int = import_module(f"..{module}", __package__).main(arguments)
+    return code

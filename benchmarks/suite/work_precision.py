@@ -1,0 +1,117 @@
+"""Run time against achieved error, mechc and its peers, on every problem of the suite.
+
+    mechc bench work_precision [--quick] [--problem NAME ...] [--only PEER ...] [--budget SECONDS]
+
+Error: the largest difference of any observed quantity from its exact value at the end, in the
+problem's scale.  All runs of a problem take turns in one process; given are minimum, median,
+spread and the first run, derivation and compilation apart.  A peer that is not installed or
+cannot model a problem is named with the reason; one that crashes is shown as such; a wrong motion
+is listed with its error and marked, and is no part of an envelope.  The table gives, along each
+tool's lower envelope over its methods and tolerances, the time at an error and its ratio to
+mechc's; batches, whose time is that of one trajectory among many, are compared with mechc's batch.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from .. import peers
+from ..problems import NAMES
+from ..timing.cases import Effort
+from ..timing.envelope import TARGETS, is_batch, over, printed
+from ..timing.machine import about
+from ..timing.results import write
+from .apart import compare_apart
+
+WHOLE = tuple(10.0**-k for k in range(3, 14))
+QUICK_PROBLEMS = (
+    "pendulum_1", "pendulum_2", "four_bar_regular", "four_bar_change_point", "slider_crank",
+    "heavy_top",
+)  # fmt: skip
+# Seconds that the repeats of a problem may take together; building and first runs come on top.
+QUICK_BUDGET, FULL_BUDGET = 5.0, 40.0
+QUICK_EFFORT = Effort(longest=0.4, cut=3.0, rounds=10, budget=0.1)
+FULL_EFFORT = Effort(longest=2.0, cut=10.0, rounds=40, budget=0.6)
+QUICK_PATIENCE, FULL_PATIENCE = 120.0, 300.0  # seconds that one peer may be at work
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    return 1 if compared(_options().parse_args(arguments))["failed"] else 0
+
+
+def compared(chosen: argparse.Namespace) -> dict[str, Any]:
+    """The figures of all problems, written after each of them."""
+    names = chosen.problem or (QUICK_PROBLEMS if chosen.quick else NAMES)
+    budget = chosen.budget or (QUICK_BUDGET if chosen.quick else FULL_BUDGET)
+    given = QUICK_EFFORT if chosen.quick else FULL_EFFORT
+    effort = replace(given, total=budget)
+    tolerances = WHOLE[::2] if chosen.quick else WHOLE
+    others = tuple(peers.NAMES if chosen.only is None else chosen.only)
+    patience = QUICK_PATIENCE if chosen.quick else FULL_PATIENCE
+    data: dict[str, Any] = {"about": about(), "problems": {}, "failed": {}}
+    for name in names:
+        try:
+            entry = compare_apart(
+                name, others, tolerances, effort, quick=chosen.quick, patience=patience
+            )
+        except RuntimeError as error:  # of mechc itself
+            data["failed"][name] = str(error)
+            print(f"FAILED: {error}", flush=True)
+            continue
+        data["problems"][name] = entry
+        print_points(name, entry)
+        print_summary(entry)
+        write("work_precision", data)
+    write("work_precision", data)
+    return data
+
+
+def _options() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])  # type: ignore[union-attr]
+    parser.add_argument("--quick", action="store_true", help="main problems, fewer tolerances")
+    parser.add_argument(
+        "--problem", choices=NAMES, nargs="+", metavar="NAME", help=", ".join(NAMES)
+    )
+    parser.add_argument(
+        "--only", choices=peers.NAMES, nargs="*", metavar="PEER", help=", ".join(peers.NAMES)
+    )
+    parser.add_argument("--budget", type=float, help="seconds for the repeats of a problem")
+    return parser
+
+
+def print_points(name: str, entry: Mapping[str, Any]) -> None:
+    print(f"\n{name}: {entry['title']}, {entry['t_end']:g} s; {entry['note']}")
+    print(
+        f"{'tool':28s}{'method':14s}{'tol':>8s}{'error':>10s}{'ms':>11s}{'median':>11s}"
+        f"{'spread':>8s}{'first':>11s}"
+    )
+    for row in entry["rows"]:
+        error = "-" if row["error"] is None else f"{row['error']:.1e}"
+        word = "" if row["label"] == "right" else f"  {row['label']}: {row['status']}"
+        print(
+            f"{row['tool']:28s}{row['method']:14s}{row['tol']:8.0e}{error:>10s}"
+            f"{1e3 * row['seconds']:11.4f}{1e3 * row['median']:11.4f}{row['spread']:8.2f}"
+            f"{1e3 * row['first']:11.4f}{word}"
+        )
+    for peer, reason in entry["skipped"].items():
+        print(f"{peer}: skipped, {reason}")
+
+
+def print_summary(entry: Mapping[str, Any]) -> None:
+    """Milliseconds at an error, and how many times mechc's that is."""
+    times = entry["times"]
+    print("\nms at an error (times mechc's; batches: times its batch's)")
+    print(f"{'':28s}" + "".join(f"{printed(target):>19s}" for target in TARGETS))
+    for tool, at in {**times, "mechc, auto": entry["auto"]}.items():
+        mine = times["mechc batch" if is_batch(tool) else "mechc"]
+        cells = (_cell(seconds, over(seconds, mine, target)) for target, seconds in at.items())
+        print(f"{tool:28s}" + "".join(f"{cell:>19s}" for cell in cells), flush=True)
+
+
+def _cell(seconds: float | None, ratio: float | None) -> str:
+    if seconds is None:
+        return "-"
+    return f"{1e3 * seconds:.4f}" + ("" if ratio is None else f" ({ratio:.2f})")

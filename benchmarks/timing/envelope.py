@@ -1,0 +1,116 @@
+"""How long a tool needs for an error: its lower envelope of time over error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+TARGETS = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+Row = Mapping[str, Any]
+Times = Mapping[str, Mapping[str, float | None]]
+
+
+def printed(target: float) -> str:
+    """A target as the JSON has it."""
+    return f"{target:.0e}"
+
+
+def envelope(points: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """The (error, seconds) that no other point beats in both, the largest error first."""
+    best: list[tuple[float, float]] = []
+    for error, seconds in sorted(points):
+        if not best or seconds < best[-1][1]:
+            best.append((error, seconds))
+    return best[::-1]
+
+
+def time_at(points: Iterable[tuple[float, float]], target: float) -> float | None:
+    """Seconds for an error of ``target``, log-log along the envelope; None if it is not met."""
+    front = envelope(points)
+    if not front or front[-1][0] > target:
+        return None
+    if front[0][0] <= target:
+        return front[0][1]
+    errors, seconds = np.log(np.maximum(np.array(front[::-1]), 1e-300)).T
+    return float(np.exp(np.interp(np.log(target), errors, seconds)))
+
+
+def points_of(rows: Iterable[Row]) -> list[tuple[float, float]]:
+    """(error, seconds) of the rows that are right."""
+    return [(row["error"], row["seconds"]) for row in rows if row["label"] == "right"]
+
+
+def times_of(rows: Sequence[Row]) -> dict[str, dict[str, float | None]]:
+    """Tool -> target error -> seconds, along the envelope of all its methods and tolerances."""
+    return {
+        tool: {
+            printed(target): time_at(points_of(r for r in rows if r["tool"] == tool), target)
+            for target in TARGETS
+        }
+        for tool in dict.fromkeys(row["tool"] for row in rows)
+    }
+
+
+def is_batch(tool: str) -> bool:
+    """Whether it reports the time of one trajectory among many."""
+    return tool.endswith("batch")
+
+
+def ratios(times: Times) -> dict[str, dict[str, float | None]]:
+    """How many times longer every other tool takes than mechc; batches, than mechc's batch."""
+    mine = {batch: times.get("mechc batch" if batch else "mechc", {}) for batch in (False, True)}
+    return {
+        tool: {
+            target: over(seconds, mine[is_batch(tool)], target) for target, seconds in at.items()
+        }
+        for tool, at in times.items()
+        if tool not in ("mechc", "mechc batch")
+    }
+
+
+def over(seconds: float | None, mine: Mapping[str, float | None], target: str) -> float | None:
+    """The ratio of two times, where both are known."""
+    own = mine.get(target)
+    return None if seconds is None or own is None else seconds / own
+
+
+def best_peer(rows: Sequence[Row], times: Times) -> dict[str, dict[str, Any] | None]:
+    """Target -> the fastest other tool for one trajectory, its method, and times mechc's.
+
+    The ratio is None where mechc does not meet the target and a peer does.
+    """
+    return {printed(target): _best(rows, times, target) for target in TARGETS}
+
+
+def _best(rows: Sequence[Row], times: Times, target: float) -> dict[str, Any] | None:
+    found = fastest(times, printed(target))
+    if found is None:
+        return None
+    tool, seconds = found
+    ratio = over(seconds, times.get("mechc", {}), printed(target))
+    return {"tool": tool, "method": method_of(rows, tool, target), "ratio": ratio}
+
+
+def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, float] | None:
+    """The fastest of the other tools at an error, and its seconds.
+
+    Those that integrate many trajectories abreast report the time of one, which no tool could
+    reach with a single trajectory: they are compared with mechc's batches.
+    """
+    met = {
+        tool: seconds for tool, at in times.items()
+        if not tool.startswith("mechc") and (seconds := at.get(target))
+        and (batch or not is_batch(tool))
+    }  # fmt: skip
+    return min(met.items(), key=lambda item: item[1]) if met else None
+
+
+def method_of(rows: Sequence[Row], tool: str, target: float) -> str:
+    """The method with which a tool comes to its time at an error."""
+    own = [row for row in rows if row["tool"] == tool]
+    methods = dict.fromkeys(row["method"] for row in own)
+    reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}
+    met = {method: seconds for method, seconds in reached.items() if seconds is not None}
+    return min(met, key=lambda method: met[method], default="")

@@ -1,0 +1,75 @@
+"""Units of what a SymPy object holds: as given, rad for what turns frames, unknown otherwise."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from sympy import Expr
+from sympy.core.function import AppliedUndef
+
+from mechc_codegen.convert.fingerprint import Fingerprint
+from mechc_codegen.description.source import Source
+from mechc_codegen.description.terms import printed_name
+from mechc_codegen.errors import MechanismError
+
+_SCALED = {
+    **dict.fromkeys(("deg", "degree", "degrees", "°", "rev", "turn", "turns", "grad"), "rad"),
+    **dict.fromkeys(("mm", "cm", "dm", "km", "um", "µm", "nm", "inch", "ft", "feet"), "m"),
+    **dict.fromkeys(("g", "mg", "lb", "lbs", "oz"), "kg"),
+    **dict.fromkeys(("ms", "us", "µs", "ns", "min", "h", "hour", "hours", "day", "days"), "s"),
+    **dict.fromkeys(("kN", "MN", "lbf", "kgf"), "N"),
+    **dict.fromkeys(("kPa", "MPa", "GPa", "hPa", "bar", "psi"), "Pa"),
+    **dict.fromkeys(("kW", "MW", "hp"), "W"),
+    "kJ": "J",
+    "kHz": "Hz",
+    "rpm": "rad/s",
+}
+
+
+class Units:
+    """Units: as given; rad for coordinates that turn frames; unknown ("") otherwise.
+
+    Raises
+    ------
+    MechanismError
+        For units that are not those of the SI: all values are SI, and a unit converts nothing.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        read: Fingerprint,
+        kinematics: Sequence[Expr],
+        given: Mapping[Expr, str],
+    ) -> None:
+        for symbol, unit in given.items():
+            _refuse_scaled(printed_name(symbol), str(unit))
+        self.given = given
+        turning = _turning(source, read)
+        self.known: dict[Expr, str] = {}
+        for q, rate in zip(source.q, kinematics, strict=True):
+            unit = given.get(q, "rad" if q in turning else "")
+            self.known[q] = unit
+            if unit and rate in source.u:
+                self.known[rate] = f"{unit}/s"
+
+    def of(self, symbol: Expr) -> str:
+        return str(self.given.get(symbol, self.known.get(symbol, "")))
+
+
+def _refuse_scaled(name: str, unit: str) -> None:
+    for word in re.findall(r"[^\W\d_]+|°", unit):
+        if word in _SCALED:
+            raise MechanismError(
+                f"units: {name} in {unit!r}: every value is taken in units of the SI, and a unit "
+                f"converts nothing. Give its values in {_SCALED[word]} instead of {word}, and "
+                "write that unit (pictures show angles in degrees by themselves)"
+            )
+
+
+def _turning(source: Source, read: Fingerprint) -> set[AppliedUndef]:
+    """Coordinates in sines and cosines of positions and orientations."""
+    return {
+        q for angle in read.angles for q in source.q if angle.has(q) and angle.diff(q).is_Number
+    }

@@ -1,0 +1,42 @@
+"""A bound on what a typed text can make SymPy do.
+
+How long SymPy thinks about an expression cannot be told from its length: some of twenty characters
+take minutes.  Calls of Python functions are counted, so the bound is the same on every machine.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+T = TypeVar("T")
+
+
+class TooMuchWorkError(BaseException):
+    """The bound was reached; no ``except Exception`` on the way holds it up."""
+
+
+def with_at_most(calls: int, work: Callable[[], T]) -> T:
+    """``work()``, given up after so many calls of Python functions in this thread.
+
+    Raises
+    ------
+    TooMuchWorkError
+        When there are more.
+    """
+    left = calls
+
+    def count(_frame: Any, event: str, _argument: Any) -> None:
+        nonlocal left
+        if event == "call":
+            left -= 1
+            if left < 0:
+                raise TooMuchWorkError
+
+    before = sys.getprofile()
+    sys.setprofile(count)
+    try:
+        return work()
+    finally:
+        sys.setprofile(before)

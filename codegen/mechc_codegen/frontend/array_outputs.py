@@ -1,0 +1,80 @@
+"""User-defined outputs that are vectors, matrices and lists -> named scalars and their shapes.
+
+An element is an output of its own: ``tip[0]``, ``inertia[1,2]``, row after row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
+from typing import Any
+
+from sympy import Expr, MatrixBase, NDimArray
+from sympy.physics.mechanics import ReferenceFrame
+from sympy.physics.vector import Dyadic, Vector
+
+from mechc_codegen.description.terms import as_expression, printed_name
+from mechc_codegen.errors import MechanismError
+
+Shape = tuple[int, ...]
+
+
+def scalar_outputs(
+    outputs: Iterable[Any], frame: ReferenceFrame
+) -> tuple[tuple[Any, ...], dict[str, Shape]]:
+    """The outputs with every element by itself, and the shape of each that has several.
+
+    Vectors become their components in ``frame`` (3,), dyadics (3, 3), matrices keep their rows and
+    columns, lists and tuples of any of these have one axis more.
+
+    Raises
+    ------
+    MechanismError
+        For rows of different lengths, and for what is no expression.
+    """
+    shapes: dict[str, Shape] = {}
+    scalars: list[Any] = []
+    for item in outputs:
+        if not isinstance(item, Mapping):
+            scalars.append(item)
+            continue
+        elements: dict[Any, Expr] = {}
+        for key, value in item.items():
+            name = printed_name(key) if isinstance(key, Expr) else key
+            shape, flat = _elements(value, f"outputs: {name!r}", frame)
+            if shape:
+                shapes[name] = shape
+            named = zip(element_names(name, shape) if shape else [name], flat, strict=True)
+            for element, expression in named:
+                _refuse_twice(element, elements)
+                elements[element] = expression
+        scalars.append(elements)
+    return tuple(scalars), shapes
+
+
+def element_names(name: str, shape: Shape) -> Iterator[str]:
+    """``name[0,0]``, ``name[0,1]``, ...: row after row."""
+    for index in product(*map(range, shape)):
+        yield f"{name}[{','.join(map(str, index))}]"
+
+
+def _refuse_twice(name: str, taken: Mapping[Any, Any]) -> None:
+    if name in taken:
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")
+
+
+def _elements(value: Any, place: str, frame: ReferenceFrame) -> tuple[Shape, list[Expr]]:
+    """Shape, () for a scalar, and elements row after row."""
+    if isinstance(value, Vector):
+        return (3,), list(value.to_matrix(frame))
+    if isinstance(value, Dyadic):
+        value = value.to_matrix(frame)
+    if isinstance(value, (MatrixBase, NDimArray)):
+        return tuple(value.shape), list(value.flat() if isinstance(value, MatrixBase) else value)
+    if not isinstance(value, (list, tuple)):
+        return (), [as_expression(value, place)]
+    parts = [_elements(part, place, frame) for part in value]
+    shapes = {shape for shape, _ in parts}
+    if len(shapes) != 1:
+        raise MechanismError(f"{place}: a list needs parts of one shape, and at least one")
+    return (len(parts), *shapes.pop()), [element for _, flat in parts for element in flat]

@@ -1,0 +1,238 @@
+"""Compiled scenes in a folder that only its owner can write, safe between processes.
+
+An entry is a folder named by the hash of all that decides the binary; it holds the shared object
+and a seal, the hash of that name and of the content.  It is written aside and moved in place
+under a lock, verified on every load, and made again when damaged.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import re
+import shutil
+import stat
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from mechc.compilation.cache.lock import locked
+from mechc.compilation.cache.security import (
+    UnwritableError,
+    folder_of_process,
+    is_chosen,
+    refuse_foreign,
+    refuse_open_parents,
+    refuse_unsafe,
+    unwritable,
+    writable,
+)
+from mechc.compilation.cache.security import cache_folder as cache_folder
+from mechc.compilation.cache.size import keep_within, note_use
+from mechc.errors import CacheError, CompilerError
+
+SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
+_FIRST, _NOTE = ".first", ".note"
+_KEY = re.compile(r"[0-9a-f]{64}")
+_OURS = re.compile(rf"(?:\.new-)?([0-9a-f]{{64}}(?:\{_FIRST})?)(?:\.lock|-.*)?")
+_FULL = (errno.ENOSPC, errno.EDQUOT)
+
+
+def entry(key: str, make: Callable[[Path], None]) -> Path:
+    """The shared object of an entry, made by ``make(folder)`` if it is not there and sound.
+
+    Where the user's own cache folder cannot be written, in a folder that goes with the process,
+    with a :class:`CacheWarning`; one that ``$MECHC_CACHE_DIR`` names has to be usable.
+
+    Raises
+    ------
+    CacheError
+        If the cache folder cannot be used safely; the message says why.
+    """
+    try:
+        return _entry(writable(cache_folder()), key, make)
+    except UnwritableError as error:
+        if is_chosen():
+            raise CacheError(str(error)) from None
+        return _entry(folder_of_process(error), key, make)
+
+
+def find(key: str) -> Path | None:
+    """The shared object of an entry that is there and sound; nothing is written.
+
+    Raises
+    ------
+    CacheError
+        If the cache folder cannot be used safely; the message says why.
+    """
+    root = cache_folder()
+    try:
+        refuse_unsafe(root)
+    except OSError:
+        return None
+    if not _sound(root / key):
+        return None
+    note_use(root / key, SEAL)
+    return root / key / SHARED_OBJECT
+
+
+def discard(key: str) -> None:
+    """Remove an entry that turned out to be of no use here."""
+    root = cache_folder()
+    with suppress(OSError), locked(root / f"{key}.lock"):
+        shutil.rmtree(root / key, ignore_errors=True)
+
+
+def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
+    """``make()``, a hash, or what it gave when the stamp was last the same.
+
+    A note that cannot be read or written is no matter: it only saves time.
+    """
+    root = cache_folder()
+    note = root / f"{what}{_NOTE}"
+    with suppress(OSError, UnicodeDecodeError):
+        refuse_unsafe(root)
+        known, _, value = _content(note).decode("ascii").partition(" ")
+        if known == stamp and is_key(value):
+            return value
+    value = make()
+    with suppress(OSError, UnwritableError):
+        _write_aside(writable(root), note, f"{stamp} {value}")
+    return value
+
+
+def is_key(text: object) -> bool:
+    """Whether a text can be the name of an entry."""
+    return isinstance(text, str) and _KEY.fullmatch(text) is not None
+
+
+def entries() -> list[Path]:
+    """Folders of all entries, and of nothing else that may lie beside them."""
+    root = cache_folder()
+    found = root.iterdir() if root.is_dir() else ()
+    return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
+
+
+def first_key(key: str) -> str:
+    """The key beside an entry under which its first unit lies."""
+    return f"{key}{_FIRST}"
+
+
+def clear() -> int:
+    """Remove every entry, and what lies beside entries; how many there were.
+
+    What another process is making is waited for.
+    """
+    found, root = entries(), cache_folder()
+    keys = _keys(root)
+    if keys:
+        refuse_foreign(root)
+    for key in keys:
+        lock = root / f"{key}.lock"
+        with locked(lock):
+            for folder in (root / key, *root.glob(f".new-{key}-*")):
+                shutil.rmtree(folder, ignore_errors=True)
+            lock.unlink()
+    (root / f"compiler{_NOTE}").unlink(missing_ok=True)
+    return len(found)
+
+
+def _keys(root: Path) -> list[str]:
+    """Of entries, of their locks, and of what was left behind of them."""
+    ours = [_OURS.fullmatch(path.name) for path in (root.iterdir() if root.is_dir() else ())]
+    return sorted({match[1] for match in ours if match})
+
+
+def check() -> Path:
+    """The cache folder; raises :class:`CacheError` if it is there and cannot be used safely."""
+    root = cache_folder()
+    existing = next(path for path in (root, *root.absolute().parents) if path.exists())
+    if existing == root:
+        refuse_foreign(root)
+    refuse_open_parents(root)
+    if not os.access(existing, os.W_OK):
+        raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
+    return root
+
+
+def _entry(root: Path, key: str, make: Callable[[Path], None]) -> Path:
+    target, made = root / key, False
+    try:
+        with locked(root / f"{key}.lock") as alone:
+            if not _sound(target):
+                _replace(root, target, make, alone)
+                made = True
+        if made:
+            keep_within(root, _keys(root), SEAL, key)
+    except OSError as error:
+        raise unwritable(root, error) from None
+    except CompilerError as error:
+        full = next((n for n in _FULL if os.strerror(n) in str(error)), None)
+        if full is None:
+            raise
+        raise unwritable(root, OSError(full, os.strerror(full))) from error
+    return target / SHARED_OBJECT
+
+
+def _replace(root: Path, target: Path, make: Callable[[Path], None], alone: bool) -> None:
+    for left_behind in root.glob(f".new-{target.name}-*") if alone else ():  # by a killed process
+        shutil.rmtree(left_behind, ignore_errors=True)
+    aside = Path(tempfile.mkdtemp(prefix=f".new-{target.name}-", dir=root))
+    try:
+        make(aside)
+        shared, seal = aside / SHARED_OBJECT, aside / SEAL
+        seal.write_text(_seal(target.name, shared.read_bytes()))
+        for file in (shared, seal):
+            file.chmod(0o600)  # whatever the umask
+        if target.exists():
+            shutil.rmtree(target)
+        _move(aside, target)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def _move(aside: Path, target: Path) -> None:
+    try:
+        aside.rename(target)
+    except OSError:
+        if not _sound(target):  # where there are no locks, another may have been first
+            raise
+
+
+def _sound(folder: Path) -> bool:
+    """Whether the entry is whole, ours, and the one of its name."""
+    try:
+        refuse_foreign(folder)
+        seal = _content(folder / SEAL)
+        return seal == _seal(folder.name, _content(folder / SHARED_OBJECT)).encode()
+    except OSError:
+        return False
+
+
+def _seal(name: str, content: bytes) -> str:
+    """Of an entry's name too: under another one the same file would be another scene's."""
+    return hashlib.sha256(f"{name}\n".encode() + content).hexdigest()
+
+
+def _content(path: Path) -> bytes:
+    """A file that is the user's and that nobody else can write, not what a link leads to."""
+    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    with open(os.open(path, flags), "rb") as file:
+        status = os.fstat(file.fileno())
+        others = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.getuid() or others:
+            raise PermissionError(errno.EPERM, "not a file of the user's alone", str(path))
+        return file.read()
+
+
+def _write_aside(root: Path, path: Path, text: str) -> None:
+    """Write a file that others may read meanwhile: they find the old one or the new one."""
+    descriptor, aside = tempfile.mkstemp(prefix=f".new-{path.name}-", dir=root)
+    try:
+        with open(descriptor, "w") as file:
+            file.write(text)
+        os.replace(aside, path)
+    finally:
+        Path(aside).unlink(missing_ok=True)

@@ -1,0 +1,89 @@
+"""The cache stays within a size: what was not used for longest goes first."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from mechc.compilation.cache.lock import locked_if_free
+from mechc.errors import CacheError
+
+LARGEST = 2**30  # bytes, unless $MECHC_CACHE_SIZE says otherwise
+_LATELY = 3600.0  # s: a use is noted no more often
+_ABANDONED = 24 * 3600.0  # s: what is still unfinished then was left behind
+
+
+class Stored(NamedTuple):
+    """An entry: when it was last used (s since 1970), its bytes, its folder."""
+
+    used: float
+    size: int
+    folder: Path
+
+
+def most_bytes() -> int:
+    """``$MECHC_CACHE_SIZE`` in MiB, else 1 GiB.
+
+    Raises
+    ------
+    CacheError
+        If it is no number.
+    """
+    told = os.environ.get("MECHC_CACHE_SIZE", "").strip()
+    if not told:
+        return LARGEST
+    if not told.isascii() or not told.isdigit() or len(told) > 12:
+        raise CacheError(f"MECHC_CACHE_SIZE = {told!r} must be a whole number of MiB")
+    return int(told) * 2**20
+
+
+def note_use(folder: Path, seal: str) -> None:
+    """An entry is used: it is the last to go."""
+    with suppress(OSError):
+        if time.time() - (folder / seal).stat().st_mtime > _LATELY:
+            os.utime(folder / seal)
+
+
+def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
+    """Remove what is beyond the size that the cache may have, but for the entry ``kept``.
+
+    ``keys``: names of all entries and locks there, of which those without an entry go as well.
+    What another process is making or loading at the moment is let alone.
+    """
+    found = sorted(_stored(root, keys, seal))
+    size, most = sum(entry.size for entry in found), most_bytes()
+    for entry in found:
+        if size > most and entry.folder.name != kept and _remove(root, entry.folder.name):
+            size -= entry.size
+    with_entry = {entry.folder.name for entry in found}
+    for key in {*keys} - with_entry - {kept}:
+        _remove(root, key)
+
+
+def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
+    for key in keys:
+        with suppress(OSError):
+            size = sum(file.lstat().st_size for file in (root / key).iterdir())
+            yield Stored((root / key / seal).stat().st_mtime, size, root / key)
+
+
+def _remove(root: Path, key: str) -> bool:
+    """Remove an entry, its lock and what was left behind of it, unless somebody is at it."""
+    lock = root / f"{key}.lock"
+    try:
+        with locked_if_free(lock) as free:
+            if not free:
+                return False
+            shutil.rmtree(root / key, ignore_errors=True)
+            for unfinished in root.glob(f".new-{key}-*"):
+                if time.time() - unfinished.stat().st_mtime > _ABANDONED:
+                    shutil.rmtree(unfinished, ignore_errors=True)
+            lock.unlink(missing_ok=True)
+    except OSError:
+        return False
+    return not (root / key).exists()

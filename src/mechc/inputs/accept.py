@@ -1,0 +1,128 @@
+"""What people give for inputs -> by name, numbers, signals and functions of t or of t, q and u.
+
+Taken besides: samples as ``(times, values)``, interpolants of SciPy, one function for several
+inputs ``{(F, G): f}``, and functions of state and time together, ``f(x, t)`` or ``f(t, x)`` with
+x = [q, u].
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.inputs.signals import Signal
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+
+TIME = ("t", "time")
+
+
+def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
+    """Name -> number, signal, function, or functions for value and rates.
+
+    ``orders``: of each input the highest derivative that the equations hold.
+
+    Raises
+    ------
+    TypeError
+        If it is no mapping.
+    ValueOutOfBoundsError
+        If samples are no signal, or it cannot be told which argument of a function is the time.
+    """
+    if not isinstance(given, Mapping):
+        raise TypeError(f"inputs are given by name, such as {{'F': 0.5}}, not as {brief(given)}")
+    found: dict[str, Any] = {}
+    for key, value in given.items():
+        if isinstance(key, tuple):
+            found |= _several([name_of(each) for each in key], value)
+        else:
+            name = name_of(key)
+            found[name] = _one(name, value, orders.get(name, 0))
+    return found
+
+
+def _one(name: str, value: Any, order: int) -> Any:
+    if _samples(value):
+        kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
+        times, values = value
+        return Signal(times, values, kind)
+    signal = Signal.of_interpolant(value)
+    if signal is not None:
+        return signal
+    return _with_state_apart(f"the input {name}", value) if callable(value) else value
+
+
+def _samples(value: Any) -> bool:
+    """Whether it is a pair of rows of numbers, as long as each other."""
+    if not isinstance(value, (tuple, list)) or len(value) != 2 or any(map(callable, value)):
+        return False
+    return all(np.ndim(row) == 1 for row in value)
+
+
+def _with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function of t, q and u that one of state and time is; any other as it is."""
+    try:
+        signature = inspect.signature(function)
+    except (TypeError, ValueError):  # of some compiled functions it is not known
+        return function
+    if _binds(signature, 1) or _binds(signature, 3) or not _binds(signature, 2):
+        return function
+    first, second = list(signature.parameters)[:2]
+    if (first in TIME) == (second in TIME):
+        raise ValueOutOfBoundsError(
+            f"{what} is a function of {first} and {second}: which of them is the time cannot be "
+            "told. Write one of t, q and u: lambda t, q, u: f(numpy.hstack([q, u]), t)"
+        )
+    if second in TIME:
+        return lambda t, q, u: function(np.concatenate([q, u]), t)
+    return lambda t, q, u: function(t, np.concatenate([q, u]))
+
+
+def _binds(signature: inspect.Signature, count: int) -> bool:
+    try:
+        signature.bind(*[0.0] * count)
+    except TypeError:
+        return False
+    return True
+
+
+def _several(names: list[str], value: Any) -> dict[str, Any]:
+    """One function for several inputs, evaluated once for all of them."""
+    what = f"the inputs {', '.join(names)}"
+    if not callable(value):
+        if np.ndim(value) != 1 or len(value) != len(names):
+            raise ValueOutOfBoundsError(
+                f"{what} take a function that gives {len(names)} numbers, or {len(names)} numbers"
+            )
+        return dict(zip(names, value, strict=True))
+    function = _Together(what, len(names), value)
+    return {name: function.component(k) for k, name in enumerate(names)}
+
+
+class _Together:
+    """A function of several inputs; the last value is kept, as they are asked for in a row."""
+
+    def __init__(self, what: str, size: int, function: Callable[..., Any]) -> None:
+        self._what, self._size = what, size
+        self._function = _with_state_apart(what, function)
+        self._of_time = _binds(inspect.signature(self._function), 1)
+        self._last: tuple[Any, Array] = (None, np.zeros(0))
+
+    def component(self, k: int) -> Callable[..., float]:
+        """The function of one of them."""
+        if self._of_time:
+            return lambda t: float(self._at(t)[k])
+        return lambda t, q, u: float(self._at(t, q, u)[k])
+
+    def _at(self, t: float, *state: Array) -> Array:
+        key = (t, *(part.tobytes() for part in state))
+        if self._last[0] != key:
+            values = np.ravel(np.asarray(self._function(t, *state), dtype=np.float64))
+            if len(values) != self._size:
+                raise ValueError(f"{self._what} need {self._size} numbers, not {len(values)}")
+            self._last = key, values
+        return self._last[1]

@@ -1,0 +1,184 @@
+"""What a run gives back: times, states, dense output, histories, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.simulation.events import EventRecord
+from mechc.simulation.settings import Policy
+from mechc.simulation.status import ChangePoint, Status
+from mechc.system.parameters import Array, doubles
+from mechc.system.system import System
+
+
+class Trajectory:
+    """The states of a run over time; :class:`mechc.Solution` is its public face.
+
+    Attributes
+    ----------
+    system, params
+        What was simulated: the system, and the array (np,) of its parameters.
+    status
+        :class:`mechc.Status`: how it ended, in prose by ``str``.
+    stats
+        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
+        the constraints and its time, wall time in s, method.
+    t : (nt,)
+        Times in s: ``t_eval``, or the accepted steps.
+    events
+        An :class:`mechc.EventRecord` (times, states) for each event asked for.
+    y : (nt, nq + nu)
+        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
+    """
+
+    def __init__(
+        self,
+        system: System,
+        params: Array,
+        policy: Policy,
+        run: Any,
+        status: Status,
+        stats: dict[str, Any],
+        times: Array | None = None,
+        events: tuple[EventRecord, ...] = (),
+        stop: float | None = None,
+    ) -> None:
+        self.system, self.params, self.policy = system, params, policy
+        self.status = status
+        self.stats: Mapping[str, Any] = MappingProxyType(stats)
+        self.events = events
+        self._run, self._times, self._stop = run, times, stop
+        self._asked: tuple[Any, ...] = ()  # the events looked for
+
+    @cached_property
+    def _record(self) -> tuple[Array, Array]:
+        """Times and states as reported; t_eval beyond where the run ended falls away."""
+        if self._times is not None:
+            times = self._reached(self._times)
+            return times, self._run.interpolate(times)
+        return self._steps
+
+    @property
+    def _steps(self) -> tuple[Array, Array]:
+        """Times and states of the accepted steps; of the last one, until the run was stopped."""
+        t, y = self._run.states()
+        if self._stop is None:
+            return t, y
+        start, end = self.span
+        before = np.abs(t - start) < abs(end - start)
+        last = self._run.interpolate(np.array([end]))
+        return np.append(t[before], end), np.vstack([y[before], last])
+
+    def _reached(self, times: Array) -> Array:
+        """Of times in the direction of the run, those that it came to."""
+        start, end = self.span
+        if not len(times) or abs(times[-1] - start) <= abs(end - start):
+            return times
+        return times[np.abs(times - start) <= abs(end - start)]
+
+    @property
+    def t(self) -> Array:
+        return self._record[0]
+
+    @property
+    def y(self) -> Array:
+        return self._record[1]
+
+    @property
+    def q(self) -> Array:
+        """Coordinates (nt, nq)."""
+        return self.y[:, : len(self.system.coordinates)]
+
+    @property
+    def u(self) -> Array:
+        """Speeds (nt, nu)."""
+        return self.y[:, len(self.system.coordinates) :]
+
+    def __getitem__(self, name: str) -> Array:
+        """History (nt,) of one coordinate or speed."""
+        return self.y[:, self.system.state_index(name)]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __call__(self, t: float | Array) -> Array:
+        """Dense output: states at any times of the run, on the constraints, (..., nq + nu).
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            For times the run did not reach.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        times = doubles(t, "the times")
+        low, high = sorted(self.span)
+        if not ((times >= low) & (times <= high)).all():
+            raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
+        rows: Array = self._run.interpolate(np.ascontiguousarray(times.reshape(-1)))
+        return rows.reshape(*times.shape, rows.shape[1])
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Times between which the run has states, s."""
+        t = self._run.times(0)
+        return float(t[0]), float(t[-1]) if self._stop is None else self._stop
+
+    # -- histories, computed when asked for ---------------------------------------------------
+
+    @cached_property
+    def energy(self) -> Array:
+        """Kinetic plus potential energy (nt,), J; NaN where it is not known it."""
+        if not self.system.knows_energy:
+            return np.full(len(self.t), np.nan)
+        return self.system.energy(self.y, self.params, self.t)
+
+    @cached_property
+    def closure(self) -> Array:
+        """Largest gap of the configuration constraints (nt,), m."""
+        return _largest(self.system.constraints(self.y, self.params, self.t))
+
+    @cached_property
+    def velocity_closure(self) -> Array:
+        """Largest residual of the velocity constraints (nt,), m/s."""
+        return _largest(self.system.velocity_constraints(self.y, self.params, self.t))
+
+    @property
+    def energy_drift(self) -> float:
+        """Largest departure of the energy from its first value, relative to the largest T.
+
+        Over all accepted steps, whichever times are reported.  NaN where the model does not know
+        the energy.
+        """
+        if not self.system.knows_energy:
+            return float("nan")
+        t, y = self._steps if self._times is not None else self._record
+        energy = self.system.energy(y, self.params, t)
+        largest = float(self.system.kinetic_energy(y, self.params, t).max(initial=0.0))
+        departure = float(np.abs(energy - energy[:1]).max(initial=0.0))
+        return departure / largest if largest > 0 else departure
+
+    @cached_property
+    def change_points(self) -> tuple[ChangePoint, ...]:
+        """Change points passed (or, with "stop", met), in order: time and configuration."""
+        times, configurations, gaps = self._run.change_points()
+        end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
+        return tuple(
+            ChangePoint(float(t), tuple(q.tolist()), float(gap))
+            for t, q, gap in zip(times, configurations, gaps, strict=True)
+            if abs(t - self.span[0]) <= end
+        )
+
+
+def _largest(residuals: Array) -> Array:
+    if residuals.shape[-1] == 0:
+        return np.zeros(len(residuals))
+    return np.asarray(np.abs(residuals).max(axis=-1))

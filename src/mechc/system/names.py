@@ -1,0 +1,79 @@
+"""Names of what users say: texts, and symbols and functions of time of SymPy.
+
+SymPy is not imported for it: a symbol knows what it is called.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from mechc.errors import UnusedValueWarning, ValueOutOfBoundsError, brief
+
+
+def name_of(key: Any) -> Any:
+    """The name that a key says: a text as it is, a symbol or function of time as it is printed.
+
+    The rate ``q.diff(t)`` is the speed ``q_dot`` of a model by Lagrange's method.  Anything else
+    is returned as it is.
+    """
+    if isinstance(key, str):
+        return key
+    if getattr(key, "is_Symbol", False):
+        return str(key.name)
+    if getattr(key, "is_Derivative", False) and key.derivative_count == 1:
+        return f"{name_of(key.expr)}_dot"
+    if getattr(key, "is_Function", False):
+        return str(key.func.__name__)
+    return key
+
+
+def names_of(keys: Any) -> list[Any]:
+    """The names of several; one text or symbol by itself is one of them."""
+    if isinstance(keys, str) or not isinstance(keys, Iterable):
+        return [name_of(keys)]
+    return [name_of(key) for key in keys]
+
+
+def by_name(values: Any, what: str, example: str = "{name or symbol: value}") -> dict[Any, Any]:
+    """A mapping, with names for symbols.
+
+    Raises
+    ------
+    TypeError
+        For anything but a mapping; ``what`` was meant, and the ``example`` is how to give it.
+    ValueOutOfBoundsError
+        If two keys have one name.
+    """
+    if not isinstance(values, Mapping):
+        raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")
+    found: dict[Any, Any] = {}
+    for key, value in values.items():
+        name = name_of(key)
+        if name in found:
+            raise ValueOutOfBoundsError(f"{what}: two keys are called {name!r}")
+        found[name] = value
+    return found
+
+
+def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -> dict[Any, Any]:
+    """By name, without symbols that are not known: what fell out of the equations.
+
+    A derivation's constants are kept in one dict, and some of them fall out of the equations: the
+    inertias about two axes of what moves in a plane.  They are named in one warning; a text that
+    is not known stays, and will be refused: it is a slip of the pen.
+    """
+    names, kept = set(known), by_name(values, what)
+    symbols = [n for key, n in zip(values, kept, strict=True) if n is not key]
+    unused = [name for name in symbols if name not in names]
+    for name in unused:
+        del kept[name]
+    if unused:
+        warnings.warn(
+            f"{what}: {', '.join(sorted(unused))} {'is' if len(unused) == 1 else 'are'} not in the "
+            "equations of this model, and left out",
+            UnusedValueWarning,
+            stacklevel=4,
+        )
+    return kept

@@ -1,0 +1,78 @@
+"""What the families are judged by: closed forms, energies, and runs that must differ."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+from benchmarks.stability import batches, crossings, long_runs, near_misses, stiff, values
+
+
+def test_the_pendulum_swings_as_its_equation_says():
+    """The closed form's second derivative is -g sin(angle), and a quarter period is down."""
+    with mp.workdps(30):
+        for t in (0.3, 1.7, 1e5):
+            before, at, after = (
+                long_runs.swing(mp.mpf(1), mp.mpf(t) + d) for d in (-1e-4, 0.0, 1e-4)
+            )
+            assert (after[0] - before[0]) / 2e-4 == pytest.approx(at[1], abs=1e-6)
+            assert (after[1] - before[1]) / 2e-4 == pytest.approx(-9.81 * np.sin(at[0]), abs=1e-6)
+
+
+def test_the_modes_of_two_masses_satisfy_their_equation():
+    modes = stiff.modes
+    y0 = np.array([0.3, 0.31, 0.0, 0.0])
+    y, k, c = modes(50.0, 2.0, y0, 0.7), 50.0, 2.0
+    slope = (modes(50.0, 2.0, y0, 0.7 + 1e-5) - modes(50.0, 2.0, y0, 0.7 - 1e-5)) / 2e-5
+    between = k * (y[1] - y[0]) + c * (y[3] - y[2])
+    expected = [y[2], y[3], -10.0 * y[0] + between, -between / 2]
+    np.testing.assert_allclose(slope, expected, rtol=0, atol=1e-6)
+
+
+def test_the_energy_of_a_run_that_gains_some_is_wrong(regular):
+    """Twice the free fall is another motion: its energy is not kept."""
+    given = dict(zip(regular.model.parameters, regular.params.tolist(), strict=True))
+    scene = values.SCENES["four_bar"]
+    assert values.judged("", regular, scene, given)["word"] == "right"
+    assert values.judged("", regular, scene, given | {"g": 2 * 9.81})["word"] == "WRONG"
+
+
+@pytest.mark.parametrize("name", ["four_bar", "pendulum", "slider_crank", "flyball_governor"])
+def test_energies_by_hand_are_those_of_the_bodies(name):
+    """Kinetic energies agree with the compiled mass matrix at random states."""
+    model = values.model_of(name)
+    given = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(None).tolist(), strict=True)
+    )
+    size = len(model.coordinates)
+    states = np.random.default_rng(1).normal(size=(5, 2 * size))
+    u, M = states[:, size:], model.mass_matrix(states)
+    kinetic, _ = values.SCENES[name].energy(states[:, :size], u, given)
+    np.testing.assert_allclose(kinetic, np.einsum("ni,nij,nj->n", u, M, u) / 2, rtol=1e-12)
+
+
+def test_a_near_miss_is_bent_back_and_not_passed():
+    """Right against 40 digits; held against the change point's own motion it would be wrong."""
+    (row,) = near_misses.judged(4.0 - 1e-6, ["auto"], [1e-9])
+    assert row["word"] == "right"
+    straight_on, _ = near_misses.truth(4.0)
+    bent_back, _ = near_misses.truth(4.0 - 1e-6)
+    assert np.abs(straight_on - bent_back).max() > 1.0
+
+
+def test_a_member_that_differs_from_its_own_run_is_wrong(regular):
+    assert batches.same("", regular, "finished", regular.y[-1])["word"] == "right"
+    other = np.nextafter(regular.y[-1], np.inf)
+    assert batches.same("", regular, "finished", other)["word"] == "WRONG"
+    assert batches.same("", regular, "undecided", regular.y[-1])["word"] == "WRONG"
+
+
+@pytest.mark.slow
+def test_a_folding_slider_crank_keeps_to_its_branch():
+    row = next(crossings._slider_crank([1e-8]))
+    assert row["word"] == "right"
+
+
+def test_a_stiff_spring_moves_as_its_modes_do():
+    rows = list(stiff._linear([1e6], [1e-6]))
+    assert {row["word"] for row in rows} <= {"right", "flagged"}
+    assert sum(row["word"] == "right" for row in rows) >= 4

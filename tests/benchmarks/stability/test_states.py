@@ -1,0 +1,20 @@
+"""Last states to the last bit: one that differs is named and is the exit code."""
+
+import json
+
+from benchmarks.stability import states
+
+
+def test_the_states_of_before_are_found_again_and_another_bit_is_named(tmp_path, capsys):
+    file = tmp_path / "before.json"
+    assert states.main(["--out", str(file), "four_bar"]) == 0
+    before = json.loads(file.read_text("utf-8"))
+    assert set(before) == {f"four_bar {method}" for method in states.METHODS}
+    assert float.fromhex(before["four_bar dop853"][2]) == states.T_END
+    assert states.main(["--against", str(file), "four_bar"]) == 0
+    one = float.fromhex(before["four_bar auto"][-1])
+    before["four_bar auto"][-1] = (one * (1 + 2**-52)).hex()
+    file.write_text(json.dumps(before))
+    capsys.readouterr()
+    assert states.main(["--against", str(file), "four_bar"]) == 1
+    assert "4 equal, 1 differ: four_bar auto" in capsys.readouterr().out

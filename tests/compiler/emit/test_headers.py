@@ -1,0 +1,69 @@
+"""Every header of the runtime compiles by itself, and none includes what leads back to it."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from mechc_codegen import build_scene, shipped_mechanism
+from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.extension.flags import RUNTIME, STRICT
+
+HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))
+GENERIC = [
+    name for name in HEADERS if '\n#include "simd/real.h"\n' in (RUNTIME / name).read_text("utf-8")
+]
+BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
+# Each may use those before it.
+LAYERS = (
+    "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep", "unit",
+)  # fmt: skip
+COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("scene")
+    build_scene(shipped_mechanism("four_bar"), (BASELINE,)).write(folder)
+    return folder
+
+
+def compiled(source: str, scene: Path) -> str:
+    """What the compiler says of a text that includes headers."""
+    command = [COMPILER, "-std=gnu11", "-fsyntax-only", *STRICT, "-Wno-unused-const-variable"]
+    command += [f"-DMECHC_LANES={BASELINE.lanes}", "-DMECHC_UNIT=baseline"]
+    command += [f"-I{RUNTIME}", f"-I{scene}", "-xc", "-"]
+    done = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
+    assert (done.returncode == 0) == (done.stderr == ""), done.stderr[:2000]
+    return done.stderr
+
+
+def including(*headers: str) -> str:
+    return "".join(f'#include "{name}"\n' for name in headers)
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_a_header_compiles_by_itself_and_twice(header: str, scene: Path) -> None:
+    assert compiled(including(header, header), scene) == ""
+
+
+@pytest.mark.parametrize("header", GENERIC)
+def test_a_generic_header_compiles_for_each_binding_and_again(header: str, scene: Path) -> None:
+    bound = [text for binding in BINDINGS * 2 for text in (binding, header)]
+    assert compiled(including(*bound, "simd/unbind.h"), scene) == ""
+
+
+def test_what_is_missing_shows(scene: Path) -> None:
+    """The compiler's words reach the tests above."""
+    assert "mechc_missing" in compiled(including("run/rates.h") + "mechc_missing x;\n", scene)
+    assert "run/none.h" in compiled(including("run/none.h"), scene)
+
+
+def test_folders_include_those_of_lower_layers() -> None:
+    for name in HEADERS:
+        folder = Path(name).parent.name
+        allowed = {"abi", "batch"} if folder == "batch" else {*LAYERS[: LAYERS.index(folder) + 1]}
+        text = (RUNTIME / name).read_text("utf-8")
+        included = set(re.findall(r'#include "(\w+)/', text))
+        assert included <= allowed, f"{name} includes {included - allowed}"

@@ -1,0 +1,121 @@
+"""A compiler may lie, hang, or leave children behind: the error says what it did."""
+
+import os
+import signal
+import stat
+import subprocess
+import sys
+import time
+
+import pytest
+
+import mechc
+from mechc.compilation import build, toolchain
+from mechc.errors import CompilerError
+from tests.support.pendulums import pendulum
+
+
+@pytest.fixture
+def fresh(tmp_path, monkeypatch):
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setattr(build, "_compiled", {})
+    toolchain.version.cache_clear()
+    yield tmp_path
+    toolchain.version.cache_clear()
+
+
+def compiler_script(folder, body):
+    script = folder / "cc"
+    ask = 'if [ "$1" = --version ]; then echo cc 1; exit; fi'
+    script.write_text(f"#!/bin/sh\n{ask}\n{body}\n")
+    script.chmod(script.stat().st_mode | stat.S_IXUSR)
+    return str(script)
+
+
+@pytest.mark.parametrize("body", ["exit 0", 'echo odd >&2; : > "$(eval echo \\${$#})"; exit 0'])
+def test_one_that_ends_well_and_writes_nothing_is_told(fresh, monkeypatch, body):
+    monkeypatch.setenv("CC", compiler_script(fresh, body))
+    with pytest.raises(CompilerError, match=r"ended well and wrote no scene\.so") as told:
+        mechc.compile(pendulum(3))
+    assert ("odd" in str(told.value)) == ("odd" in body)
+
+
+def alive(pid):
+    try:
+        with open(f"/proc/{pid}/stat") as file:
+            return file.read().split()[2] not in "ZX"
+    except FileNotFoundError:
+        return False
+
+
+def gone(pid):
+    for _ in range(100):
+        if not alive(pid):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+HANGS = 'echo thinking >&2; sleep 1000 & echo $! > "{child}"; wait'
+
+
+def test_one_that_hangs_is_stopped_with_its_children_and_what_it_said(fresh, monkeypatch):
+    child = fresh / "child"
+    monkeypatch.setenv("CC", compiler_script(fresh, HANGS.format(child=child)))
+    monkeypatch.setattr(toolchain, "LONGEST", 1.0)
+    with pytest.raises(CompilerError, match=r"did not end within 1 s(?s:.*)thinking"):
+        mechc.compile(pendulum(4))
+    assert gone(int(child.read_text()))
+
+
+def test_a_child_that_keeps_the_pipes_open_holds_nothing_up(fresh, monkeypatch):
+    child = fresh / "child"
+    body = f'setsid sleep 1000 & echo $! > "{child}"; exit 0'
+    monkeypatch.setenv("CC", compiler_script(fresh, body))
+    monkeypatch.setattr(toolchain, "LONGEST", 1.0)
+    started = time.perf_counter()
+    with pytest.raises(CompilerError):
+        mechc.compile(pendulum(5))
+    assert time.perf_counter() - started < 30
+    os.kill(int(child.read_text()), signal.SIGKILL)
+
+
+COMPILES = """
+import mechc
+from tests.support.pendulums import pendulum
+try:
+    mechc.compile(pendulum(6))
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_ctrl_c_ends_the_compiler_and_its_children(fresh):
+    child = fresh / "child"
+    environment = {**os.environ, "CC": compiler_script(fresh, HANGS.format(child=child))}
+    process = subprocess.Popen(
+        [sys.executable, "-c", COMPILES], env=environment, stdout=subprocess.PIPE, text=True
+    )
+    while not child.exists() or not child.read_text().strip():
+        time.sleep(0.02)
+        assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    assert process.communicate(timeout=30)[0].strip() == "interrupted"
+    assert gone(int(child.read_text()))
+
+
+def test_what_the_headers_of_cpath_say_is_part_of_the_compiler(tmp_path, monkeypatch):
+    header = tmp_path / "include" / "sys" / "math.h"
+    header.parent.mkdir(parents=True)
+    header.write_text("one")
+    stamp = header.stat().st_mtime_ns
+    for name in ("CPATH", "C_INCLUDE_PATH"):
+        monkeypatch.setenv(name, str(tmp_path / "include"))
+        header.write_text("one")
+        os.utime(header, ns=(stamp, stamp))
+        before = toolchain.identity(["cc"])
+        assert toolchain.identity(["cc"]) == before
+        header.write_text("two")
+        os.utime(header, ns=(stamp, stamp))
+        assert toolchain.identity(["cc"]) != before
+        monkeypatch.delenv(name)

@@ -1,0 +1,57 @@
+"""Many random cases, each of which has to end soon, in a value or in an error that was meant."""
+
+from __future__ import annotations
+
+import random
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import mechc
+
+LONGEST = 10.0  # s of processor time a case may take
+MEANT = (mechc.MechcError, ValueError, TypeError)  # UnknownNameError is a KeyError too
+RAW = (UnicodeError,)  # ValueErrors that are nobody's message
+
+
+def run_cases(
+    seed: int, count: int, case: Callable[[random.Random], Callable[[], Any]]
+) -> Counter[str]:
+    """Draw and run ``count`` cases; how many ended how.
+
+    Any other error than those meant, and any case that takes too long, fails the test in the end;
+    the message holds the seed and the number of the case, which draw it again.
+    """
+    print(f"seed {seed}, {count} cases")
+    ended: Counter[str] = Counter()
+    bad: dict[str, str] = {}
+    for number in range(count):
+        call = case(random.Random(f"{seed}/{number}"))
+        started = time.process_time()
+        try:
+            call()
+            ended["a value"] += 1
+        except Exception as error:
+            ended[type(error).__name__] += 1
+            if not isinstance(error, MEANT) or isinstance(error, RAW):
+                bad.setdefault(_where(error), f"case {number}:\n{_told(error)}")
+        spent = time.process_time() - started
+        if spent > LONGEST:
+            bad[f"long {number}"] = f"case {number} took {spent:.0f} s"
+        if len(bad) > 20:
+            break
+    print(", ".join(f"{what}: {n}" for what, n in ended.most_common()))
+    assert not bad, f"seed {seed}: {len(bad)} kinds\n" + "\n".join(bad.values())
+    return ended
+
+
+def _told(error: BaseException) -> str:
+    return "".join(traceback.format_exception(error))
+
+
+def _where(error: BaseException) -> str:
+    """What failures of one kind have in common."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__} {last.filename}:{last.lineno}"

@@ -59,7 +59,9 @@ def test_five_parallel_cranks_move_as_a_pendulum():
 
 
 def test_a_start_typed_with_few_digits_is_closed_and_not_thrown(cranks):
-    start = np.append(np.round(crank_angles(cranks, 1.0), 9) + [0, 3e-9, 0, -2e-9], np.zeros(4))
+    angles = np.round(crank_angles(cranks, 1.0), 9)
+    angles += 0, 3e-9, 0, -2e-9
+    start = np.append(angles, np.zeros(4))
     sol = cranks.simulate(1.0, start, rtol=1e-9)
     assert np.abs(sol.y[0] - start).max() < 1e-8
     assert np.ptp(sol.energy) < 1e-7

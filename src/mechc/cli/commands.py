@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import mechc
 from mechc.cli.arguments import (
     STATE,
     checked_options,
@@ -42,12 +43,10 @@ from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError
-from mechc.load import load
 from mechc.progress import ProgressBar
 from mechc.results.durable import write_text, written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
-from mechc.simulation.solution import Solution
 
 FAILED, INTERRUPTED = 1, 130
 
@@ -155,25 +154,29 @@ def _run(chosen: argparse.Namespace) -> int:
 
 
 def _sweep(chosen: argparse.Namespace) -> int:
-    from mechc.batch.sweep import plan, read_variation, run_sweep, sweep_json, sweep_summary
+    from mechc.batch.sweep import members, plan, read_variation, sweep_json, sweep_summary
     from mechc.batch.sweep_maps import save_maps
 
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
     variations = [read_variation(model, text) for text in chosen.vary]
-    members = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
+    chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
     folder = output_folder(chosen, "mechc_sweep")
     stored = folder is not None and importlib.util.find_spec("zarr") is not None
     started = time.perf_counter()
-    batch = run_sweep(
-        model,
-        members,
-        seconds_of(chosen),
-        chosen.reduce or [f"max({model.coordinates[-1]})"],
+    starts, params = members(
+        model.system,
+        chosen_plan,
         params=values_of(model, chosen.parameters, model.parameters, "parameter"),
         start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
         guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+    )
+    batch = model.simulate_batch(
+        seconds_of(chosen),
+        starts,
+        params,
+        reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
         rtol=number("--rtol", chosen.rtol),
         method=chosen.method,
         threads=threads,
@@ -181,12 +184,12 @@ def _sweep(chosen: argparse.Namespace) -> int:
     )
     seconds = time.perf_counter() - started
     if chosen.json:
-        print(json.dumps(sweep_json(batch, members, seconds)))
+        print(json.dumps(sweep_json(batch, chosen_plan, seconds)))
     else:
-        print(f"{model.title}\n{sweep_summary(batch, members, seconds)}")
+        print(f"{model.title}\n{sweep_summary(batch, chosen_plan, seconds)}")
     if folder is not None:
         with ProgressBar("drawing"), written_into(folder):
-            written = save_maps(batch, members, folder)
+            written = save_maps(batch, chosen_plan, folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
             print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
@@ -194,7 +197,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
     return 0 if batch.complete else INTERRUPTED
 
 
-def _write(sol: Solution, folder: Path, *, quiet: bool) -> None:
+def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
     from mechc.results.animation import write_animation
     from mechc.results.figures import save_all
 
@@ -217,14 +220,16 @@ def _open_in_browser(path: Path) -> None:
 
 
 def _show(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.on_demand import derivation_notes, derivation_page, shipped_options
+    from mechc.compilation.library import derivation_notes, derivation_page, shipped_options
 
-    model = load(known(chosen.name))
+    model = mechc.load(known(chosen.name))
     options = checked_options(chosen.name, options_of(chosen.options))
     if options:
-        model = load(chosen.name, **options)
+        model = mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    values = dict(zip(model.parameters, model._parameters.resolve(params).tolist(), strict=True))
+    values = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(params).tolist(), strict=True)
+    )
     print(f"{model.title}\n")
     for name, quantity in model.quantities.items():
         value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
@@ -247,7 +252,7 @@ def _show(chosen: argparse.Namespace) -> int:
 
 
 def _emit(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.on_demand import generated_texts
+    from mechc.compilation.library import generated_texts
 
     name = known(chosen.name)
     texts = generated_texts(name, checked_options(name, options_of(chosen.options)))

@@ -11,6 +11,7 @@ import json
 import os
 import shutil
 import sys
+import tempfile
 import traceback
 import warnings
 from collections.abc import Callable
@@ -22,7 +23,7 @@ import zarr  # noqa: F401  its threads must not begin before a fork
 
 import mechc
 from mechc.batch import store  # noqa: F401
-from mechc.compilation import cache, on_demand
+from mechc.compilation import build, cache
 from mechc.results import files  # noqa: F401
 from tests.support.pendulums import pendulum
 
@@ -136,7 +137,7 @@ def compiling(folder: Path) -> Any:
 
 
 def compiled_right(folder: Path, value: Any) -> None:
-    on_demand._compiled.clear()
+    build._compiled.clear()
     for found in (value, compiling(folder)):
         assert found is None or abs(found + 3.25 * np.cos(0.3)) < 1e-13
 
@@ -236,8 +237,16 @@ def attempt(name: str, folder: Path, number: int) -> dict[str, Any]:
 PRELOAD = os.environ.pop("LD_PRELOAD", "")  # programs that are started are not to be disturbed
 
 
+def warm_up() -> None:
+    """What a first call imports is imported before the forks; Zarr's threads must not begin."""
+    with tempfile.TemporaryDirectory() as folder:
+        saving(Path(folder))
+        mechc.open(Path(folder) / "run.nc")
+
+
 def main(name: str, folder: str, numbers: str) -> None:
     warnings.simplefilter("ignore")
+    warm_up()
     quiet = 0
     first, last, stride = map(int, numbers.split(":"))
     for number in range(first, last, stride):

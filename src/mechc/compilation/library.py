@@ -41,8 +41,8 @@ def variant(
 ) -> System:
     """A mechanism of the library with options that are known to exist, compiled on demand.
 
-    ``asked``: parameters to ``fix`` and ``outputs``, by name.  The key follows from mechanism, options
-    and compiler package, and is looked up before anything is derived.
+    ``asked``: parameters to ``fix`` and ``outputs``, by name.  The key follows from mechanism,
+    options and compiler package, and is looked up before anything is derived.
     """
     errors_of_compiler()
     told = _told(options, asked)

@@ -146,7 +146,7 @@ def _keys(root: Path) -> list[str]:
 
 
 def check() -> Path:
-    """The cache folder; raises :class:`CacheError` if it exists and cannot be used safely.""" 
+    """The cache folder; raises :class:`CacheError` if it exists and cannot be used safely."""
     root = cache_folder()
     existing = next(path for path in (root, *root.absolute().parents) if path.exists())
     if existing == root:

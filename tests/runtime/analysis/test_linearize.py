@@ -199,7 +199,7 @@ def test_a_shipped_mechanism_is_linearized_when_asked_for_its_jacobian(four_bar)
     assert pickle.loads(pickle.dumps(model)) is model
     with pytest.raises(mechc.MechcError, match="'enery' is not one of energy"):
         mechc.load("four_bar", outputs=["enery"])
-    with pytest.raises(TypeError, match="asked for by name"):
+    with pytest.raises(TypeError, match="requested by name"):
         mechc.load("four_bar", outputs=[{"own": Symbol("g")}])
 
 

@@ -1,4 +1,4 @@
-"""Events written as expressions of SymPy: their zeros are found as those of functions are."""
+"""Events written as expressions of SymPy, turned into functions of t and y."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ EventFunction = Callable[[float, Array], float]
 
 
 def is_expression(event: Any) -> bool:
-    """Whether it is a symbol or an expression of SymPy, and no function."""
+    """Whether it is a symbol or an expression of SymPy, not a function."""
     return hasattr(event, "free_symbols") and hasattr(event, "xreplace")
 
 

@@ -131,7 +131,7 @@ class NumpyRun:
         return float(first / np.sqrt(first + 0.01 * second)) if first > 0 else 0.0
 
     def _first_scale(self, scale: Array) -> Array:
-        """Scale of the speeds: what the first accelerations reach within one unit of a coordinate."""
+        """Scale of the speeds: what the first accelerations reach in one unit of a coordinate."""
         found, speeds = scale.copy(), slice(self.width, None)
         reached = np.sqrt(np.abs(self.rates[0, speeds]) * scale[speeds])
         found[speeds] = np.maximum(np.abs(self.y[speeds]), reached)

@@ -42,8 +42,8 @@ class Functions:
     def fill(self, name: str, lengths: Sequence[int], t: Array, *rows: Array) -> Filled:
         """The results of a function: arrays (n, length), one for each of the lengths.
 
-        Times (n,) or (1,), and rows (n, width) or (1, width) of each further argument.  What is no
-        number (a root of -1) is NaN, as it is in C.
+        Times (n,) or (1,), and rows (n, width) or (1, width) of each further argument.  Undefined
+        values (a root of -1) are NaN, as in C.
         """
         count = max(len(t), *map(len, rows))
         if count == 1:

@@ -27,6 +27,8 @@ from mechc.system.system import System
 
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
+COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
+FINEST = 1e-12  # below it, of this rtol
 AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
 INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
 
@@ -93,6 +95,7 @@ def _driven(
         stats["critical_gap"],
         (
             *_warnings(compiled, code, stop),
+            *_coarse_angles(system, compiled, policy.rtol),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
@@ -195,6 +198,22 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
         f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
         "with any play or tolerance in its lengths, has to be guided",
+    )
+
+
+def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
+    """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    states = compiled.states()[1]
+    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
+    largest = int(np.argmax(angles)) if len(angles) else 0
+    if not len(angles) or not np.spacing(angles[largest]) > COARSE * max(rtol, FINEST):
+        return ()
+    return (
+        f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "
+        f"{np.spacing(angles[largest]):.1g} rad apart: loops close and energy stays to no better, "
+        "beside change points to much less, and no rtol helps. Leave whole turns out of the start, "
+        "or go on in shorter runs",
     )
 
 

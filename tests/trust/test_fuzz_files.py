@@ -64,9 +64,10 @@ def refused_by_name(call, path):
     try:
         return call()
     except mechc.MechcError as error:
-        assert path.name in str(error), str(error)
-        assert str(error).isprintable(), str(error)
-        raise
+        told = str(error)
+        if path.name in told and told.isprintable():
+            raise
+    raise AssertionError(f"{path.name} is not named, or the text steers a terminal: {told!r}")
 
 
 def test_saved_solutions(seed, thorough, tmp_path):

@@ -12,7 +12,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import mechc
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.system.units import read_seconds, read_value
-from tests.support.fuzzing import run_cases
+from tests.support.trust.fuzzing import run_cases
 
 pytestmark = pytest.mark.slow
 

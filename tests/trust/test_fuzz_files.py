@@ -11,7 +11,7 @@ import mechc
 from mechc.batch.store import examine
 from mechc.compilation import cache
 from mechc.results import files as storage
-from tests.support.fuzzing import run_cases
+from tests.support.trust.fuzzing import run_cases
 
 pytestmark = pytest.mark.slow
 

@@ -45,7 +45,7 @@ def built(scene, folder):
     chosen = widest()
     build = build_scene(shipped_mechanism(scene, SCENES[scene]), (chosen,))
     build.write(folder)
-    main = (ROOT / "tests" / "support" / "sanitized_main.c").read_text()
+    main = (ROOT / "tests" / "support" / "trust" / "sanitized_main.c").read_text()
     (folder / "main.c").write_text(main)
     numbers = (f"-DN_MEMBERS={MEMBERS}", f"-DN_METHODS={len(METHODS)}", "-DSECONDS=0.2")
     sources = [(name, (*FLAGS, *STRICT, *flags, *SANITIZED)) for name, flags in build.flags.items()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from functools import partial
 from typing import Any
 from weakref import WeakValueDictionary
 
@@ -20,10 +20,9 @@ from mechc.errors import AssemblyError, MechcError, UnknownNameError
 from mechc.outputs import Outputs
 from mechc.results import model_report, summary
 from mechc.results.solution import Solution
-from mechc.simulation.events import Event
-from mechc.simulation.expression_events import function_of, is_expression
+from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
-from mechc.simulation.settings import checked_policy, checked_span, checked_times
+from mechc.simulation.settings import checked_policy, checked_span_and_times
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
@@ -31,6 +30,7 @@ from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
 ONE_SET = "takes one set of parameters at a time"
+SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
@@ -425,24 +425,19 @@ class Model(Outputs):
         until then.
         """
         model = self if inputs is None else self.with_inputs(inputs)
-        system, p = model.system, self._one_set(params, f"simulate {ONE_SET}")
-        single = callable(events) or isinstance(events, Event) or is_expression(events)
-        chosen = [_event(event, system, p) for event in ([events] if single else events)]
-        if np.ndim(t_span) == 1 and len(t_span) > 2 and t_eval is None:
-            t_span, t_eval = (t_span[0], t_span[-1]), t_span
-        span = checked_span(t_span)
-        times = None if t_eval is None else checked_times(t_eval, span)
+        system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
+        chosen = checked_events(events, system, p) if events else ()
+        span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
             on_change_point=on_change_point,
         )  # fmt: skip
-        if isinstance(y0, Mapping):
+        if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
-        return Solution.of_run(
-            model, lambda: run(system, span, state, p, policy, times, chosen, progress, y0)
-        )
+        made = partial(Solution, model)
+        return run(made, system, span, state, p, policy, times, chosen, progress, y0)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state that coordinates and speeds in one mapping say."""
@@ -499,15 +494,6 @@ class Model(Outputs):
 
     def _repr_html_(self) -> str:
         return summary.model_html(self.system)
-
-
-def _event(given: Any, system: System, p: Array) -> Any:
-    """An event as the run takes it: expressions become functions of t and y."""
-    if is_expression(given):
-        return function_of(given, system, p)
-    if isinstance(given, Event) and is_expression(given.function):
-        return replace(given, function=function_of(given.function, system, p))
-    return given
 
 
 def _found_again(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 import numpy as np
@@ -18,7 +18,6 @@ from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
 from mechc.errors import AssemblyError, MechcError, UnknownNameError
 from mechc.outputs import Outputs
-from mechc.results import model_report, summary
 from mechc.results.solution import Solution
 from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
@@ -28,6 +27,9 @@ from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
+
+if TYPE_CHECKING:
+    from mechc.results.model_report import Report
 
 ONE_SET = "takes one set of parameters at a time"
 SIMULATE_ONE_SET = f"simulate {ONE_SET}"
@@ -97,7 +99,7 @@ class Model(Outputs):
         """
         return self.system.scene.capsule
 
-    def report(self, *, compare: bool = True) -> model_report.Report:
+    def report(self, *, compare: bool = True) -> Report:
         """What was kept, what was left out and why, in operations; the seconds of each stage.
 
         Parameters
@@ -111,7 +113,9 @@ class Model(Outputs):
         Report
             A text; in a notebook, tables.
         """
-        return model_report.model_report(self.system, compare=compare)
+        from mechc.results.model_report import model_report
+
+        return model_report(self.system, compare=compare)
 
     # -- configurations -----------------------------------------------------------------------
 
@@ -493,7 +497,9 @@ class Model(Outputs):
         return f"<mechc.Model {self.system.headline}>"
 
     def _repr_html_(self) -> str:
-        return summary.model_html(self.system)
+        from mechc.results.summary import model_html
+
+        return model_html(self.system)
 
 
 def _found_again(

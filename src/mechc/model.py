@@ -10,13 +10,12 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from mechc.analysis import constraint_rank, equilibria, inverse_dynamics, linearize
 from mechc.assembly import positions
 from mechc.assembly.initial_values import checked_numbers, filled_start
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
-from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.errors import AssemblyError, MechcError
 from mechc.outputs import Outputs
 from mechc.results.solution import Solution
 from mechc.simulation.expression_events import checked_events
@@ -29,6 +28,10 @@ from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
 if TYPE_CHECKING:
+    from mechc.analysis.constraint_rank import Redundancy
+    from mechc.analysis.equilibria import Equilibrium
+    from mechc.analysis.inverse_dynamics import InverseDynamics
+    from mechc.analysis.linearize import Linearization
     from mechc.results.model_report import Report
 
 ONE_SET = "takes one set of parameters at a time"
@@ -204,9 +207,7 @@ class Model(Outputs):
             checked_numbers(speeds, self.speeds, "speed"),
         )
 
-    def equilibria(
-        self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[equilibria.Equilibrium, ...]:
+    def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
         """Configurations that stay at rest under the loads at time t, the stable ones first.
 
         Found by Newton's method on the accelerations along the manifold from points spread over
@@ -219,7 +220,9 @@ class Model(Outputs):
         MechcError
             If the model has states besides coordinates and speeds.
         """
-        return equilibria.equilibria(self.system, self._one_set(params, ONE_SET), t)
+        from mechc.analysis.equilibria import equilibria
+
+        return equilibria(self.system, self._one_set(params, ONE_SET), t)
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
         """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
@@ -232,14 +235,13 @@ class Model(Outputs):
         UnknownNameError
             If there is no such coordinate.
         """
-        coordinate = name_of(coordinate)
-        if coordinate not in self.coordinates:
-            raise UnknownNameError("coordinate", coordinate, self.coordinates)
-        return equilibria.limits(self.system, coordinate, self._one_set(params, ONE_SET))
+        from mechc.analysis.equilibria import limits
+
+        return limits(self.system, name_of(coordinate), self._one_set(params, ONE_SET))
 
     def redundant_constraints(
         self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[constraint_rank.Redundancy, ...]:
+    ) -> tuple[Redundancy, ...]:
         """Rows that are redundant on every closed configuration, in the order of the constraints.
 
         Found by the rank of J at closed configurations spread over the whole range of the
@@ -251,7 +253,9 @@ class Model(Outputs):
         AssemblyError
             If no closed configuration is found.
         """
-        return constraint_rank.redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
+        from mechc.analysis.constraint_rank import redundant_constraints
+
+        return redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
 
     # -- along a motion -----------------------------------------------------------------------
 
@@ -263,7 +267,7 @@ class Model(Outputs):
         *,
         inputs: Sequence[str],
         t: float | Array = 0.0,
-    ) -> inverse_dynamics.InverseDynamics:
+    ) -> InverseDynamics:
         """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
 
         Parameters
@@ -290,6 +294,8 @@ class Model(Outputs):
         UnknownNameError
             If there is no such parameter.
         """
+        from mechc.analysis.inverse_dynamics import inverse_dynamics
+
         states, p = self._checked(y, params)
         rates = np.asarray(accelerations, dtype=np.float64)
         wanted = (*states.shape[:-1], len(self.speeds))
@@ -299,7 +305,7 @@ class Model(Outputs):
                 f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
             )
         named_inputs = tuple(names_of(inputs))
-        return inverse_dynamics.inverse_dynamics(self.system, states, rates, p, named_inputs, t)
+        return inverse_dynamics(self.system, states, rates, p, named_inputs, t)
 
     def linearize(
         self,
@@ -310,7 +316,7 @@ class Model(Outputs):
         inputs: Sequence[str] = (),
         outputs: Sequence[str] | None = None,
         independent: Sequence[str] | None = None,
-    ) -> linearize.Linearization:
+    ) -> Linearization:
         """The linear model about a state on the constraints, an equilibrium or on a trajectory.
 
         The state's directions along the constraints are spanned by independent coordinates and
@@ -344,11 +350,13 @@ class Model(Outputs):
         UnknownNameError, AssemblyError, ValueError
             For names that do not exist, a state off the constraints, independent ones that are not.
         """
+        from mechc.analysis.linearize import linearize
+
         p = self._one_set(params, ONE_SET)
         state = state_as_given(self.system, y, p, t)
         chosen = None if outputs is None else tuple(names_of(outputs))
         kept = None if independent is None else names_of(independent)
-        return linearize.linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
+        return linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
 
     # -- simulation ---------------------------------------------------------------------------
 

@@ -11,7 +11,6 @@ import numpy as np
 from mechc.batch.results import Batch
 from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
-from mechc.results.files import read, reference_in
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, text_of
 from mechc.simulation.events import EventRecord
@@ -46,6 +45,8 @@ def open_saved(
         If the file is not a saved solution or damaged, its mechanism is not at hand, or the
         motion comes out different or too large.
     """
+    from mechc.results.files import read
+
     path = Path(path)
     if _is_folder(path):
         from mechc.batch.store import open_batch
@@ -76,6 +77,8 @@ def _is_folder(path: Path) -> bool:
 
 
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:
+    from mechc.results.files import reference_in
+
     return Model.of_reference(reference_in(told, given=given is not None), given)
 
 

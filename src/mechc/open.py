@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -112,6 +114,25 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> So
         for c in recipe["change_points"]
     )
     return sol
+
+
+def _pickled(sol: Solution) -> tuple[Any, ...]:
+    """What a solution is simulated again from, and its states to compare with."""
+    from mechc.results.files import recipe_of
+
+    return _unpickled, (sol.model, recipe_of(sol), dict(sol.stats), sol.t, sol.y)
+
+
+def _unpickled(
+    model: Model, recipe: dict[str, Any], stats: dict[str, Any], t: Array, y: Array
+) -> Solution:
+    sol = _again(model, recipe, t, LARGEST_RUN)
+    sol.stats = MappingProxyType(stats)
+    _compare(Path("the pickled solution"), sol, y)
+    return sol
+
+
+copyreg.pickle(Solution, _pickled)
 
 
 def _status(told: Mapping[str, Any]) -> Status:

@@ -162,7 +162,7 @@ def scipys(torque):
     """The state at 1 s."""
     run = solve_ivp(
         lambda t, y: [y[1], rate(y, torque(t, y))], (0, 1), list(START.values()), "DOP853",
-        rtol=1e-12, atol=1e-12, max_step=0.05,
+        rtol=1e-12, atol=1e-12, max_step=0.005,
     )  # fmt: skip
     return run.y[:, -1]
 
@@ -261,3 +261,26 @@ def test_a_model_is_pickled_with_its_defaults_and_inputs_and_copies_are_itself(m
     assert (again.rhs(0.5, y) == driven.rhs(0.5, y)).all()
     assert copy.deepcopy(model) is model
     assert copy.copy(model) is model
+
+
+def test_solutions_and_batches_are_pickled_and_copied(model) -> None:
+    driven = model.with_inputs({T: mechc.Signal(TIMES, SAMPLES)})
+    sol = driven.simulate(1.0, START, {m: 3.0}, events=q)
+    for other in (pickle.loads(pickle.dumps(sol)), copy.deepcopy(sol), copy.copy(sol)):
+        assert (other.y == sol.y).all()
+        assert np.abs(other(0.37) - sol(0.37)).max() < 1e-14
+        assert (str(other.status), dict(other.stats)) == (str(sol.status), dict(sol.stats))
+        assert (other.events[0].t == sol.events[0].t).all()
+    other = copy.deepcopy(sol)
+    other.y[:] = 0.0
+    assert sol.y[0, 0] == 0.4
+
+
+def test_a_batch_is_pickled() -> None:
+    kane, _, _ = pendulum()
+    model = mechc.compile(kane, defaults=CONSTANTS, inputs={T: sm.S.Zero, F: sm.S.Zero})
+    batch = model.simulate_batch(1.0, START, {m: [1.0, 2.0]}, reduce="max(q)")
+    for other in (pickle.loads(pickle.dumps(batch)), copy.deepcopy(batch)):
+        assert (other["max(q)"] == batch["max(q)"]).all()
+        assert other.model.defaults == model.defaults
+        assert other.counts == batch.counts

@@ -41,6 +41,11 @@ class Batch:
         self.model: Any = system
         self.arrays, self.complete = arrays, complete
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Its numbers, and the model as that is pickled."""
+        arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
+        return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
+
     def __len__(self) -> int:
         return self.recipe.count
 
@@ -120,3 +125,11 @@ class Batch:
     def __repr__(self) -> str:
         words = ", ".join(f"{n} {what}" for what, n in self.counts.items())
         return f"<mechc.Batch of {self.system.name}: {len(self)} members, {words or 'none'}>"
+
+
+def _unpickled(
+    kind: type[Batch], model: Any, recipe: Recipe, arrays: Mapping[str, Any], complete: bool
+) -> Batch:
+    batch = kind(model.system, recipe, arrays, complete)
+    batch.model = model
+    return batch

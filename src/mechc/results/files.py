@@ -60,7 +60,7 @@ def to_dataset(sol: Trajectory) -> Any:
     attributes = {
         "title": _ascii(f"{system.title}, simulated by mechc"),
         "status": _ascii(str(sol.status)),
-        "mechc": json.dumps(_recipe(sol)),
+        "mechc": json.dumps(recipe_of(sol)),
     }
     data = xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
     return data.assign_attrs(sha256=digest(data))
@@ -110,7 +110,8 @@ def _write_netcdf(sol: Trajectory, path: Path) -> None:
     to_dataset(sol).to_netcdf(path, engine="scipy")
 
 
-def _recipe(sol: Trajectory) -> dict[str, Any]:
+def recipe_of(sol: Trajectory) -> dict[str, Any]:
+    """What a motion is simulated again from, as JSON data."""
     policy = sol.policy._asdict()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()

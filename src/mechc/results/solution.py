@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,19 @@ class Solution(Trajectory):
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
         super().__init__(*run)
+
+    def __copy__(self) -> Solution:
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
+
+    def __deepcopy__(self, memo: Any) -> Solution:
+        """With arrays of its own; the run behind it never changes."""
+        other = copy(self)
+        other.params = self.params.copy()
+        for name in ("_record", "energy", "closure", "velocity_closure"):
+            other.__dict__.pop(name, None)
+        return other
 
     def continue_to(
         self,

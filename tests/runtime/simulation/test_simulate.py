@@ -263,7 +263,7 @@ def test_spans_are_finite(model, regular, span):
         model.simulate(span, regular[1], regular[0])
 
 
-@pytest.mark.parametrize("span", [(0, 1, 2), "soon", None, (0, "x"), ()])
+@pytest.mark.parametrize("span", [((0, 1), 2), "soon", None, (0, "x"), ()])
 def test_spans_are_one_or_two_numbers(model, regular, span):
     with pytest.raises(ValueError, match="t_span must be"):
         model.simulate(span, regular[1], regular[0])

@@ -42,7 +42,7 @@ class DrivenScene:
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
         """As of :class:`mechc.native._driver.Scene`."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, _beside(p, 0.0)))
+            return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
         if name.endswith("state_jacobian") and values.caller.takes_state:
             raise MechcError(
@@ -50,15 +50,14 @@ class DrivenScene:
                 "derivative by it: compile with expressions for them"
             )
         values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
-        out = np.asarray(self._scene.evaluate(name, t, y, _beside(p, self._whole.number)))
+        out = np.asarray(self._scene.evaluate(name, t, y, p, self._whole))
         self.raise_failure()
         return out
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))
-        passed = _beside(p, self._whole.number)
-        found: tuple[int, Array, float, float] = self._scene.project(t, y, passed)
+        found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
         self.raise_failure()
         return found
 
@@ -73,19 +72,19 @@ class DrivenScene:
             return values.compiled(times[leg], times[leg + 1])
 
         first = inputs(0)
-        run = self._scene.start(t0, t1, y0, _beside(p, first.number), *policy)
+        run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return Legs(run, times, inputs, self._whole if len(times) > 2 else first)
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
         """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
         self._refuse_in_c(name)
-        found: tuple[Any, ...] = self._scene.bound(name, _beside(p, 0.0))
+        found: tuple[Any, ...] = self._scene.bound(name, p)
         return found
 
     def bound_along(self, name: str, p: Array, *along: Any) -> Any:
         """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
         self._refuse_in_c(name)
-        return self._scene.bound_along(name, _beside(p, 0.0), *along)
+        return self._scene.bound_along(name, p, *along)
 
     def _refuse_in_c(self, name: str) -> None:
         if name not in self._free:
@@ -145,10 +144,3 @@ class DrivenScene:
         if self._values is None:
             raise missing(self._slots, self.given)
         return self._values
-
-
-def _beside(p: Array, number: float) -> Array:
-    """Parameters (..., np) with the number behind them that leads to the inputs."""
-    passed = np.empty((*p.shape[:-1], p.shape[-1] + 1))
-    passed[..., :-1], passed[..., -1] = p, number
-    return passed

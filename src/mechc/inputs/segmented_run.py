@@ -22,14 +22,13 @@ class Legs:
     ) -> None:
         self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
         self._leg = -1
-        run.read_with(whole.number)
+        run.read_with(whole)
         if len(times) > 2:
             self._next()
 
     def _next(self) -> None:
         self._leg += 1
-        self._at = self._inputs(self._leg)  # lives while the run does
-        self._run.extend(self._times[self._leg + 1], self._at.number)
+        self._run.extend(self._times[self._leg + 1], self._inputs(self._leg))
 
     @property
     def _last(self) -> bool:

@@ -104,7 +104,7 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, d
         if (!(fabs(y0[i]) < HUGE_VAL)) return 0;
         if (i >= batch->coordinates) fastest = fmax(fastest, fabs(y0[i]));
     }
-    batch->unit->project(batch->options.t0, state, p, moved);
+    batch->unit->project(batch->options.t0, state, p, batch->options.inputs, moved);
     return moved[0] <= allowed && moved[1] <= allowed * fastest;
 }
 
@@ -123,7 +123,7 @@ static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
     }
     if (*reached > first)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, *reached - first,
+                                 batch->p + member * batch->parameters, batch->options.inputs, *reached - first,
                                  batch->t_eval + first,
                                  batch->at_times + (member * batch->times + first) * batch->width);
 }
@@ -161,7 +161,7 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
     if (stopped)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, 1, &t, y);
+                                 batch->p + member * batch->parameters, batch->options.inputs, 1, &t, y);
     else
         memcpy(y, steps->y + (steps->count - 1) * batch->width,
                (size_t)batch->width * sizeof(double));
@@ -231,7 +231,7 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
     options.scale = slot->scale;
     memset(slot->run, 0, batch->unit->run_size);
     batch->unit->start(slot->run, &options);
-    mechc_reducer_begin(&slot->reducer, options.t0, options.p);
+    mechc_reducer_begin(&slot->reducer, &options);
     slot->member = member;
     slot->reached = 0;
     slot->taken = 0;
@@ -284,9 +284,10 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
     }
 }
 
-/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system, whose cost
- * grows up to the cube of its width, takes as long as very many of a narrow one. */
-static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy, long ahead)
+/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system,
+ * whose cost grows up to the cube of its width, takes as long as very many of a narrow one. */
+static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy,
+                                long ahead)
 {
     const long look = 1 + MECHC_BATCH_LOOK / batch->width;
     for (long left = ahead; left > 0; left -= look) {

@@ -93,8 +93,8 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_p
     const double *q = span->path->q[node], t = span->t + span->path->fraction[node] * span->h;
     mechc_critical found, checked;
     const int is_one =
-        mechc_find_critical_of(t, q, span->p, span->k, piece->at[0]->rank, k, reach, &found)
-        && mechc_still_critical(t, found.q, span->p, span->k, reach, &found, &checked);
+        mechc_find_critical_of(t, q, span->given, piece->at[0]->rank, k, reach, &found)
+        && mechc_still_critical(t, found.q, span->given, reach, &found, &checked);
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_CROSSING;
 }
 

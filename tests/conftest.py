@@ -8,7 +8,7 @@ import time
 import pytest
 from hypothesis import settings
 
-from mechc.compilation import on_demand
+from mechc.compilation import build
 from tests.support.first_units import MadeOnRequest
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
@@ -56,5 +56,5 @@ def compiled_once(tmp_path_factory):
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", str(folder))
-        patch.setattr(on_demand, "Pending", MadeOnRequest)
+        patch.setattr(build, "Pending", MadeOnRequest)
         yield

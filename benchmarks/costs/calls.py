@@ -23,7 +23,7 @@ def parts() -> dict[str, float]:
     model, params = mechc.load("four_bar"), {"l_3": 3.5}
     y0 = model.assemble({"theta_0": np.radians(85)}, params=params)
     default = model.assemble({"theta_0": 1.0})
-    values = model._parameters.resolve(params)
+    values = model.system.parameter_set.resolve(params)
     policy = model.simulate(INSTANT, y0, params).policy
 
     def compiled() -> None:
@@ -36,7 +36,7 @@ def parts() -> dict[str, float]:
         "simulate, t_eval, states read": (
             each(lambda: model.simulate(INSTANT, default, t_eval=(INSTANT,)).y) - bare
         ),
-        "  of it: parameters by name": each(lambda: model._parameters.resolve(params)),
+        "  of it: parameters by name": each(lambda: model.system.parameter_set.resolve(params)),
         "  of it: tolerances and method": each(lambda: _policy(model)),
         "  of it: the state, projected": each(lambda: checked_state(model, y0, values, 0.0)),
         "the compiled run of one step": bare,

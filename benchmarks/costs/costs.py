@@ -139,7 +139,7 @@ def one_call() -> Iterator[Row]:
 def evaluation() -> Iterator[Row]:
     """State rates of the four-bar: one state after the other, and many at once."""
     model = mechc.load("four_bar")
-    scene, values = model._scene, np.array(model._parameters.defaults)
+    scene, values = model.system.scene, np.array(model.system.parameter_set.defaults)
     y = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 1.0})
     one = min(scene.rates_seconds(0.0, y, values, EVALUATIONS) for _ in range(RUNS))
     many = np.tile(y, (EVALUATIONS, 1))

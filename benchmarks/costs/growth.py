@@ -26,14 +26,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mechc.native._driver import capsule_of
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
-from mechc.compilation import on_demand as jit
+from mechc.compilation import entries
+from mechc.compilation.build import system_with
+from mechc.compilation.processor import native
 from mechc.model import Model
+from mechc.system.reference import ModelReference
 
 from ..formulations.described import read as read_mechanism
 from ..problems.windows_motion import first_upright, upright_start
@@ -100,17 +102,18 @@ def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
     mechanism, request = read_mechanism(SCENES[name](size))
     _, derive = spent(lambda: derive_equations(mechanism, request))
-    build, until_emitted = spent(lambda: build_scene(mechanism, (jit._native(),), request))
+    build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
     with tempfile.TemporaryDirectory() as folder:
-        _, first = spent(lambda: jit._make_first(build, Path(folder)))
-        _, whole = spent(lambda: jit._make(build, Path(folder)))
-        model = Model(capsule_of(str(Path(folder) / "scene.so")))
+        _, first = spent(lambda: entries.make_first_unit(build, Path(folder)))
+        _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
+        scene = entries.scene_in(Path(folder) / "scene.so")
+        model = Model(system_with(scene, ModelReference("", custom=True)))
     start = state(name, size, model)
     return {
         "n": size, "links": len(model.coordinates), "derive_s": derive,
         "emit_s": max(until_emitted - derive, 0.0), "first_s": first, "whole_s": whole,
         "kilobytes": len(build.texts["scene_program.h"]) / 1000,
-        "operations": model._data["operations"]["after"],
+        "operations": model.system.data["operations"]["after"],
         "rhs_us": 1e6 * scalar_seconds(model, start), "lane_us": 1e6 * lane_seconds(model, start),
     }  # fmt: skip
 

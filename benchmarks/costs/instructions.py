@@ -137,7 +137,11 @@ def sections() -> Iterator[Section]:
 
 
 def _of_the_model(model: Any, name: str) -> Iterator[Section]:
-    scene, values, y = model._scene, np.array(model._parameters.resolve(PARAMS)), _start(model)
+    scene, values, y = (
+        model.system.scene,
+        np.array(model.system.parameter_set.resolve(PARAMS)),
+        _start(model),
+    )
     many, t, rows = np.tile(y, (2 * STATES, 1)), np.zeros(1), values[None]
     out = np.empty_like(many)
     yield f"{name}: rhs, one state", lambda n: scene.rates_seconds(0.0, y, values, n), 200
@@ -165,7 +169,7 @@ def _of_the_calls(model: Any) -> Iterator[Section]:
     """What is Python for the most part."""
     from mechc.simulation.initialise import begin
 
-    y, values = _start(model), model._parameters.resolve(PARAMS)
+    y, values = _start(model), model.system.parameter_set.resolve(PARAMS)
     policy = model.simulate(INSTANT, y, PARAMS).policy
 
     def bare() -> None:

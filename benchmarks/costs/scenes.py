@@ -94,7 +94,7 @@ def measured(case: Case) -> dict[str, Any]:
         _ = model.capsule  # waits for all of it
         whole = time.perf_counter() - start
         size = max(path.stat().st_size for path in Path(folder).rglob("*.so"))
-    counts = model._data["operations"]
+    counts = model.system.data["operations"]
     return {
         "scene": case.name,
         "rhs ops": sum(counts["stages"].values()),
@@ -121,9 +121,13 @@ def _c_bytes(case: Case) -> int:
 
 
 def _nanoseconds(model: mechc.Model, y: Any) -> float:
-    values = np.array(model._parameters.resolve(None))
+    values = np.array(model.system.parameter_set.resolve(None))
     calls = 20_000
-    return min(model._scene.rates_seconds(0.0, y, values, calls) for _ in range(15)) / calls * 1e9
+    return (
+        min(model.system.scene.rates_seconds(0.0, y, values, calls) for _ in range(15))
+        / calls
+        * 1e9
+    )
 
 
 def _numpy(case: Case, y: Any) -> dict[str, float]:

@@ -112,7 +112,7 @@ class Problem:
     def values(self) -> dict[str, float]:
         """All parameters by name."""
         model = self.model
-        found = model._parameters.resolve(self.params)
+        found = model.system.parameter_set.resolve(self.params)
         return dict(zip(model.parameters, map(float, found), strict=True))
 
     def error(self, observed: Array) -> float:

@@ -23,8 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--to", "--out", type=Path, metavar="PAGE",
                         help="[results.html beside the results]")  # fmt: skip
     chosen = parser.parse_args(arguments)
-    earlier = results.read(chosen.against) if chosen.against else None
+    earlier = results.read_option(parser, chosen.against)
     target = chosen.to or chosen.results.with_suffix(".html")
-    write_report(results.read(chosen.results), earlier, target)
+    write_report(results.read_option(parser, chosen.results), earlier, target)
     print(target)
     return 0

@@ -98,7 +98,9 @@ def _followed(
         return
     yield measured(f"{case}: state", batch.y[0], exact, limit_of(rtol, condition))
     states, size = batch["y_eval"][0], len(y0) // 2
-    values = dict(zip(model.parameters, model._parameters.resolve(params).tolist(), strict=True))
+    values = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(params).tolist(), strict=True)
+    )
     kinetic, potential = SCENES[scene].energy(states[:, :size], states[:, size:], values)
     energy = kinetic + potential
     drift = float(np.abs(energy - energy[0]).max() / kinetic.max())

@@ -17,6 +17,8 @@ from typing import Any
 
 import mechc
 
+from ..timing import results
+
 T_END, RTOL, MAX_STEPS = 20.0, 1e-8, 20_000
 SIZES: dict[str, dict[str, int]] = {"pendulum": {"links": 3}, "windows": {"count": 2}}
 METHODS = ("dopri5", "dop853", "gauss8", "radau5", "auto")
@@ -31,12 +33,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--against", type=Path, metavar="JSON", help="compare with those of a file")
     parser.add_argument("names", nargs="*", metavar="NAME", help="mechanisms [all of the library]")
     chosen = parser.parse_args(arguments)
+    before = results.read_option(parser, chosen.against)  # now, not after the whole run
     states = last_states(chosen.names or mechc.mechanisms())
     if chosen.out:
         chosen.out.write_text(json.dumps(states, indent=1) + "\n", "utf-8")
-    if not chosen.against:
+    if before is None:
         return 0
-    apart = differing(states, json.loads(chosen.against.read_text("utf-8")))
+    apart = differing(states, before)
     print(f"{len(states) - len(apart)} equal, {len(apart)} differ{': ' if apart else ''}"
           + ", ".join(apart))  # fmt: skip
     return 1 if apart else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import os
@@ -33,8 +34,30 @@ def write(name: str, data: Any, out: Path | None = None) -> None:
 
 
 def read(path: Path) -> Any:
-    """What a file of figures holds."""
-    return json.loads(path.read_text("utf-8"))
+    """What a file of figures holds.
+
+    Raises
+    ------
+    ValueError, OSError
+        If it is none, or cannot be read.
+    """
+    try:
+        found = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{path} is no JSON file: {error}") from None
+    if not isinstance(found, dict):
+        raise ValueError(f"{path} holds no figures by name")
+    return found
+
+
+def read_option(parser: argparse.ArgumentParser, path: Path | None) -> Any:
+    """What the file given with an option holds, None without; the parser complains of a bad one."""
+    if path is None:
+        return None
+    try:
+        return read(path)
+    except (OSError, ValueError) as error:
+        return parser.error(str(error))
 
 
 def finite(data: Any) -> Any:

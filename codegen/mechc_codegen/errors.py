@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
+
 
 class CodegenError(Exception):
     """Base of everything the compiler raises on purpose."""
+
+    _kinds: ClassVar[Mapping[type[CodegenError], type[CodegenError]]] = {}
+
+    def __new__(cls, *args: Any) -> Self:
+        """An error of the kind that :func:`raise_as` names, where it names one."""
+        return super().__new__(CodegenError._kinds.get(cls, cls), *args)  # type: ignore[return-value]
 
 
 class MechanismError(CodegenError, ValueError):
@@ -23,3 +32,12 @@ class InternalError(CodegenError):
             f"{what}. This is a bug in mechc, not in your mechanism: please report it "
             "together with the mechanism's description."
         )
+
+
+KINDS = (CodegenError, MechanismError, ExpressionError, InternalError)
+
+
+def raise_as(kinds: Mapping[type[CodegenError], type[CodegenError]]) -> None:
+    """Raise children of these classes in their place: a program's own errors, which this package
+    cannot import."""
+    CodegenError._kinds = dict(kinds)

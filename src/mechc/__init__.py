@@ -25,15 +25,17 @@ from mechc.errors import (
     MissingParameterError,
     UnavailableOutputError,
     UnknownNameError,
+    UnusedValueWarning,
     ValueOutOfBoundsError,
 )
 from mechc.inputs.signals import Signal
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
-from mechc.model import Model, Momenta, Reactions
-from mechc.results.files import open_saved as open  # noqa: F401
+from mechc.model import Model
+from mechc.open import open_saved as open  # noqa: F401
+from mechc.outputs import Momenta, Reactions
+from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
-from mechc.simulation.solution import Solution
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.c_interface import CFunction
 
@@ -61,6 +63,7 @@ __all__ = [
     "Joint",
     "Kind",
     "Mechanism",
+    "MechanismError",
     "MechcError",
     "MissingInputError",
     "MissingPackageError",
@@ -77,6 +80,7 @@ __all__ = [
     "Status",
     "UnavailableOutputError",
     "UnknownNameError",
+    "UnusedValueWarning",
     "ValueOutOfBoundsError",
     "from_joints",
     "get_include",
@@ -96,6 +100,7 @@ _DESCRIPTION = {
     "Joint",
     "Kind",
     "Mechanism",
+    "MechanismError",
     "Parameter",
     "Quantity",
     "Speed",
@@ -114,6 +119,11 @@ def __getattr__(name: str) -> Any:
 
 @_one_at_a_time
 def _described_with(name: str) -> Any:
-    from mechc.compilation.on_demand import of_compiler
+    from mechc.compilation.compiler import of_compiler
 
     return of_compiler(name)
+
+
+def __dir__() -> list[str]:
+    """What is for users, and what Python itself needs."""
+    return sorted({*__all__, "compile", "open", *(n for n in globals() if n.startswith("__"))})

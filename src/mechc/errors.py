@@ -48,40 +48,30 @@ class AssemblyError(MechcError, ValueError):
     """The loops cannot be closed, or the speeds asked for contradict each other."""
 
 
-class ChangePointError(MechcError):
+class RunError(MechcError):
+    """What ends a run with an error; ``solution`` is the motion until then."""
+
+    def __init__(self, message: str, solution: object) -> None:
+        super().__init__(message)
+        self.solution = solution
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (str(self), None)  # a compiled run stays in its process
+
+
+class ChangePointError(RunError):
     """A change point under ``on_change_point="raise"``; ``solution`` is the run until then."""
 
-    def __init__(self, message: str, solution: object) -> None:
-        super().__init__(message)
-        self.solution = solution
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (str(self), None)  # a compiled run stays in its process
-
-
-class EventError(MechcError):
+class EventError(RunError):
     """An event function failed; ``solution`` is the run until then, ``__cause__`` its error."""
 
-    def __init__(self, message: str, solution: object) -> None:
-        super().__init__(message)
-        self.solution = solution
 
-    def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (str(self), None)  # a compiled run stays in its process
-
-
-class InputError(MechcError):
+class InputError(RunError):
     """A function that gives an input failed; ``__cause__`` is its error.
 
     ``solution`` is the run until then, None outside a run.
     """
-
-    def __init__(self, message: str, solution: object) -> None:
-        super().__init__(message)
-        self.solution = solution
-
-    def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (str(self), None)  # a compiled run stays in its process
 
 
 class MissingPackageError(MechcError, ImportError):
@@ -102,6 +92,12 @@ class UnusedValueWarning(UserWarning):
 
 class CacheWarning(UserWarning):
     """What is compiled cannot be kept for later processes."""
+
+
+def brief(value: object) -> str:
+    """What was given, in few characters."""
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _unpickled(kind: type[UnknownNameError], message: str) -> UnknownNameError:

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import hashlib
-import importlib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.catalogue import LIBRARY
+from mechc.compilation.find import checked_backend, library_system
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.compilation.pydy import is_pydy_system, start_of
 from mechc.model import Model
-from mechc.system.parameters import brief, by_name
-
-BACKENDS = ("c", "numpy")
-_loaded: dict[tuple[str, str | None], Model] = {}
+from mechc.system.names import by_name
+from mechc.system.system import System
 
 
 def mechanisms() -> tuple[str, ...]:
@@ -67,99 +62,10 @@ def load(
     CompilerError
         If a variant has to be compiled and cannot be.
     """
-    if name not in LIBRARY:
-        raise UnknownNameError("mechanism", name, LIBRARY)
-    if instruction_set is not None and not _is_word(instruction_set):
-        raise ValueError(f"no instruction set is called {brief(instruction_set)}")
-    asked, key = _asked(fix, outputs), (name, instruction_set)
-    if key in _loaded and backend == "c" and not (asked or options):
-        return _loaded[key]  # at once, whatever other threads are compiling
-    return _loaded_alone(name, instruction_set, asked, backend, options)
-
-
-@one_at_a_time
-def _loaded_alone(
-    name: str,
-    instruction_set: str | None,
-    asked: Mapping[str, Any],
-    backend: str,
-    options: Mapping[str, Any],
-) -> Model:
-    """What was compiled at install, or else is compiled now."""
-    chosen = options
-    if options:
-        from mechc.compilation.on_demand import beyond_default
-
-        chosen = beyond_default(name, options)
-    if checked_backend(backend) == "numpy":
-        return _without_c(name, instruction_set, chosen, asked)
-    if chosen or asked or name not in COMPILED_AT_INSTALL:
-        from mechc.compilation.on_demand import compile_shipped
-
-        if instruction_set is not None:
-            raise ValueError(
-                "what is compiled on demand is for this processor alone: leave instruction_set out"
-            )
-        return compile_shipped(name, chosen, asked)
-    key = (name, instruction_set)
-    if key not in _loaded:
-        _loaded[key] = Model(_scene_module(name).model, instruction_set=instruction_set)
-    return _loaded[key]
-
-
-def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
-    """What a variant is asked for beside its options, as names and numbers."""
-    asked: dict[str, Any] = {}
-    if fix:
-        given = by_name(fix, "parameters to fix", "{'g': 9.81}")
-        asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
-    if outputs is not None:
-        names = [outputs] if isinstance(outputs, str) else list(outputs)
-        if not all(isinstance(each, str) for each in names):
-            raise TypeError(
-                "outputs of a shipped mechanism are asked for by name; expressions of one's own "
-                "are for mechc.compile"
-            )
-        asked["outputs"] = sorted(set(names))
-    return asked
-
-
-def _is_word(text: object) -> bool:
-    return isinstance(text, str) and text.isascii() and text.isalnum()
-
-
-def _number(name: object, value: Any) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
-
-
-def checked_backend(backend: str) -> str:
-    """``"c"`` or ``"numpy"``."""
-    if backend not in BACKENDS:
-        raise UnknownNameError("backend", backend, BACKENDS)
-    return backend
-
-
-def _without_c(
-    name: str,
-    instruction_set: str | None,
-    options: Mapping[str, Any],
-    asked: Mapping[str, Any],
-) -> Model:
-    from mechc.compilation.on_demand import shipped_without_c
-
-    if instruction_set is not None:
-        raise ValueError("backend='numpy' has no instruction sets: leave instruction_set out")
-    return shipped_without_c(name, options, asked)
-
-
-def reload(
-    name: str, options: dict[str, Any], instruction_set: str | None, backend: str = "c"
-) -> Model:
-    """What unpickles a model."""
-    return load(name, instruction_set=instruction_set, backend=backend, **options)
+    system = library_system(
+        name, instruction_set=instruction_set, fix=fix, outputs=outputs, backend=backend, **options
+    )
+    return Model.of_system(system)
 
 
 def compile(
@@ -182,7 +88,9 @@ def compile(
     mechanism
         A :class:`mechc.Mechanism`, or a ``KanesMethod``, ``LagrangesMethod`` or ``System`` of
         ``sympy.physics.mechanics`` whose equations are formed.  Of these only bodies, loads,
-        kinematics and constraints are read, never the mass matrix.
+        kinematics and constraints are read, never the mass matrix.  Of a ``System`` of PyDy its
+        method is, with its constants for defaults, its initial conditions for ``model.start`` and
+        its specified functions for inputs.
     name
         What the model is called; by default the kind of the object.
     fix
@@ -194,12 +102,14 @@ def compile(
         ``"reactions"`` (of joints),
         ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
-        parameters and multipliers (``mechc.multiplier(row)``).  By default the first four of a
-        Mechanism, the energy of an object of SymPy's.
+        parameters and multipliers (``mechc.multiplier(row)``), for vectors (their components in
+        the inertial frame), matrices and lists of these, which keep their shape.  By default the
+        first four of a Mechanism, the energy of an object of SymPy's.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and
         speeds -> units in words.  A parameter without a default is asked for by name.  The default
-        of a state is what it starts from where nothing else is said (else 0).
+        of a state is what it starts from where nothing else is said (else 0).  Values for symbols
+        that are not in the equations are left out, with a warning.
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
         time, coordinates, speeds, states and parameters.  Those that are left open, or None, are
@@ -226,7 +136,10 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message holds its command and output.
     """
-    return _compiled_alone(
+    held = mechanism if is_pydy_system(mechanism) else None
+    if held is not None:
+        mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}
+    system = _compiled_alone(
         mechanism,
         name=name,
         fix=fix,
@@ -240,11 +153,20 @@ def compile(
         else tuple(configuration_constraints),
         backend=checked_backend(backend),
     )
+    return Model.of_system(system) if held is None else _with_all_held(system, held)
+
+
+def _with_all_held(system: System, held: Any) -> Model:
+    """The model of a ``System`` of PyDy: its start, and what its specified functions stand for."""
+    start = by_name(start_of(held), "initial conditions")
+    known = {*system.coordinates, *system.speeds}
+    model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))
+    return model.with_inputs(held.specifieds) if held.specifieds and system.inputs else model
 
 
 @one_at_a_time
-def _compiled_alone(mechanism: Any, **asked: Any) -> Model:
-    from mechc.compilation.on_demand import compile_any
+def _compiled_alone(mechanism: Any, **asked: Any) -> System:
+    from mechc.compilation.request import compile_any
 
     return compile_any(mechanism, **asked)
 
@@ -252,20 +174,6 @@ def _compiled_alone(mechanism: Any, **asked: Any) -> Model:
 @one_at_a_time
 def get_include() -> str:
     """The folder of ``model.h`` and ``call.h``, for C that uses ``model.capsule``."""
-    from mechc.compilation.on_demand import include_folder
+    from mechc.compilation.compiler import include_folder
 
     return str(include_folder())
-
-
-def fingerprint(model: Model) -> str:
-    """What tells this compiled scene from any other: its cache key, or its file's hash."""
-    if "key" in model.build:
-        _ = model._scene.lanes  # waits until all of it is compiled, and so in the cache
-        return str(model.build["key"])
-    path = _scene_module(model.name).__file__
-    assert path is not None
-    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-
-
-def _scene_module(name: str) -> ModuleType:
-    return importlib.import_module(f"mechc._scenes.{name}")

@@ -1,208 +1,93 @@
-"""A compiled scene as people use it: its outputs, assembly and simulation."""
+"""A compiled mechanism as people use it: checks what is given, then calls the verbs."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Iterable, Mapping
-from functools import cached_property
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 
-from mechc.analysis import constraint_rank as _redundancy
-from mechc.analysis import equilibria as _statics
-from mechc.analysis import inverse_dynamics as _inverse
-from mechc.analysis import jacobians as _jacobians
-from mechc.analysis import linearize as _linearize
-from mechc.assembly import positions as _assemble
-from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
-from mechc.inputs.bind import InputSlot
-from mechc.inputs.driven_scene import DrivenScene
-from mechc.native._driver import Scene
-from mechc.results import model_report as _model_report
-from mechc.results import summary as _report
-from mechc.simulation import simulate as _simulate
-from mechc.system import c_interface as _c_interface
-from mechc.system.parameters import (
-    Array,
-    Parameters,
-    ParameterSet,
-    Quantity,
-    brief,
-    doubles,
-    is_table,
-)
+from mechc.analysis import constraint_rank, equilibria, inverse_dynamics, linearize
+from mechc.assembly import positions
+from mechc.assembly.initial_values import checked_numbers, filled_start
+from mechc.batch.results import Batch
+from mechc.batch.spec import Assembly
+from mechc.compilation.find import system_of
+from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.outputs import Outputs
+from mechc.results import model_report, summary
+from mechc.results.solution import Solution
+from mechc.simulation.events import Event
+from mechc.simulation.expression_events import function_of, is_expression
+from mechc.simulation.initialise import checked_state, state_as_given
+from mechc.simulation.settings import checked_policy, checked_span, checked_times
+from mechc.simulation.simulate import run
+from mechc.system.names import by_name, name_of, names_of
+from mechc.system.parameters import Array, Parameters
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
 
-if TYPE_CHECKING:
-    from mechc.batch.simulate import Assembly, Batch
+ONE_SET = "takes one set of parameters at a time"
+_models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
-class Momenta(NamedTuple):
-    """Linear momenta (kg m/s) and angular momenta about the origin (kg m^2/s).
-
-    Both of shape (..., bodies, 3), in the inertial frame.
-    """
-
-    linear: Array
-    angular: Array
-
-
-class Reactions(NamedTuple):
-    """Forces (N) and torques (N m) of every joint, by its parent on its child.
-
-    Both of shape (..., joints, 3), in the inertial frame; a torque is about the child's point of
-    the joint.
-    """
-
-    force: Array
-    torque: Array
-
-
-class Model:
+class Model(Outputs):
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
     ``speeds``.  The last of the coordinates are what ``states`` names: activations, controllers,
-    with rates of their own and no speed.
-
-    Every output takes states of shape (..., nq + nu), parameters as a mapping of some names to
-    values or an array (..., np) of all, and a time; it is vectorised over the leading axes, which
-    broadcast against each other, and returns a fresh array.
-
-    Raises (all outputs)
-    --------------------
-    UnknownNameError
-        For a parameter that does not exist; the nearest names are offered.
-    ValueOutOfBoundsError
-        For a parameter outside its bounds or not finite.
+    with rates of their own and no speed.  How outputs take states and parameters:
+    :class:`mechc.outputs.Outputs`.
     """
 
-    def __init__(
-        self,
-        capsule: object,
-        *,
-        instruction_set: str | None = None,
-        build: Mapping[str, Any] | None = None,
-        scene: Any = None,
-        whole: Callable[[], dict[str, Any]] | None = None,
-    ) -> None:
-        self._whole = whole  # operations with nothing fixed and all outputs, counted when asked
-        self._asked_for = instruction_set
-        compiled: Any = Scene(capsule, instruction_set) if scene is None else scene
-        self._data: dict[str, Any] = json.loads(compiled.metadata)
-        self._use(compiled)
-        self._parameters = ParameterSet(self._quantities("parameters"), self._scene)
-        self._no_time = np.zeros(1)
-        self.build = MappingProxyType(dict(build or {}))
-        self.name: str = self._data["name"]
-        self.title: str = self._data["title"]
-        self.coordinates = tuple(q.name for q in self._quantities("coordinates"))
-        self.speeds = tuple(u.name for u in self._quantities("speeds"))
-        self.parameters = self._parameters.names
-        units = [q.unit for k in ("coordinates", "speeds") for q in self._quantities(k)]
-        self._angular = np.array([unit.startswith("rad") for unit in units])
-        self._pure = np.array([unit.startswith(("rad", "1")) for unit in units])
-        starts = self._data.get("states", [])
-        self._first = np.zeros(len(self.coordinates))  # what they are where nothing is said
-        self._first[len(self.coordinates) - len(starts) :] = starts
-        self.states = self.coordinates[len(self.coordinates) - len(starts) :]
-        self._pure[len(self.coordinates) - len(starts) : len(self.coordinates)] = True
-        self._all_pure = bool(self._pure.all())
-        self._ones = np.ones(len(units))
-        self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
+    @classmethod
+    def of_system(cls, system: System) -> Model:
+        """The same model for the same system, as long as there is one."""
+        known = _models.get(id(system))
+        if known is None or known.system is not system:
+            known = _models[id(system)] = cls(system)
+        return known
 
-    def _use(self, scene: Any) -> None:
-        """Take a compiled scene, with room for inputs where it has any."""
-        slots = [InputSlot.from_metadata(data) for data in self._data.get("inputs", ())]
-        free = self._data.get("free_of_inputs", ())
-        self._driven = DrivenScene(scene, slots, free) if slots else None
-        self._scene: Any = scene if self._driven is None else self._driven
-        self.inputs = tuple(slot.name for slot in slots)
+    @classmethod
+    def of_reference(cls, reference: ModelReference, given: Model | None = None) -> Model:
+        """The model that a reference describes, or the one given if it may be that.
+
+        Raises
+        ------
+        MechcError
+            If it is not at hand.
+        """
+        return cls.of_system(system_of(reference, None if given is None else given.system))
 
     # -- what it is -------------------------------------------------------------------------
 
-    def _quantities(self, kind: str) -> tuple[Quantity, ...]:
-        return tuple(Quantity.from_metadata(data) for data in self._data[kind])
-
-    @cached_property
-    def quantities(self) -> Mapping[str, Quantity]:
-        """Every coordinate, speed and parameter by name."""
-        kinds = ("coordinates", "speeds", "parameters")
-        return MappingProxyType({q.name: q for kind in kinds for q in self._quantities(kind)})
-
     @property
-    def defaults(self) -> Mapping[str, float]:
-        """Default value of every parameter that has one, SI units."""
-        values = zip(self.parameters, self._parameters.defaults.tolist(), strict=True)
-        return {name: value for name, value in values if value == value}
-
-    @property
-    def units(self) -> Mapping[str, str]:
-        """Unit of every coordinate, speed and parameter."""
-        return {name: q.unit for name, q in self.quantities.items()}
-
-    @property
-    def descriptions(self) -> Mapping[str, str]:
-        """One line on every coordinate, speed and parameter."""
-        return {name: q.description for name, q in self.quantities.items()}
-
-    @property
-    def bounds(self) -> Mapping[str, tuple[float, float]]:
-        """(lower, upper) of every coordinate, speed and parameter."""
-        return {name: (q.lower, q.upper) for name, q in self.quantities.items()}
-
-    @property
-    def point_names(self) -> tuple[str, ...]:
-        """Names of the points, in the order of :meth:`points`."""
-        return tuple(self._data["points"])
-
-    @property
-    def body_names(self) -> tuple[str, ...]:
-        """Names of the bodies, in the order of :meth:`momenta`."""
-        return tuple(self._data["bodies"])
-
-    @property
-    def joint_names(self) -> tuple[str, ...]:
-        """Names of the joints, in the order of :meth:`reactions`; empty without these."""
-        return tuple(self._data["joints"])
-
-    @property
-    def constraint_names(self) -> tuple[str, ...]:
-        """Names of the constraint rows: configuration constraints first."""
-        return tuple(c["name"] for c in self._data["constraints"])
-
-    @property
-    def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """What is drawn: (label, names of the points of a polyline)."""
-        return tuple((label, tuple(points)) for label, points in self._data["links"])
-
-    @property
-    def ground(self) -> tuple[str, ...]:
-        """Names of the points drawn as pivots on the ground."""
-        return tuple(self._data["ground"])
-
-    @property
-    def traced(self) -> tuple[str, ...]:
-        """Names of the points whose path is drawn."""
-        return tuple(self._data["traced"])
-
-    @property
-    def view(self) -> tuple[str, str] | None:
-        """The axes of pictures, to the right and up, such as ("x", "-y"); None for the widest."""
-        right_up = self._data.get("view")
-        return (str(right_up[0]), str(right_up[1])) if right_up else None
-
-    @property
-    def start(self) -> Mapping[str, float]:
-        """Coordinates and speeds that ``mechc run`` starts from, SI units."""
-        return dict(self._data["start"])
+    def build(self) -> Mapping[str, Any]:
+        """How it was made: options, seconds of each stage, key in the cache."""
+        return self.system.build
 
     @property
     def options(self) -> Mapping[str, Any]:
         """The options this variant of a shipped mechanism was compiled with."""
-        return dict(self.build.get("options", {}))
+        return dict(self.system.reference.options)
+
+    @property
+    def backend(self) -> str:
+        """``"c"``, or ``"numpy"`` where there is no compiled code."""
+        return self.system.reference.backend
+
+    @property
+    def instruction_set(self) -> str:
+        """The compilation in use, chosen for this processor."""
+        return self.system.instruction_set
+
+    @property
+    def defaults(self) -> Mapping[str, float]:
+        """Default value of every parameter that has one, SI units."""
+        return self.system.defaults
 
     @property
     def capsule(self) -> object:
@@ -210,279 +95,363 @@ class Model:
 
         Its name is that of the interface's version; :func:`mechc.get_include` has the header.
         """
-        return self._scene.capsule
+        return self.system.scene.capsule
 
-    c_function = _c_interface.c_function
-    integrand = _c_interface.integrand
-
-    @property
-    def backend(self) -> str:
-        """``"c"``, or ``"numpy"`` where there is no compiled code."""
-        return str(self.build.get("backend", "c"))
-
-    @property
-    def instruction_set(self) -> str:
-        """The compilation in use, chosen for this processor."""
-        return str(self._scene.instruction_set)
-
-    redundant_constraints = _redundancy.redundant_constraints
-    report = _model_report.model_report
-
-    def _unknown(self, given: Iterable[int]) -> list[int]:
-        """The coordinates that closing the loops may move: neither given nor states."""
-        movable = len(self.coordinates) - len(self.states)
-        return sorted(set(range(movable)) - set(given))
-
-    # -- inputs -----------------------------------------------------------------------------
-
-    def with_inputs(self, inputs: Mapping[str, Any]) -> Model:
-        """This model driven by inputs, for everything that it can be asked.
+    def report(self, *, compare: bool = True) -> model_report.Report:
+        """What was kept, what was left out and why, in operations; the seconds of each stage.
 
         Parameters
         ----------
-        inputs
-            Name -> a number, a :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)`` of
-            floats and arrays (nq,), (nu,), or a tuple of functions of t: value, rate, second rate.
-            :attr:`inputs` names those that were left open when compiling.
+        compare
+            Where parameters are fixed or outputs were not asked for: derive the scene once more
+            without that, so that the report can say what was saved.  Takes as long as deriving.
+
+        Returns
+        -------
+        Report
+            A text; in a notebook, tables.
+        """
+        return model_report.model_report(self.system, compare=compare)
+
+    # -- configurations -----------------------------------------------------------------------
+
+    def assemble(
+        self,
+        coordinates: Mapping[str, float] | None = None,
+        speeds: Mapping[str, float] | None = None,
+        guess: Mapping[str, float] | None = None,
+        params: Parameters = None,
+        t: float = 0.0,
+    ) -> Array:
+        """One state that closes the loops to rounding.
+
+        Parameters
+        ----------
+        coordinates
+            Values to keep (rad, m); the other coordinates are solved for, as angles in (-pi, pi].
+            When None, those of the mechanism's own start (``model.start``), with its speeds too
+            as far as ``speeds`` leaves them a freedom.
+        speeds
+            Values to keep (rad/s, m/s); the others are made consistent, the least ones where the
+            constraints leave a choice.
+        guess
+            Some coordinates near which the configuration is wanted; of several assemblies the
+            nearest is taken, in the turn of the guess.  Without it the mechanism's preferred one is
+            taken: the elbow-up configuration of a planar loop.  At a change point also some speeds,
+            near which those of one branch are wanted.
+        params
+            As in every output of the model.
+        t
+            The time in s, where constraints depend on it.
+
+        Returns
+        -------
+        y0 : (nq + nu,)
 
         Raises
         ------
-        UnknownNameError, ValueOutOfBoundsError, MissingInputError
-            For inputs that do not exist, that cannot be what they are given for, or that are
-            left out.
+        AssemblyError
+            If the loops cannot close (by how many metres they miss), if the coordinates given leave
+            a choice and there is no guess, if the speeds contradict each other, or if the
+            configuration is a change point and the speeds lead along more than one branch.
+        """
+        given, pace, near = self._named(coordinates, speeds, guess)
+        if coordinates is None:
+            given, pace, near = filled_start(self.system, {}, pace, near)
+        given, pace = self._checked_start(given, pace)
+        near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
+        if both := sorted(set(near) & set(given)):
+            raise AssemblyError(f"{both[0]} is both given and guessed; leave it out of one of them")
+        p = self._one_set(params, f"assembly {ONE_SET}")
+        return positions.assemble(self.system, given, pace, near, p, t)
+
+    def assemblies(
+        self,
+        coordinates: Mapping[str, float],
+        speeds: Mapping[str, float] | None = None,
+        params: Parameters = None,
+        t: float = 0.0,
+    ) -> Array:
+        """Every state that closes the loops with the coordinates given: (n, nq + nu).
+
+        The mechanism's preferred assembly comes first; at a change point there is one state for
+        every branch on which the speeds lead.  Parameters and errors as in :meth:`assemble`.
+        """
+        given, pace, _ = self._named(coordinates, speeds, None)
+        given, pace = self._checked_start(given, pace)
+        p = self._one_set(params, f"assembly {ONE_SET}")
+        return positions.assemblies(self.system, given, pace, p, t)
+
+    def _named(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
+        """Coordinates, speeds and guesses by name, each empty where there are none."""
+        names = (self.coordinates, self.speeds, self.coordinates)
+        examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
+        kinds = ("coordinates", "speeds", "guesses")
+        return [
+            {} if values is None else by_name(values, kind, example)
+            for values, kind, example in zip(given, kinds, examples, strict=True)
+        ]
+
+    def _checked_start(
+        self, coordinates: Mapping[str, float], speeds: Mapping[str, float]
+    ) -> tuple[dict[str, float], dict[str, float]]:
+        return (
+            checked_numbers(coordinates, self.coordinates, "coordinate"),
+            checked_numbers(speeds, self.speeds, "speed"),
+        )
+
+    def equilibria(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[equilibria.Equilibrium, ...]:
+        """Configurations that stay at rest under the loads at time t, the stable ones first.
+
+        Found by Newton's method on the accelerations along the manifold from points spread over
+        the configurations that close the loops; angles in (-pi, pi].
+
+        Raises
+        ------
+        AssemblyError
+            If no closed configuration was found at all.
+        MechcError
+            If the model has states besides coordinates and speeds.
+        """
+        return equilibria.equilibria(self.system, self._one_set(params, ONE_SET), t)
+
+    def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
+        """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
+
+        Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
+        the whole circle is ``((-pi, pi),)``.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such coordinate.
+        """
+        coordinate = name_of(coordinate)
+        if coordinate not in self.coordinates:
+            raise UnknownNameError("coordinate", coordinate, self.coordinates)
+        return equilibria.limits(self.system, coordinate, self._one_set(params, ONE_SET))
+
+    def redundant_constraints(
+        self, params: Parameters = None, t: float = 0.0
+    ) -> tuple[constraint_rank.Redundancy, ...]:
+        """Rows that are redundant on every closed configuration, in the order of the constraints.
+
+        Found by the rank of J at closed configurations spread over the whole range of the
+        coordinates, each row against those before it.  Rows that depend on each other at a change
+        point only are not among them.
+
+        Raises
+        ------
+        AssemblyError
+            If no closed configuration is found.
+        """
+        return constraint_rank.redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
+
+    # -- along a motion -----------------------------------------------------------------------
+
+    def inverse_dynamics(
+        self,
+        y: Array,
+        accelerations: Array,
+        params: Parameters = None,
+        *,
+        inputs: Sequence[str],
+        t: float | Array = 0.0,
+    ) -> inverse_dynamics.InverseDynamics:
+        """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
+
+        Parameters
+        ----------
+        y : (..., nq + nu)
+            States on the constraints.
+        accelerations : (..., nu)
+            The speeds' rates u', which must keep the constraints.
+        params
+            As everywhere; what they say of the inputs does not matter.
+        inputs
+            Names of the inputs (``model.inputs``), or of parameters that are inputs: torques,
+            forces; F must be linear in them.
+        t
+            Time or times (...).
+
+        Raises
+        ------
+        ValueError
+            If the shapes do not fit, or the accelerations do not keep the constraints.
+        MechcError
+            If an input acts otherwise than linearly, changes the inertia or does nothing; if the
+            inputs cannot make this motion, with the largest force they leave undone.
+        UnknownNameError
+            If there is no such parameter.
+        """
+        states, p = self._checked(y, params)
+        rates = np.asarray(accelerations, dtype=np.float64)
+        wanted = (*states.shape[:-1], len(self.speeds))
+        if rates.shape != wanted:
+            raise ValueError(
+                f"accelerations must have the shape {wanted}: the rates of "
+                f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
+            )
+        named_inputs = tuple(names_of(inputs))
+        return inverse_dynamics.inverse_dynamics(self.system, states, rates, p, named_inputs, t)
+
+    def linearize(
+        self,
+        y: Array,
+        params: Parameters = None,
+        *,
+        t: float = 0.0,
+        inputs: Sequence[str] = (),
+        outputs: Sequence[str] | None = None,
+        independent: Sequence[str] | None = None,
+    ) -> linearize.Linearization:
+        """The linear model about a state on the constraints, an equilibrium or on a trajectory.
+
+        The state's directions along the constraints are spanned by independent coordinates and
+        speeds; the others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
+        with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
+
+        Parameters
+        ----------
+        y : (nq + nu,)
+            A state on the constraints (refused with the gap otherwise).
+        params
+            As everywhere; missing ones take their defaults.
+        t
+            Time, where the equations hold it.
+        inputs
+            The inputs r: names of ``model.input_values`` (inputs given at run time, the rates of
+            one by themselves), or parameters: a torque, a force.
+        outputs
+            Coordinates, speeds and outputs of one's own; by default all coordinates and speeds.
+        independent
+            Coordinates and speeds that become the states; by default those that the constraints
+            tie least.
+
+        Raises
+        ------
+        UnavailableOutputError
+            If the model was compiled without ``"state_jacobian"`` or, with inputs, without
+            ``"parameter_jacobian"``.
+        ChangePointError
+            At a change point, where two branches meet and no one linear model holds.
+        UnknownNameError, AssemblyError, ValueError
+            For names that do not exist, a state off the constraints, independent ones that are not.
+        """
+        p = self._one_set(params, ONE_SET)
+        state = state_as_given(self.system, y, p, t)
+        chosen = None if outputs is None else tuple(names_of(outputs))
+        kept = None if independent is None else names_of(independent)
+        return linearize.linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
+
+    # -- simulation ---------------------------------------------------------------------------
+
+    def simulate(
+        self,
+        t_span: Any,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        rtol: float = 1e-9,
+        atol: float | Array | None = None,
+        t_eval: Array | None = None,
+        method: str = "auto",
+        first_step: float | None = None,
+        max_step: float = math.inf,
+        max_steps: int = 10_000_000,
+        dense: bool = True,
+        events: Sequence[Any] = (),
+        on_change_point: str = "continue",
+        progress: Callable[[float], None] | None = None,
+        inputs: Mapping[str, Any] | None = None,
+    ) -> Solution:
+        """Integrate the motion, every stage and every accepted state on the constraints.
+
+        Parameters
+        ----------
+        t_span
+            ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0; more than two
+            times are ``t_eval`` too.
+        y0
+            State (nq + nu,) at t0, from ``model.assemble``.  One that is off the constraints by
+            rounding is projected onto them.  A mapping of coordinates and speeds is assembled.
+        params
+            A mapping of some parameters or an array (np,) of all; defaults otherwise.
+        rtol, atol
+            Tolerated error.  ``atol=None``: rtol times each component's scale (1 rad, the model's
+            length, speeds by their largest value so far); else ``atol + rtol |y|`` as in SciPy.
+        t_eval
+            Times to report at, within the span; the accepted steps when None.
+        method
+            ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
+            ``"gauss8"`` (collocation of order 16, eight stages side by side in SIMD lanes),
+            ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
+            ``"dop853"`` where the equations have kinks (``Abs``), going over to ``"radau5"`` where
+            stability limits the steps.
+        first_step, max_step, max_steps
+            First and largest step in s, and the largest number of attempted steps.
+        dense
+            Keep what ``sol(t)`` needs.
+        events
+            Functions ``g(t, y)`` whose zeros are found on the dense output, each an
+            :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
+            ``terminal``, or an expression of SymPy; their times and states are in ``sol.events``.
+        on_change_point
+            At a configuration where the mechanism has more than one way on: ``"continue"`` straight
+            on along the same branch, ``"stop"`` before it, or ``"raise"``
+            :class:`mechc.ChangePointError`.  Passages are in ``sol.change_points``.
+        progress
+            Called now and then with the fraction done.
+        inputs
+            What each input that was left open when compiling is: a number, a
+            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
+            t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
+            model driven by them.
+
+        Raises
+        ------
+        AssemblyError
+            If y0 does not satisfy the constraints; the message has the gap.
+        UnknownNameError, ValueOutOfBoundsError, ValueError
+            For bad names, values and shapes.
 
         Notes
         -----
-        A function is called back from compiled code: a microsecond or so each time, some thousand
-        times a run; ``sol.status.warnings`` say how often and how long.  How smooth it is is not
-        known, so ``method="auto"`` takes the pair of order 8, whose error follows the tolerance
-        over kinks too.
+        What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
+        computed until then is kept; so does Ctrl-C.  A failing event function raises
+        :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which hold the motion
+        until then.
         """
-        if self._driven is None:
-            for name in inputs:
-                raise UnknownNameError("input", name, self.inputs)
-            return self
-        driven = object.__new__(Model)
-        driven.__dict__.update(self.__dict__)
-        driven._scene = driven._driven = self._driven.with_inputs(inputs)
-        return driven
-
-    # -- outputs ----------------------------------------------------------------------------
-
-    def rhs(
-        self,
-        t: float | Array,
-        y: Array,
-        params: Parameters = None,
-        out: Array | None = None,
-        *,
-        inputs: Mapping[str, Any] | None = None,
-    ) -> Array:
-        """State rates y' at the state as it is, shape (..., nq + nu).
-
-        Where closure holds these are the accelerations of the mechanism; off it, those that
-        J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
-        where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
-        all.  An ``out`` that shares memory with y holds what one apart would.  ``inputs`` as in
-        :meth:`with_inputs`.
-        """
-        if inputs is not None:
-            return self.with_inputs(inputs).rhs(t, y, params, out)
-        if out is None:
-            return self._evaluate("rates", y, params, t)
-        if not isinstance(out, np.ndarray):
-            raise TypeError(f"out is an array for the rates, not {brief(out)}")
-        values = self._parameters.resolve(params)
-        into = getattr(self._scene, "evaluate_into", None)
-        tables = is_table(y, self._scene.width) and is_table(out, self._scene.width)
-        same = values.ndim == 1 and np.ndim(t) == 0
-        apart = tables and not np.may_share_memory(y, out)
-        if into is not None and apart and same and len(y) == len(out):
-            into("rates", doubles([t], "the time"), y, values[None], out)
-        else:
-            out[...] = self._evaluate("rates", y, values, t)
-        return out
-
-    def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:
-        """The plain right-hand side ``f(t, y)`` for SciPy's integrators.
-
-        Unprojected: an integrator that uses it drifts off closure and, near a change point,
-        takes a wrong branch at any tolerance.  Fine for smooth scenes; :meth:`simulate` is
-        right for all.
-        """
-        values = self._parameters.resolve(params)
-        return lambda t, y: self._evaluate("rates", y, values, t)
-
-    def mass_matrix(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""
-        return self._evaluate("mass_matrix", y, params, t)
-
-    def forcing(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """F of M u' + J^T lambda = F, shape (..., nu)."""
-        return self._evaluate("forcing", y, params, t)
-
-    def constraints(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """Configuration constraints, zero where the loops close, shape (..., holonomic rows)."""
-        return self._evaluate("constraints", y, params, t)
-
-    def velocity_constraints(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """J u + b, zero where the speeds keep every constraint, shape (..., nc)."""
-        return self._evaluate("velocity_constraints", y, params, t)
-
-    def constraint_jacobian(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """J over the speeds, configuration constraints first, shape (..., nc, nu)."""
-        return self._evaluate("constraint_jacobian", y, params, t)
-
-    def multipliers(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """lambda of M u' + J^T lambda = F, shape (..., nc); grows like 1/distance at a crossing."""
-        return self._evaluate("multipliers", y, params, t)
-
-    def kinetic_energy(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """T in J, shape (...)."""
-        return self._evaluate("kinetic_energy", y, params, t)
-
-    def potential_energy(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """V in J of the loads that have a potential, shape (...)."""
-        return self._evaluate("potential_energy", y, params, t)
-
-    def energy(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """T + V in J, shape (...)."""
-        values = self._parameters.resolve(params)
-        return self.kinetic_energy(y, values, t) + self.potential_energy(y, values, t)
-
-    def momenta(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Momenta:
-        """Linear and angular momenta of every body, each of shape (..., bodies, 3)."""
-        values = self._parameters.resolve(params)
-        return Momenta(
-            self._evaluate("linear_momenta", y, values, t),
-            self._evaluate("angular_momenta", y, values, t),
+        model = self if inputs is None else self.with_inputs(inputs)
+        system, p = model.system, self._one_set(params, f"simulate {ONE_SET}")
+        single = callable(events) or isinstance(events, Event) or is_expression(events)
+        chosen = [_event(event, system, p) for event in ([events] if single else events)]
+        if np.ndim(t_span) == 1 and len(t_span) > 2 and t_eval is None:
+            t_span, t_eval = (t_span[0], t_span[-1]), t_span
+        span = checked_span(t_span)
+        times = None if t_eval is None else checked_times(t_eval, span)
+        policy = checked_policy(
+            system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+            max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
+            on_change_point=on_change_point,
+        )  # fmt: skip
+        if isinstance(y0, Mapping):
+            y0 = model._start(y0, p, span[0])
+        state = checked_state(system, y0, p, span[0])
+        return Solution.of_run(
+            model, lambda: run(system, span, state, p, policy, times, chosen, progress, y0)
         )
 
-    def reactions(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Reactions:
-        """What each joint's parent exerts on its child, force and torque of (..., joints, 3) each.
-
-        In the order of :attr:`joint_names`, cut joints among them; compiled where
-        ``outputs=("reactions", ...)`` asks for them.  Everything that passes through the joint
-        and is no load: springs, friction and motors that are given as loads on the two bodies
-        are not in it, so along a free direction nothing is left of it, except what drives that
-        direction by a constraint on the joint's own speeds.
-
-        By Newton and Euler from the outermost bodies inwards, with the accelerations and
-        multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
-        balance the same motion: these are those of the multipliers of least norm.  Near a
-        crossing they grow like 1/distance.
-        """
-        values = self._parameters.resolve(params)
-        return Reactions(
-            self._evaluate("reaction_forces", y, values, t),
-            self._evaluate("reaction_torques", y, values, t),
-        )
-
-    def points(self, y: Array, params: Parameters = None, t: float | Array = 0.0) -> Array:
-        """Positions of the named points in m, shape (..., points, 3)."""
-        return self._evaluate("points", y, params, t)
-
-    def point_velocities(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """Velocities of the named points in m/s, shape (..., points, 3)."""
-        return self._evaluate("point_velocities", y, params, t)
-
-    def point_accelerations(
-        self, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
-        return self._evaluate("point_accelerations", y, params, t)
-
-    state_jacobian = _jacobians.state_jacobian
-    parameter_jacobian = _jacobians.parameter_jacobian
-    input_jacobian = _jacobians.input_jacobian
-    input_values = property(_jacobians.input_values)
-
-    def _evaluate(self, name: str, y: Array, params: Parameters, t: float | Array) -> Array:
-        values = self._parameters.resolve(params)
-        states = doubles(y, "a state")
-        if states.ndim == 0 or states.shape[-1] != self._scene.width:
-            raise ValueError(
-                f"a state of {self.name} has {self._scene.width} components (coordinates, then "
-                f"speeds) along its last axis; the array given has the shape {states.shape}"
-            )
-        shape = self._data["shapes"].get(name)
-        if states.ndim == 1 and values.ndim == 1 and np.ndim(t) == 0:
-            times = doubles([t], "the time")
-            one: Array = self._rows(name, times, states[None], values[None], shape)[0]
-            return one
-        return self._evaluate_many(name, states, values, doubles(t, "the time"), shape)
-
-    def _evaluate_many(
-        self, name: str, states: Array, values: Array, t: Array, shape: list[int] | None
-    ) -> Array:
-        """Broadcast leading axes; what is the same for all states is passed once."""
-        leading = np.broadcast_shapes(states.shape[:-1], values.shape[:-1], t.shape)
-        rows = np.ascontiguousarray(np.broadcast_to(states, (*leading, states.shape[-1])))
-        times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
-        if values.ndim > 1:
-            values = np.broadcast_to(values, (*leading, values.shape[-1]))
-        out = self._rows(
-            name,
-            np.ascontiguousarray(times),
-            rows.reshape(-1, states.shape[-1]),
-            np.ascontiguousarray(values.reshape(math.prod(values.shape[:-1]), values.shape[-1])),
-            shape,
-        )
-        return out.reshape(*leading, *out.shape[1:])
-
-    def _rows(
-        self, name: str, t: Array, states: Array, values: Array, shape: list[int] | None
-    ) -> Array:
-        if name not in self._scene.outputs:
-            absent = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
-            if name in absent:
-                tail = (0, len(self.speeds)) if name == "constraint_jacobian" else (0,)
-                return np.zeros((len(states), *tail))
-            self._refuse_output(name)
-        out: Array = self._scene.evaluate(name, t, states, values)
-        return out if shape is None else out.reshape(len(states), *shape)
-
-    def _refuse_output(self, name: str) -> NoReturn:
-        why = self._data["unavailable"].get(name)
-        if why is None:
-            raise UnknownNameError("output", name, self._scene.outputs)
-        raise UnavailableOutputError(f"{self.name} has no {name.replace('_', ' ')}: {why}")
-
-    @property
-    def knows_energy(self) -> bool:
-        """Whether kinetic and potential energy are among the outputs."""
-        names: set[str] = set(self._scene.outputs)
-        return {"kinetic_energy", "potential_energy"} <= names
-
-    def output(
-        self, name: str, y: Array, params: Parameters = None, t: float | Array = 0.0
-    ) -> Array:
-        """Any output by name, the user's own ones among them."""
-        return self._evaluate(name, y, params, t)
-
-    # -- assembly and simulation ------------------------------------------------------------
-
-    def state_index(self, name: str) -> int:
-        """Where a coordinate or speed stands in y."""
-        if name not in self._state_index:
-            raise UnknownNameError("coordinate or speed", name, self._state_index)
-        return self._state_index[name]
-
-    assemble = _assemble.assemble
-    assemblies = _assemble.assemblies
-    equilibria = _statics.equilibria
-    inverse_dynamics = _inverse.inverse_dynamics
-    limits = _statics.limits
-    linearize = _linearize.linearize
-    simulate = _simulate.simulate
+    def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
+        """The state that coordinates and speeds in one mapping say."""
+        values = by_name(given, "y0")
+        speeds = {name: value for name, value in values.items() if name in self.speeds}
+        rest = {name: value for name, value in values.items() if name not in speeds}
+        for name in rest:
+            self.system.state_index(name)
+        return self.assemble(rest, speeds, params=p, t=t)
 
     def simulate_batch(
         self,
@@ -492,7 +461,7 @@ class Model:
         **policy: Any,
     ) -> Batch:
         """Simulate many starts or parameter sets, as :mod:`mechc.batch.simulate` says."""
-        if self._driven is not None:
+        if self.inputs:
             raise MechcError(
                 f"a batch takes no inputs that are given with a run, and {self.name} has "
                 f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
@@ -500,26 +469,53 @@ class Model:
             )
         from mechc.batch.simulate import simulate_batch
 
-        return simulate_batch(self, t_span, y0, params, **policy)
+        batch = simulate_batch(self.system, t_span, y0, params, **policy)
+        batch.model = self
+        return batch
+
+    # -- elsewhere ----------------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A shipped model, or a variant of one, is loaded again on the other side."""
-        if self.build.get("custom"):
+        """Found again on the other side: in the library, or in this user's cache."""
+        system = self.system
+        if system.reference.custom and not system.reference.key:
             raise TypeError(
-                f"a model compiled from one's own mechanism cannot be pickled: compile "
-                f"{self.name!r} again on the other side"
+                f"a model that is compiled nowhere cannot be pickled: compile {self.name!r} again "
+                "on the other side"
             )
-        from mechc.load import reload
+        system.wait()
+        inputs = {} if system.driven is None else system.driven.given
+        return _found_again, (system.reference, dict(self.start), inputs)
 
-        backend = self.build.get("backend", "c")
-        return reload, (self.name, self.options, self._asked_for, backend)
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Model:
+        """Nothing of a model changes."""
+        return self
 
     def __repr__(self) -> str:
-        return (
-            f"<mechc.Model {self.name}: {len(self.coordinates)} coordinates, "
-            f"{len(self.speeds)} speeds, {len(self.constraint_names)} constraints, "
-            f"{self.instruction_set}>"
-        )
+        return f"<mechc.Model {self.system.headline}>"
 
     def _repr_html_(self) -> str:
-        return _report.model_html(self)
+        return summary.model_html(self.system)
+
+
+def _event(given: Any, system: System, p: Array) -> Any:
+    """An event as the run takes it: expressions become functions of t and y."""
+    if is_expression(given):
+        return function_of(given, system, p)
+    if isinstance(given, Event) and is_expression(given.function):
+        return replace(given, function=function_of(given.function, system, p))
+    return given
+
+
+def _found_again(
+    reference: ModelReference, start: dict[str, float], inputs: dict[str, Any]
+) -> Model:
+    """The model that was pickled."""
+    system = system_of(reference)
+    if start != dict(system.start):
+        system = system.with_start(start)
+    model = Model.of_system(system)
+    return model.with_inputs(inputs) if inputs else model

@@ -17,8 +17,8 @@ from mechc_codegen.library.spatial.heavy_top import heavy_top
 from sympy import Integer, Symbol
 
 import mechc
+from mechc.compilation import build
 from mechc.compilation import cache as kept
-from mechc.compilation import on_demand as jit
 
 NOTHING = OutputRequest(frozenset())
 ROWS = re.compile(r"gap\[|jacobian\[|bias\[|gamma\[")  # what constraints are assigned to
@@ -39,7 +39,7 @@ def functions(mechanism, request):
 def compiled_for_this_file():
     """What other files have compiled lies in caches of theirs."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jit, "_compiled", {})
+        patch.setattr(build, "_compiled", {})
         yield
 
 

@@ -281,5 +281,5 @@ def test_every_output_of_mechcs_own_is_reserved():
     from mechc_codegen.frontend.read_request import RESERVED
 
     model = mechc.load("four_bar")
-    assert set(model._scene.outputs) <= RESERVED
+    assert set(model.system.scene.outputs) <= RESERVED
     assert {*OUTPUTS, *(name for names in OUTPUTS.values() for name in names)} <= RESERVED

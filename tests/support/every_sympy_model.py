@@ -24,9 +24,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build
 from tests.support import sympy_models
-from tests.support.first_units import NeverBehind
+from tests.support.first_units import MadeOnRequest
 
 MODULES = (
     *("test_kane", "test_kane2", "test_kane3", "test_kane4", "test_kane5", "test_lagrange"),
@@ -88,7 +88,7 @@ def compared(label: str, thing: Any) -> dict[str, Any]:
     inputs = sympy_models.stand_ins(thing)
     try:
         model, row["first value, s"] = timed(lambda: compiled(thing, inputs))
-        jit._compiled.clear()
+        build._compiled.clear()
         model, row["again, s"] = timed(lambda: compiled(thing, inputs))
         row["sizes"] = [len(model.coordinates), len(model.speeds), len(model.constraint_names)]
         found = sympy_models.pairs(model, thing, inputs, states=2, seed=3)
@@ -118,5 +118,5 @@ def timed(run: Any) -> tuple[Any, float]:
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as folder:
         os.environ["MECHC_CACHE_DIR"] = folder  # so that the first compilation is one
-        jit.Pending = NeverBehind  # type: ignore[assignment, misc]
+        build.Pending = MadeOnRequest  # type: ignore[assignment, misc]
         sys.exit(main(sys.argv[1:]))

@@ -10,10 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+import mechc
+from mechc.system.kinds import Kind
 
 Array = NDArray[np.float64]
 LENGTHS = (1.0, 2.0, 3.0)
@@ -111,6 +115,12 @@ def exact_state(t: Array) -> Array:
     return np.concatenate([q, crank_speed[..., None] * speed_ratios(q)], axis=-1)
 
 
+def quantities(units: Mapping[str, str]) -> dict[str, Any]:
+    """Quantities of these units, with the kinds that the compiler gives them."""
+    kinds = {unit: Kind(str(mechc.Quantity(unit, "").kind)) for unit in units.values()}
+    return {name: SimpleNamespace(unit=u, kind=kinds[u]) for name, u in units.items()}
+
+
 @dataclass(frozen=True)
 class FakeModel:
     """What the drawing modules ask of a model."""
@@ -136,6 +146,10 @@ class FakeModel:
     view: tuple[str, str] | None = None
     constrained: bool = True
     tilt: tuple[tuple[float, float, float], ...] | None = None
+
+    @property
+    def quantities(self) -> Mapping[str, Any]:
+        return quantities(self.units)
 
     def points(self, y: Array, params: Any = None, t: Any = 0.0) -> Array:
         flat = joints(y[..., :3])[..., : len(self.point_names), :]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mechc_codegen.description.loop_joints import Cut
-from mechc_codegen.frontend.sympy_joints import from_joints
 from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Expr, Integer, Rational, pi, symbols
 from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols, inertia
 from sympy.physics.vector import Vector

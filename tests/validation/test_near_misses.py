@@ -2,9 +2,9 @@
 Gauss collocation in quadruple precision."""
 
 import pytest
-from tests.support.loops import double_window
 
 import mechc
+from tests.support.loops import double_window
 
 METHODS = ("dopri5", "dop853", "gauss8")
 
@@ -35,9 +35,7 @@ def test_a_second_weak_row_is_followed_behind_the_first(windows, method, rtol):
     params = {"g_1": 0.9999999999689277, "g_2": 2.0}
     angle = 1.3746
     upright = {"q_1": -angle, "q_2": angle - 3.14, "q_3": 0.0, "q_4": angle - 3.14}
-    start = windows.assemble(
-        {"q_0": angle}, speeds={"u_0": -0.5656}, params=params, guess=upright
-    )
+    start = windows.assemble({"q_0": angle}, speeds={"u_0": -0.5656}, params=params, guess=upright)
     sol = windows.simulate(2.5, start, params, rtol=rtol, method=method)
     assert sol.status.ok
     assert abs(sol["q_0"][-1] - 1.6966) < 2e-4

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from tests.support.loops import bennett, bricard, parallel_cranks
 from scipy.integrate import solve_ivp
 
 import mechc
+from tests.support.loops import bennett, bricard, parallel_cranks
 
 T_END = 10.0
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")
@@ -59,7 +59,9 @@ def test_five_parallel_cranks_move_as_a_pendulum():
 
 
 def test_a_start_typed_with_few_digits_is_closed_and_not_thrown(cranks):
-    start = np.append(np.round(crank_angles(cranks, 1.0), 9) + [0, 3e-9, 0, -2e-9], np.zeros(4))
+    angles = np.round(crank_angles(cranks, 1.0), 9)
+    angles += 0, 3e-9, 0, -2e-9
+    start = np.append(angles, np.zeros(4))
     sol = cranks.simulate(1.0, start, rtol=1e-9)
     assert np.abs(sol.y[0] - start).max() < 1e-8
     assert np.ptp(sol.energy) < 1e-7
@@ -135,9 +137,7 @@ def on_curve(links, gravity, slopes, pattern, start):
         change = -(slope.imag * y[2] ** 2 / 2 + force.imag) / step / inertia.real
         return [by_a * y[2], by_b * y[2], change]
 
-    run = solve_ivp(
-        along, (0, T_END), [*start[:2], 0.0], method="DOP853", rtol=3e-13, atol=1e-13
-    )
+    run = solve_ivp(along, (0, T_END), [*start[:2], 0.0], method="DOP853", rtol=3e-13, atol=1e-13)
     return pattern @ run.y[:2, -1]
 
 

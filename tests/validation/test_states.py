@@ -267,7 +267,7 @@ def test_closing_a_loop_moves_no_state(method):
     model = mechc.compile(kane, states=states, name="rod", outputs=())
     y0 = model.assemble({"x": 0.6, "z": 50.0}, {"v": 0.3}, guess={"y": -0.8})
     off = y0 + np.array([1e-4, 0.0, 0.0, 0.0, 0.0])
-    projected = model._scene.project(0.0, off, np.zeros(0))[1]
+    projected = model.system.scene.project(0.0, off, np.zeros(0))[1]
     assert projected[2] == 50.0
     assert abs(model.constraints(projected)[0]) < 1e-15
 

@@ -15,7 +15,7 @@ FIRST_HALF = 6.0  # seconds: six times through the flat position
 FLOOR = 1e-6
 
 
-@pytest.fixture(scope="module", params=[2, 5])
+@pytest.fixture(scope="module", params=[2, pytest.param(5, marks=pytest.mark.slow)])
 def row(request):
     return request.param, mechc.load("windows", count=request.param)
 

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import ReferenceFrame
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.description.source import ConversionSettings
-from mechc_codegen.description.terms import as_expression
+from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
 from mechc_codegen.frontend.read import read, readable
@@ -60,6 +60,12 @@ class CompileRequest:
         except _NotWritableError:
             return None
         return text.digest()
+
+    @property
+    def symbol_names(self) -> set[str]:
+        """Names of all symbols and functions of time that the SymPy object holds."""
+        leaves = self._fingerprint.leaves if self._fingerprint else ()
+        return {printed_name(leaf) for leaf in leaves}
 
     def described(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechc.assembly.closure_solver import Loop, even_points
-from mechc.system.parameters import Array, Parameters
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.parameters import Array
+from mechc.system.system import System
 
 SAMPLES = 8
 STARTS = 64
@@ -47,48 +44,43 @@ class Redundancy:
         return f"{self.name}: is {', '.join(terms)}"
 
 
-def redundant_constraints(
-    model: Model, params: Parameters = None, t: float = 0.0
-) -> tuple[Redundancy, ...]:
+def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
     """Rows that are redundant on every closed configuration, in the order of the constraints.
 
     Found by the rank of J at closed configurations spread over the whole range of the
-    coordinates, each row against those before it.  Where a linkage can be assembled in ways that
-    leave its rows different ranks, those of the highest rank count: where links fold onto each
-    other, more rows follow from the others.  Rows that depend on each other at a change point only
-    are not among them.
+    coordinates, each row against those before it.  Rows that depend on each other at a change
+    point only are not among them.
 
     Raises
     ------
     AssemblyError
         If no closed configuration is found.
     """
-    values = model._parameters.resolve(params)
-    y = _closed_states(model, values, t)
-    jacobian = _of_highest_rank(np.asarray(model.constraint_jacobian(y, values, t)))
+    y = _closed_states(system, values, t)
+    jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
     kept: list[int] = []
     found = []
-    for row, name in enumerate(model.constraint_names):
+    for row, name in enumerate(system.constraint_names):
         scale = size[row] if size[row] > 1e-13 * largest else largest
         shares, left = _shares(jacobian, kept, row)
         if (left > DEPENDENT * scale).any():
             kept.append(row)
         else:
-            found.append(_relation(model, name, kept, shares))
+            found.append(_relation(system, name, kept, shares))
     return tuple(found)
 
 
-def _closed_states(model: Model, values: Array, t: float) -> Array:
+def _closed_states(system: System, values: Array, t: float) -> Array:
     """States (n, nq + nu) at rest on configurations that close the loops."""
-    width = len(model.coordinates)
-    loop = Loop(model, values, np.zeros(width), list(range(width)), t)
+    width = len(system.coordinates)
+    loop = Loop(system, values, np.zeros(width), list(range(width)), t)
     x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
     if not loop.rows:
         return loop.states(x[:SAMPLES])
     closed = loop.solve(x)
-    return np.hstack([closed, np.zeros((len(closed), len(model.speeds)))])
+    return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 
 def _of_highest_rank(jacobian: Array) -> Array:
@@ -109,9 +101,9 @@ def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
     return shares, left
 
 
-def _relation(model: Model, name: str, kept: list[int], shares: Array) -> Redundancy:
+def _relation(system: System, name: str, kept: list[int], shares: Array) -> Redundancy:
     size = np.abs(shares).max(axis=0, initial=0.0)
     part = [i for i in range(len(kept)) if size[i] > SHARE * max(1.0, size.max(initial=0.0))]
-    names = tuple(model.constraint_names[kept[i]] for i in part)
+    names = tuple(system.constraint_names[kept[i]] for i in part)
     constant = np.ptp(shares, axis=0).max(initial=0.0) <= SHARE * size.max(initial=0.0)
     return Redundancy(name, names, tuple(shares[0, part].tolist()) if constant else ())

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
 from mechc.errors import AssemblyError, MechcError, UnknownNameError
-from mechc.system.parameters import Array, Parameters
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.parameters import Array
+from mechc.system.system import System
 
 STARTS, ITERATIONS = 48, 60
 SCAN, BISECTIONS = 181, 60  # ranges narrower than two degrees can be missed
@@ -35,7 +32,7 @@ class Equilibrium:
     stable: bool
 
 
-def equilibria(model: Model, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
+def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
     """Configurations that stay at rest under the loads at time t, the stable ones first.
 
     Found by Newton's method on the accelerations along the manifold from points spread over the
@@ -48,26 +45,23 @@ def equilibria(model: Model, params: Parameters = None, t: float = 0.0) -> tuple
     MechcError
         If the model has states besides coordinates and speeds.
     """
-    if model.states:
+    if system.states:
         raise MechcError(
-            f"{model.name} has states of its own ({', '.join(model.states)}): equilibria are known "
-            "of mechanisms without them; model.rhs vanishes at an equilibrium of both"
+            f"{system.name} has states of its own ({', '.join(system.states)}): equilibria are "
+            "known of mechanisms without them; model.rhs vanishes at an equilibrium of both"
         )
-    values = model._parameters.resolve(params)
-    starts = _closed_starts(model, values, t)
+    starts = _closed_starts(system, values, t)
     if not starts:
         raise AssemblyError("the loops cannot be closed anywhere with these lengths")
     found: list[Equilibrium] = []
     for start in starts:
-        y = _settle(model, start, values, t)
-        if y is not None and all(_apart(model, y, e.y) for e in found):
-            found.append(Equilibrium(y, _is_stable(model, y, values, t)))
+        y = _settle(system, start, values, t)
+        if y is not None and all(_apart(system, y, e.y) for e in found):
+            found.append(Equilibrium(y, _is_stable(system, y, values, t)))
     return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
 
 
-def limits(
-    model: Model, coordinate: str, params: Parameters = None
-) -> tuple[tuple[float, float], ...]:
+def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float, float], ...]:
     """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
 
     Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
@@ -78,30 +72,32 @@ def limits(
     UnknownNameError
         If there is no such coordinate.
     """
-    if coordinate not in model.coordinates:
-        raise UnknownNameError("coordinate", coordinate, model.coordinates)
-    values = model._parameters.resolve(params)
-    reach = np.pi if model.units[coordinate] == "rad" else 2 * model._parameters.length(values)
+    if coordinate not in system.coordinates:
+        raise UnknownNameError("coordinate", coordinate, system.coordinates)
+    angular = system.angular[system.state_index(coordinate)]
+    reach = np.pi if angular else 2 * system.length(values)
     grid = np.linspace(-reach, reach, SCAN)
-    closed = _closed_at(model, coordinate, grid, values)
+    closed = _closed_at(system, coordinate, grid, values)
     edges = [-reach] if closed[0] is not None else []
     for k in range(SCAN - 1):
         if (closed[k] is None) != (closed[k + 1] is None):
             edges.append(
-                _edge(model, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values)
+                _edge(
+                    system, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values
+                )
             )
     if closed[-1] is not None:
         edges.append(reach)
     return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def _closed_at(model: Model, name: str, grid: Array, values: Array) -> list[Array | None]:
+def _closed_at(system: System, name: str, grid: Array, values: Array) -> list[Array | None]:
     """For each value of a coordinate some closed configuration, or None: all searched at once."""
-    driven = model.state_index(name)
-    free = model._unknown([driven])
-    fixed = np.tile(model._first, (len(grid) * STARTS, 1))
+    driven = system.state_index(name)
+    free = system.unknowns([driven])
+    fixed = np.tile(system.default_coordinates, (len(grid) * STARTS, 1))
     fixed[:, driven] = np.repeat(grid, STARTS)
-    loop = Loop(model, values, fixed, free)
+    loop = Loop(system, values, fixed, free)
     starts = even_points(STARTS, len(free)) * np.where(loop.angular, np.pi, loop.length)
     x, closed = loop.search(np.tile(starts, (len(grid), 1)))
     rows = closed.reshape(len(grid), STARTS)
@@ -112,18 +108,18 @@ def _closed_at(model: Model, name: str, grid: Array, values: Array) -> list[Arra
 Side = tuple[float, Array | None]
 
 
-def _edge(model: Model, name: str, a: Side, b: Side, values: Array) -> float:
+def _edge(system: System, name: str, a: Side, b: Side, values: Array) -> float:
     """Where closing starts or ends between a and b, on the side that closes, by bisection."""
-    driven = model.state_index(name)
-    free = model._unknown([driven])
+    driven = system.state_index(name)
+    free = system.unknowns([driven])
     (inside, x), (outside, _) = (a, b) if a[1] is not None else (b, a)
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)
         if middle in (inside, outside) or x is None:
             break
-        fixed = model._first.copy()
+        fixed = system.default_coordinates.copy()
         fixed[driven] = middle
-        trial, closed = Loop(model, values, fixed, free).search(x[None])
+        trial, closed = Loop(system, values, fixed, free).search(x[None])
         if closed[0]:
             inside, x = middle, trial[0]
         else:
@@ -131,85 +127,85 @@ def _edge(model: Model, name: str, a: Side, b: Side, values: Array) -> float:
     return inside
 
 
-def _closed_starts(model: Model, values: Array, t: float) -> list[Array]:
-    width = len(model.coordinates)
-    reach = np.where(model._angular[:width], np.pi, model._parameters.length(values))
+def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
+    width = len(system.coordinates)
+    reach = np.where(system.angular[:width], np.pi, system.length(values))
     starts = []
     for q in even_points(STARTS, width) * reach:
-        state = np.concatenate([q, np.zeros(len(model.speeds))])
-        status, y, _, _ = model._scene.project(t, state, values)
+        state = np.concatenate([q, np.zeros(len(system.speeds))])
+        status, y, _, _ = system.scene.project(t, state, values)
         if status == 0:
             y[width:] = 0.0
             starts.append(y)
     return starts
 
 
-def _settle(model: Model, y: Array, values: Array, t: float) -> Array | None:
+def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
     """Newton's method along the manifold; None where it does not settle."""
-    width = len(model.coordinates)
+    width = len(system.coordinates)
     for _ in range(ITERATIONS):
-        basis = _tangent(model, y, values, t)
-        residual = _along(model, y, basis, values, t)
-        slope = _slope(model, y, basis, values, t)
+        basis = _tangent(system, y, values, t)
+        residual = _along(system, y, basis, values, t)
+        slope = _slope(system, y, basis, values, t)
         step = -np.linalg.lstsq(slope, residual, rcond=1e-12)[0]
         size = float(np.abs(step).max(initial=0.0))
-        moved = _moved(model, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
+        moved = _moved(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
         if moved is None:
             return None
         y = moved
         if size < 1e-12:
-            y[:width] = np.where(model._angular[:width], wrap(y[:width]), y[:width])
+            y[:width] = np.where(system.angular[:width], wrap(y[:width]), y[:width])
             return y
     return None
 
 
-def _tangent(model: Model, y: Array, values: Array, t: float) -> Array:
+def _tangent(system: System, y: Array, values: Array, t: float) -> Array:
     """Directions of the speeds that keep the constraints: (nu, freedoms), orthonormal."""
-    jacobian = model.constraint_jacobian(y, values, t)
+    jacobian = system.constraint_jacobian(y, values, t)
     if not len(jacobian):
-        return np.eye(len(model.speeds))
+        return np.eye(len(system.speeds))
     _, singular, rows = np.linalg.svd(jacobian)
     rank = int((singular > 1e-10 * singular[0]).sum())
     return np.asarray(rows[rank:].T)
 
 
-def _along(model: Model, y: Array, basis: Array, values: Array, t: float) -> Array:
-    return np.asarray(basis.T @ model.rhs(t, y, values)[len(model.coordinates) :])
+def _along(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
+    return np.asarray(basis.T @ system.rates(y, values, t)[len(system.coordinates) :])
 
 
-def _slope(model: Model, y: Array, basis: Array, values: Array, t: float) -> Array:
+def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
     """Derivative of the accelerations along the manifold, by central differences."""
     if not basis.shape[1]:
         return np.zeros((0, 0))
     columns = []
     for direction in basis.T:
-        ends = [_moved(model, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
+        ends = [_moved(system, y, s * DIFFERENCE * direction, values, t) for s in (1.0, -1.0)]
         if ends[0] is None or ends[1] is None:
             columns.append(np.zeros(basis.shape[1]))
             continue
         forward, backward = (
-            _along(model, end, basis, values, t) for end in ends if end is not None
+            _along(system, end, basis, values, t) for end in ends if end is not None
         )
         columns.append((forward - backward) / (2 * DIFFERENCE))
     return np.column_stack(columns)
 
 
-def _moved(model: Model, y: Array, change: Array, values: Array, t: float) -> Array | None:
+def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
     """Along speeds `change` for a unit of time, back onto the manifold, at rest."""
-    width = len(model.coordinates)
+    width = len(system.coordinates)
     with_speeds = np.concatenate([y[:width], change])
     trial = y.copy()
-    trial[:width] += model.rhs(t, with_speeds, values)[:width]
-    status, moved, _, _ = model._scene.project(t, trial, values)
+    trial[:width] += system.rates(with_speeds, values, t)[:width]
+    status, moved, _, _ = system.scene.project(t, trial, values)
     moved[width:] = 0.0
     return np.asarray(moved) if status == 0 else None
 
 
-def _is_stable(model: Model, y: Array, values: Array, t: float) -> bool:
-    slope = _slope(model, y, _tangent(model, y, values, t), values, t)
+def _is_stable(system: System, y: Array, values: Array, t: float) -> bool:
+    slope = _slope(system, y, _tangent(system, y, values, t), values, t)
     return bool(np.linalg.eigvals(slope).real.max(initial=-1.0) < 0)
 
 
-def _apart(model: Model, a: Array, b: Array) -> bool:
-    difference = np.where(model._angular, wrap(a - b), a - b)
+def _apart(system: System, a: Array, b: Array) -> bool:
+    difference = np.where(system.angular, wrap(a - b), a - b)
     return bool(np.abs(difference).max() > 10 * SAME)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
-from mechc.system.parameters import Array, Parameters
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.inputs.driven_scene import with_inputs
+from mechc.system.parameters import Array
+from mechc.system.system import System
 
 LINEAR = 1e-9  # of the loads: an input whose effect departs from a straight line by more
 KEPT = 1e-6  # of the accelerations: a given motion that leaves the constraints by more
@@ -35,50 +34,21 @@ class InverseDynamics(NamedTuple):
 
 
 def inverse_dynamics(
-    model: Model,
-    y: Array,
-    accelerations: Array,
-    params: Parameters = None,
-    *,
-    inputs: Sequence[str],
-    t: float | Array = 0.0,
+    system: System,
+    states: Array,
+    rates: Array,
+    values: Array,
+    names: tuple[str, ...],
+    t: float | Array,
 ) -> InverseDynamics:
-    """The inputs r with which M u' + J^T lambda = F(r) holds for given states and accelerations.
-
-    Parameters
-    ----------
-    y : (..., nq + nu)
-        States on the constraints.
-    accelerations : (..., nu)
-        The speeds' rates u', which must keep the constraints.
-    params
-        As everywhere; what they say of the inputs does not matter.
-    inputs
-        Names of the inputs (``model.inputs``), or of parameters that are inputs: torques,
-        forces; F must be linear in them.
-    t
-        Time or times (...).
-
-    Raises
-    ------
-    ValueError
-        If the shapes do not fit, or the accelerations do not keep the constraints.
-    MechcError
-        If an input acts otherwise than linearly, changes the inertia or does nothing; if the
-        inputs cannot make this motion, with the largest force they leave undone.
-    UnknownNameError
-        If there is no such parameter.
-    """
-    names, rates = tuple(inputs), np.asarray(accelerations, dtype=np.float64)
-    values, states = model._parameters.resolve(params), np.asarray(y, dtype=np.float64)
-    _check_shapes(model, states, rates)
-    pushed = _Pushed(model, states, values, names, t)
+    """The inputs r that make a motion: see :meth:`mechc.Model.inverse_dynamics`."""
+    pushed = _Pushed(system, states, values, names, t)
     still, per_input = pushed.forces()
     driven, at_one = pushed.at({})
     mass = driven.mass_matrix(states, at_one, t)
     needed = np.einsum("...ij,...j->...i", mass, rates) - still
     jacobian = driven.constraint_jacobian(states, at_one, t)
-    own = driven.rhs(t, states, at_one)[..., -rates.shape[-1] :]
+    own = driven.rates(states, at_one, t)[..., -rates.shape[-1] :]
     _refuse_departing(jacobian, rates - own, rates)
     found = _least_norm(_along(jacobian, per_input), _along(jacobian, needed[..., None])[..., 0])
     left = needed - np.einsum("...ij,...j->...i", per_input, found)
@@ -88,39 +58,29 @@ def inverse_dynamics(
     return InverseDynamics(found, multipliers)
 
 
-def _check_shapes(model: Model, y: Array, rates: Array) -> None:
-    wanted = (*y.shape[:-1], len(model.speeds))
-    if rates.shape != wanted:
-        raise ValueError(
-            f"accelerations must have the shape {wanted}: the rates of "
-            f"{', '.join(model.speeds)} at every state; they have {rates.shape}"
-        )
-
-
 @dataclass(frozen=True)
 class _Pushed:
     """The model at given states, with the inputs as they are needed."""
 
-    model: Model
+    system: System
     y: Array
     values: Array
     names: tuple[str, ...]
     t: float | Array
 
-    def at(self, changed: Mapping[str, float]) -> tuple[Model, Array]:
+    def at(self, changed: Mapping[str, float]) -> tuple[System, Array]:
         """Model and parameters with every input 1 but for those that are changed."""
         chosen = dict.fromkeys(self.names, 1.0) | dict(changed)
-        given = {name: value for name, value in chosen.items() if name in self.model.inputs}
+        given = {name: value for name, value in chosen.items() if name in self.system.inputs}
         moved = np.array(self.values)
         for name, value in chosen.items():
             if name not in given:
-                moved[..., _place(self.model, name)] = value
-        return self.model.with_inputs(given), moved
+                moved[..., _place(self.system, name)] = value
+        return with_inputs(self.system, given), moved
 
     def _evaluate(self, output: str, changed: Mapping[str, float]) -> Array:
         driven, values = self.at(changed)
-        found: Array = getattr(driven, output)(self.y, values, self.t)
-        return found
+        return driven.evaluate(output, self.y, values, self.t)
 
     def forces(self) -> tuple[Array, Array]:
         """F without the inputs (..., nu), and what each adds (..., nu, m)."""
@@ -147,10 +107,10 @@ def _refuse_input(name: str, bent: bool, idle: bool) -> None:
         raise MechcError(f"{name} does nothing at these states: it cannot be an input")
 
 
-def _place(model: Model, name: str) -> int:
-    if name not in model.parameters:
-        raise UnknownNameError("input or parameter", name, (*model.inputs, *model.parameters))
-    return model.parameters.index(name)
+def _place(system: System, name: str) -> int:
+    if name not in system.parameters:
+        raise UnknownNameError("input or parameter", name, (*system.inputs, *system.parameters))
+    return system.parameters.index(name)
 
 
 def _along(jacobian: Array, columns: Array) -> Array:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechc.analysis.constraint_rank import redundant_constraints
+from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import ChangePointError, UnknownNameError
-from mechc.simulation.initialise import state_as_given
-from mechc.system.parameters import Array, Parameters
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.parameters import Array
+from mechc.system.system import System
 
 Places = NDArray[np.intp]
 DEPENDENT = 1e-9  # of the largest pivot: less and a row follows from the others
@@ -63,128 +62,99 @@ class _Tangent(NamedTuple):
 
 
 def linearize(
-    model: Model,
-    y: Array,
-    params: Parameters = None,
-    *,
-    t: float = 0.0,
-    inputs: Sequence[str] = (),
-    outputs: Sequence[str] | None = None,
-    independent: Sequence[str] | None = None,
+    system: System,
+    state: Array,
+    values: Array,
+    t: float,
+    inputs: tuple[str, ...],
+    outputs: tuple[str, ...] | None,
+    independent: Sequence[str] | None,
 ) -> Linearization:
-    """The linear model about a state on the constraints, an equilibrium or on a trajectory.
-
-    The state's directions along the constraints are spanned by independent coordinates and
-    speeds; the others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
-    with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
-
-    Parameters
-    ----------
-    y : (nq + nu,)
-        A state on the constraints (refused with the gap otherwise).
-    params
-        As everywhere; missing ones take their defaults.
-    t
-        Time, where the equations hold it.
-    inputs
-        The inputs r: names of ``model.input_values`` (inputs given at run time, the rates of one
-        by themselves), or parameters: a torque, a force.
-    outputs
-        Coordinates, speeds and outputs of one's own; by default all coordinates and speeds.
-    independent
-        Coordinates and speeds that become the states; by default those that the constraints
-        tie least.
-
-    Raises
-    ------
-    UnavailableOutputError
-        If the model was compiled without ``"state_jacobian"`` or, with inputs, without
-        ``"parameter_jacobian"``.
-    ChangePointError
-        At a change point, where two branches meet and no one linear model holds.
-    UnknownNameError, AssemblyError, ValueError
-        For names that do not exist, a state off the constraints, independent ones that are not.
-    """
-    values = model._parameters.resolve(params)
-    state = state_as_given(model, y, values, t)
-    jacobian = model.state_jacobian(state, values, t)
-    tangent = _tangent(model, state, values, t, independent)
-    names = (*model.coordinates, *model.speeds)
-    chosen = names if outputs is None else tuple(outputs)
-    by_input = _by_inputs(model, state, values, t, tuple(inputs))
-    told = [_output_rows(model, name, state, values, t, tuple(inputs)) for name in chosen]
-    by_state = np.array([row for row, _ in told]).reshape(-1, len(names))
+    """The linear model about a state on the constraints: see :meth:`mechc.Model.linearize`."""
+    by_state = jacobian(system, "state", state, values, t)
+    tangent = _tangent(system, state, values, t, independent)
+    names = (*system.coordinates, *system.speeds)
+    chosen = names if outputs is None else outputs
+    by_input = _by_inputs(system, state, values, t, inputs)
+    told = [_output_rows(system, name, state, values, t, inputs) for name in chosen]
+    of_state = np.array([row for row, _ in told]).reshape(-1, len(names))
     feedthrough = np.array([row for _, row in told]).reshape(len(chosen), len(inputs))
     return Linearization(
-        A=jacobian[tangent.independent] @ tangent.directions,
+        A=by_state[tangent.independent] @ tangent.directions,
         B=by_input[tangent.independent],
-        C=by_state @ tangent.directions,
+        C=of_state @ tangent.directions,
         D=feedthrough,
         states=tuple(names[i] for i in tangent.independent),
-        inputs=tuple(inputs),
+        inputs=inputs,
         outputs=chosen,
         t=float(t),
         y=state,
-        rates=model.rhs(t, state, values),
+        rates=system.rates(state, values, t),
         to_state=tangent.directions,
     )
 
 
 def _by_inputs(
-    model: Model, y: Array, values: Array, t: float, inputs: tuple[str, ...], of: str | None = None
+    system: System,
+    y: Array,
+    values: Array,
+    t: float,
+    inputs: tuple[str, ...],
+    of: str | None = None,
 ) -> Array:
     """Derivatives by the inputs, (nq + nu, m); of an output of one's own (m,)."""
     columns = [np.zeros((len(y), 0) if of is None else 0)]
     for name in inputs:
-        jacobian, place = _input(model, name)
-        columns.append(jacobian(y, values, t, of=of)[..., place, None])
+        by, place = _input(system, name)
+        columns.append(jacobian(system, by, y, values, t, of)[..., place, None])
     return np.concatenate(columns, axis=-1)
 
 
-def _input(model: Model, name: str) -> tuple[Callable[..., Array], int]:
-    """What gives the derivatives by an input, and which of them is its."""
-    if name in model.input_values:
-        return model.input_jacobian, model.input_values.index(name)
-    if name not in model.parameters:
-        known = (*model.input_values, *model.parameters)
-        raise UnknownNameError("input or parameter", name, known)
-    return model.parameter_jacobian, model.parameters.index(name)
+def _input(system: System, name: str) -> tuple[str, int]:
+    """By what the derivatives by an input are taken, and which of them is its."""
+    given = input_values(system)
+    if name in given:
+        return "input", given.index(name)
+    if name not in system.parameters:
+        raise UnknownNameError("input or parameter", name, (*given, *system.parameters))
+    return "parameter", system.parameters.index(name)
 
 
 def _output_rows(
-    model: Model, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
+    system: System, name: str, y: Array, values: Array, t: float, inputs: tuple[str, ...]
 ) -> tuple[Array, Array]:
     """Derivatives of one output by the state and by the inputs."""
-    names = (*model.coordinates, *model.speeds)
+    names = (*system.coordinates, *system.speeds)
     if name in names:
         return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
-    own = model._data["own"]
+    own = system.data["own"]
     if name not in own:
         raise UnknownNameError("coordinate, speed or output of one's own", name, [*names, *own])
-    by_state = model.state_jacobian(y, values, t, of=name)
-    return by_state, _by_inputs(model, y, values, t, inputs, name)
+    return jacobian(system, "state", y, values, t, name), _by_inputs(
+        system, y, values, t, inputs, name
+    )
 
 
 # -- directions along the constraints -----------------------------------------------------------
 
 
 def _tangent(
-    model: Model, y: Array, values: Array, t: float, independent: Sequence[str] | None
+    system: System, y: Array, values: Array, t: float, independent: Sequence[str] | None
 ) -> _Tangent:
     """G dq = 0 and J du + d(J u + b)/dq dq = 0, with independent ones as parameters."""
-    nq, nu = len(model.coordinates), len(model.speeds)
-    jacobian = model.constraint_jacobian(y, values, t)
-    if not len(jacobian):
-        chosen = range(nq + nu) if independent is None else _places(model, independent)
+    nq, nu = len(system.coordinates), len(system.speeds)
+    rows = system.constraint_jacobian(y, values, t)
+    if not len(rows):
+        chosen = range(nq + nu) if independent is None else _places(system, independent)
         return _checked(_Tangent(np.eye(nq + nu), np.arange(nq + nu)), list(chosen))
-    wanted = None if independent is None else _places(model, independent)
+    wanted = None if independent is None else _places(system, independent)
     of_q = None if wanted is None else [i for i in wanted if i < nq]
     of_u = None if wanted is None else [i - nq for i in wanted if i >= nq]
-    _refuse_change_point(model, jacobian, y, values, t)
-    q, free_q = _solved(_gradient(model, y, values, t, jacobian), of_q, model.coordinates)
-    u, free_u = _solved(jacobian, of_u, model.speeds)
-    pushed = model._evaluate("velocity_gradient", y, values, t) @ q
-    follow = -np.linalg.lstsq(_without(jacobian, free_u), pushed, rcond=DEPENDENT)[0]
+    _refuse_change_point(system, rows, y, values, t)
+    q, free_q = _solved(_gradient(system, y, values, t, rows), of_q, system.coordinates)
+    u, free_u = _solved(rows, of_u, system.speeds)
+    pushed = system.evaluate("velocity_gradient", y, values, t) @ q
+    follow = -np.linalg.lstsq(_without(rows, free_u), pushed, rcond=DEPENDENT)[0]
     directions = np.zeros((nq + nu, len(free_q) + len(free_u)))
     directions[:nq, : len(free_q)] = q
     directions[nq + _others(nu, free_u), : len(free_q)] = follow
@@ -199,16 +169,16 @@ def _checked(tangent: _Tangent, chosen: list[int]) -> _Tangent:
     return _Tangent(tangent.directions[:, chosen], np.array(chosen))
 
 
-def _places(model: Model, independent: Sequence[str]) -> list[int]:
-    return [model.state_index(name) for name in independent]
+def _places(system: System, independent: Sequence[str]) -> list[int]:
+    return [system.state_index(name) for name in independent]
 
 
-def _gradient(model: Model, y: Array, values: Array, t: float, jacobian: Array) -> Array:
+def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) -> Array:
     """Of the configuration constraints by the coordinates."""
-    if "constraint_gradient" in model._scene.outputs:
-        return model._evaluate("constraint_gradient", y, values, t)
-    holonomic = model._scene.holonomic
-    return jacobian[:holonomic] if holonomic else np.zeros((0, len(model.coordinates)))
+    if "constraint_gradient" in system.scene.outputs:
+        return system.evaluate("constraint_gradient", y, values, t)
+    holonomic = system.scene.holonomic
+    return rows[:holonomic] if holonomic else np.zeros((0, len(system.coordinates)))
 
 
 def _solved(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
@@ -262,10 +232,10 @@ def _others(width: int, columns: Places) -> Places:
     return np.setdiff1d(np.arange(width), columns)
 
 
-def _refuse_change_point(model: Model, jacobian: Array, y: Array, values: Array, t: float) -> None:
+def _refuse_change_point(system: System, rows: Array, y: Array, values: Array, t: float) -> None:
     """Rows that are dependent here and not everywhere."""
-    lost = len(jacobian) - _rank(jacobian)
-    if lost and lost > len(model.redundant_constraints(values, t)):
+    lost = len(rows) - _rank(rows)
+    if lost and lost > len(redundant_constraints(system, values, t)):
         raise ChangePointError(
             "the constraints lose rank at this state: it is a change point, where branches of the "
             "configuration cross and no one linear model holds; linearize beside it",

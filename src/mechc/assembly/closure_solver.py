@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from mechc.errors import AssemblyError
-from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.kinds import Kind
+from mechc.system.parameters import Array, Quantity
+from mechc.system.system import System
 
 ITERATIONS = 60
 POLISHES = 30
@@ -22,30 +19,30 @@ class Loop:
     """The configuration constraints as equations in the free coordinates."""
 
     def __init__(
-        self, model: Model, values: Array, fixed: Array, free: list[int], t: float = 0.0
+        self, system: System, values: Array, fixed: Array, free: list[int], t: float = 0.0
     ) -> None:
-        self.model, self.values, self.fixed, self.free = model, values, fixed, free
+        self.system, self.values, self.fixed, self.free = system, values, fixed, free
         self.t = t
-        self.rows = model._scene.holonomic
-        self.length = model._parameters.length(values)
-        self.angular = np.array([model.units[model.coordinates[i]] == "rad" for i in free])
+        self.rows = system.scene.holonomic
+        self.length = system.length(values)
+        self.angular = system.angular[free]
         self.scale = np.where(self.angular, 1.0, self.length)
 
     def states(self, x: Array) -> Array:
         """Full states at rest for free coordinates x (n, free)."""
-        width = len(self.model.coordinates)
-        y = np.zeros((len(x), width + len(self.model.speeds)))
+        width = len(self.system.coordinates)
+        y = np.zeros((len(x), width + len(self.system.speeds)))
         y[:, :width] = self.fixed  # (nq,), or (n, nq) with values of their own
         y[:, self.free] = x
         return y
 
     def gap(self, x: Array) -> Array:
-        return self.model.constraints(self.states(x), self.values, self.t)
+        return self.system.constraints(self.states(x), self.values, self.t)
 
     def gradient(self, x: Array) -> Array:
-        scene = self.model._scene.outputs
+        scene = self.system.scene.outputs
         name = "constraint_gradient" if "constraint_gradient" in scene else "constraint_jacobian"
-        whole = self.model._evaluate(name, self.states(x), self.values, self.t)
+        whole = self.system.evaluate(name, self.states(x), self.values, self.t)
         return whole[:, : self.rows, self.free]
 
     def solve(self, x: Array) -> Array:
@@ -129,11 +126,10 @@ class Loop:
         return float(np.sqrt(2 * found.fun))
 
     def _miss(self, gap: float) -> str:
-        model = self.model
+        system = self.system
         kept = [i for i in range(len(self.fixed)) if i not in self.free]
         at = ", ".join(
-            in_words(model.coordinates[i], self.fixed[i], model.units[model.coordinates[i]])
-            for i in kept
+            in_words(system.quantities[system.coordinates[i]], self.fixed[i]) for i in kept
         )
         return (
             f"the loop cannot close at {at}: the ends miss each other by at least {gap:.6g} m "
@@ -155,6 +151,8 @@ def wrap(angle: Array) -> Array:
     return np.asarray(np.pi - (np.pi - angle) % (2 * np.pi))
 
 
-def in_words(name: str, value: float, unit: str) -> str:
+def in_words(coordinate: Quantity, value: float) -> str:
     """A coordinate with its value, angles in degrees."""
-    return f"{name} = {np.degrees(value):.6g} deg" if unit == "rad" else f"{name} = {value:.6g} m"
+    if coordinate.kind is Kind.ANGLE:
+        return f"{coordinate.name} = {np.degrees(value):.6g} deg"
+    return f"{coordinate.name} = {value:.6g} {coordinate.unit}".rstrip()

@@ -7,30 +7,32 @@ guess near which the loops are closed, unless the mechanism prefers an assembly 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-if TYPE_CHECKING:
-    from mechc.model import Model
+import numpy as np
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.system import System
 
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch
 
 
 def filled_start(
-    model: Model, coordinates: Values, speeds: Values, guess: Values
+    system: System, coordinates: Values, speeds: Values, guess: Values
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
     """Coordinates, speeds and a guess to assemble from; the scene's own where nothing is given."""
-    own = {n: v for n, v in model.start.items() if n in model.coordinates and n not in guess}
-    own_speeds = {n: v for n, v in model.start.items() if n in model.speeds}
-    freedoms = len(model.coordinates) - len(model.states) - model._scene.holonomic
+    own = {n: v for n, v in system.start.items() if n in system.coordinates and n not in guess}
+    own_speeds = {n: v for n, v in system.start.items() if n in system.speeds}
+    freedoms = len(system.coordinates) - len(system.states) - system.scene.holonomic
     chosen, chosen_guess = dict(coordinates), dict(guess)
     if not coordinates and not guess:
         chosen = own
     elif coordinates:
         chosen = _together(own, coordinates, freedoms)
-        if "preference" not in model._scene.outputs:
+        if "preference" not in system.scene.outputs:
             chosen_guess = {n: v for n, v in own.items() if n not in chosen} | chosen_guess
-    freedoms = len(model.speeds) - len(model.constraint_names)
+    freedoms = len(system.speeds) - len(system.constraint_names)
     chosen_speeds = _together(own_speeds, speeds, freedoms) if speeds else own_speeds
     return chosen, chosen_speeds, chosen_guess
 
@@ -39,3 +41,24 @@ def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:
     """Both, if there are freedoms for both."""
     both = {**own, **given}
     return both if len(both) <= freedoms else dict(given)
+
+
+def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str, float]:
+    """Name -> finite number, each name known.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError
+        For a name that is not known, and for what is no finite number.
+    """
+    checked = {}
+    for name, value in values.items():
+        if name not in known:
+            raise UnknownNameError(kind, name, known)
+        try:
+            checked[name] = float(value)
+        except (TypeError, ValueError, OverflowError):
+            raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+        if not np.isfinite(checked[name]):
+            raise ValueOutOfBoundsError(f"{name} = {checked[name]} is not a finite number")
+    return checked

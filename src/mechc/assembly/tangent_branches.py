@@ -9,15 +9,12 @@ that J leaves free.  Their solutions are the tangents of the branches.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechc.assembly.closure_solver import even_points
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 NEAR = 1e-5  # of the largest singular value: a closer look is worth it
 GENERIC = 1e-7
@@ -39,28 +36,28 @@ class ChangePoint:
     excess: int
 
 
-def find(model: Model, y: Array, values: Array, t: float) -> ChangePoint | None:
+def find(system: System, y: Array, values: Array, t: float) -> ChangePoint | None:
     """The change point that the configuration of a state is, to half the digits; else None."""
-    if not model._scene.holonomic or len(model.coordinates) != len(model.speeds):
+    if not system.scene.holonomic or len(system.coordinates) != len(system.speeds):
         return None
-    jacobian = model.constraint_jacobian(y, values, t)
+    jacobian = system.constraint_jacobian(y, values, t)
     singular = np.linalg.svd(jacobian, compute_uv=False)
-    if singular[-1] > NEAR * singular[0] and len(jacobian) <= len(model.speeds):
+    if singular[-1] > NEAR * singular[0] and len(jacobian) <= len(system.speeds):
         return None
-    generic = generic_rank(model, y, values, t)
+    generic = generic_rank(system, y, values, t)
     if generic == 0 or singular[generic - 1] > NEAR * singular[0]:
         return None
-    return _refined(model, y, values, t, generic)
+    return _refined(system, y, values, t, generic)
 
 
-def generic_rank(model: Model, y: Array, values: Array, t: float) -> int:
+def generic_rank(system: System, y: Array, values: Array, t: float) -> int:
     """Rank of J around the configuration of a state, on the constraints."""
-    width, rank = len(model.coordinates), 0
+    width, rank = len(system.coordinates), 0
     for direction in np.eye(width):
-        beside = np.append(y[:width] + 1e-2 * direction, np.zeros(len(model.speeds)))
-        code, beside, _, _ = model._scene.project(t, beside, values)
+        beside = np.append(y[:width] + 1e-2 * direction, np.zeros(len(system.speeds)))
+        code, beside, _, _ = system.scene.project(t, beside, values)
         if code == 0:
-            jacobian = model.constraint_jacobian(beside, values, t)
+            jacobian = system.constraint_jacobian(beside, values, t)
             rank = max(rank, int(np.linalg.matrix_rank(jacobian, tol=GENERIC * _size(jacobian))))
     return rank
 
@@ -69,32 +66,32 @@ def _size(jacobian: Array) -> float:
     return float(np.linalg.norm(jacobian, 2))
 
 
-def _refined(model: Model, y: Array, values: Array, t: float, generic: int) -> ChangePoint | None:
+def _refined(system: System, y: Array, values: Array, t: float, generic: int) -> ChangePoint | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""
-    width = len(model.coordinates)
-    still = np.append(y[:width], np.zeros(len(model.speeds)))
-    rows = model._scene.holonomic
-    length = model._parameters.length(values)
+    width = len(system.coordinates)
+    still = np.append(y[:width], np.zeros(len(system.speeds)))
+    rows = system.scene.holonomic
+    length = system.length(values)
     for _ in range(6):
-        jacobian = model.constraint_jacobian(still, values, t)
+        jacobian = system.constraint_jacobian(still, values, t)
         left, singular, right = np.linalg.svd(jacobian)
         rank = int((singular > NEAR * singular[0]).sum())
         normals = left[:, rank:].T
         free = right[rank:].T  # what is left of J^T w a change of w takes away
         pulls = (normals @ jacobian @ free).ravel()
         bend = np.stack([
-            (normals @ (_jacobian_at(model, still, k, 1e-5, values, t)
-                        - _jacobian_at(model, still, k, -1e-5, values, t)) @ free).ravel() / 2e-5
+            (normals @ (_jacobian_at(system, still, k, 1e-5, values, t)
+                        - _jacobian_at(system, still, k, -1e-5, values, t)) @ free).ravel() / 2e-5
             for k in range(width)
         ], axis=1)  # fmt: skip
-        gap = model.constraints(still, values, t)
+        gap = system.constraints(still, values, t)
         step = np.linalg.lstsq(
             np.vstack([jacobian[:rows], bend]), -np.append(gap, pulls), rcond=1e-9
         )[0]
         still[:width] += step
     off = np.abs(still[:width] - y[:width]).max()
-    closed = np.abs(model.constraints(still, values, t)).max() <= 64 * EPS * length
-    singular = np.linalg.svd(model.constraint_jacobian(still, values, t), compute_uv=False)
+    closed = np.abs(system.constraints(still, values, t)).max() <= 64 * EPS * length
+    singular = np.linalg.svd(system.constraint_jacobian(still, values, t), compute_uv=False)
     critical = singular[rank] <= 1e-12 * singular[0] if rank < len(singular) else True
     if not (rank < generic and off <= SNAP and closed and critical):
         return None
@@ -103,13 +100,13 @@ def _refined(model: Model, y: Array, values: Array, t: float, generic: int) -> C
     return ChangePoint(q, normals, generic - rank)
 
 
-def _jacobian_at(model: Model, y: Array, k: int, step: float, values: Array, t: float) -> Array:
+def _jacobian_at(system: System, y: Array, k: int, step: float, values: Array, t: float) -> Array:
     moved = y.copy()
     moved[k] += step
-    return model.constraint_jacobian(moved, values, t)
+    return system.constraint_jacobian(moved, values, t)
 
 
-def second_order(model: Model, at: ChangePoint, u: Array, values: Array, t: float) -> Array:
+def second_order(system: System, at: ChangePoint, u: Array, values: Array, t: float) -> Array:
     """w . d/dt (J u + b) for speeds u (..., nu), by central differences of eighth order."""
     u = np.asarray(u)
     weights = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -120,23 +117,23 @@ def second_order(model: Model, at: ChangePoint, u: Array, values: Array, t: floa
         for sign in (1, -1):
             h = sign * k * step
             y = np.concatenate([at.q + h * u, u], axis=-1)
-            residual = model.velocity_constraints(y, values, t + h[..., 0])
+            residual = system.velocity_constraints(y, values, t + h[..., 0])
             total = total + sign * weight * residual / step
     return np.asarray(total @ at.normals.T)
 
 
 def speeds_on_branches(
-    model: Model, at: ChangePoint, given: dict[int, float], values: Array, t: float
+    system: System, at: ChangePoint, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
     """All speeds (n, nu) that lead on and have the values given; None where these leave a choice.
 
     n = 0 where none do.  Least speeds where only rest is determined.
     """
-    count = len(model.speeds)
+    count = len(system.speeds)
     still = np.append(at.q, np.zeros(count))
-    jacobian = model.constraint_jacobian(still, values, t)
+    jacobian = system.constraint_jacobian(still, values, t)
     equations = np.vstack([jacobian, np.eye(count)[list(given)]])
-    wanted = np.append(-model.velocity_constraints(still, values, t), list(given.values()))
+    wanted = np.append(-system.velocity_constraints(still, values, t), list(given.values()))
     particular = np.linalg.lstsq(equations, wanted, rcond=GENERIC)[0]
     if np.abs(equations @ particular - wanted).max() > 1e-9 * max(1.0, np.abs(wanted).max()):
         return np.zeros((0, count))
@@ -146,7 +143,7 @@ def speeds_on_branches(
         return np.zeros((1, count))
     if len(free) > at.excess:
         return None
-    quadric = _Quadric(model, at, particular, free, values, t)
+    quadric = _Quadric(system, at, particular, free, values, t)
     speeds = particular + quadric.roots() @ free
     return np.asarray(speeds[np.lexsort(np.round(speeds, 9).T[::-1])])
 
@@ -155,14 +152,14 @@ class _Quadric:
     """The second-order closure at u + a . free as quadratic polynomials in a."""
 
     def __init__(
-        self, model: Model, at: ChangePoint, u: Array, free: Array, values: Array, t: float
+        self, system: System, at: ChangePoint, u: Array, free: Array, values: Array, t: float
     ) -> None:
         self.size = float(np.linalg.norm(u))
         free = free * self.size
         d = len(free)
         pairs = [(i, j) for i in range(d) for j in range(i + 1, d)]
         a = [np.zeros(d), *np.eye(d), *-np.eye(d), *(np.eye(d)[i] + np.eye(d)[j] for i, j in pairs)]
-        f = second_order(model, at, u + np.array(a) @ free, values, t)
+        f = second_order(system, at, u + np.array(a) @ free, values, t)
         self.constant = f[0]
         self.linear = (f[1 : d + 1] - f[d + 1 : 2 * d + 1]) / 2
         self.square = np.zeros((d, d, f.shape[1]))
@@ -172,7 +169,7 @@ class _Quadric:
             mixed = both - f[0] - self.linear[i] - self.linear[j]
             mixed -= self.square[i, i] + self.square[j, j]
             self.square[i, j] = self.square[j, i] = mixed / 2
-        self.scale = model._parameters.length(values) * self.size**2
+        self.scale = system.length(values) * self.size**2
         self.dimension = d
 
     def value(self, a: Array) -> Array:

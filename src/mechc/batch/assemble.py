@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,7 @@ from mechc.batch.spec import Recipe
 from mechc.errors import AssemblyError
 from mechc.native._batch import Closings
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 MOST = 16  # assemblies kept of one member
 BLOCK = 16
@@ -23,7 +21,7 @@ Drive = Callable[[Any], bool]
 
 
 def configurations(
-    model: Model, unit: Any, recipe: Recipe, values: Array, length: Array, drive: Drive
+    system: System, unit: Any, recipe: Recipe, values: Array, length: Array, drive: Drive
 ) -> tuple[Array, Array, Array, bool]:
     """The configuration of every member that ``model.assemble`` prefers.
 
@@ -36,104 +34,104 @@ def configurations(
     AssemblyError
         If the coordinates given leave a choice and there is no guess.
     """
-    fixed = np.tile(model._first, (recipe.count, 1))
+    fixed = np.tile(system.default_coordinates, (recipe.count, 1))
     for name, column in {**recipe.guess, **recipe.coordinates}.items():
-        fixed[:, model.state_index(name)] = column
-    rows = model._scene.holonomic
-    kept = [model.state_index(name) for name in recipe.coordinates]
-    free = model._unknown(kept)
+        fixed[:, system.state_index(name)] = column
+    rows = system.scene.holonomic
+    kept = [system.state_index(name) for name in recipe.coordinates]
+    free = system.unknowns(kept)
     if not recipe.count or not rows or not free:
-        closed, miss = _as_given(model, recipe, values, length, fixed)
+        closed, miss = _as_given(system, recipe, values, length, fixed)
         return fixed, closed, miss, True
     excess = len(free) - rows
     if excess > 0 and not recipe.guess:
-        names = ", ".join(model.coordinates[i] for i in free)
+        names = ", ".join(system.coordinates[i] for i in free)
         raise AssemblyError(
             f"{rows} constraints do not determine {names}: give {excess} more of them, or a guess"
         )
-    job = _closings(model, unit, recipe, values, length, fixed, free)
+    job = _closings(system, unit, recipe, values, length, fixed, free)
     complete = drive(job)
     if (job.many > MOST).any():
         raise AssemblyError(f"a member has over {MOST} assemblies: give more coordinates")
-    chosen = _chosen(model, recipe, values, job.found)
+    chosen = _chosen(system, recipe, values, job.found)
     return chosen, job.many > 0, job.miss, complete
 
 
 def _as_given(
-    model: Model, recipe: Recipe, values: Array, length: Array, fixed: Array
+    system: System, recipe: Recipe, values: Array, length: Array, fixed: Array
 ) -> tuple[Array, Array]:
     """Nothing to solve for: whether the loops close as they are."""
-    states = np.hstack([fixed, np.zeros((len(fixed), len(model.speeds)))])
-    gap = np.abs(model.constraints(states, values, recipe.span[0])).max(axis=1, initial=0.0)
+    states = np.hstack([fixed, np.zeros((len(fixed), len(system.speeds)))])
+    gap = np.abs(system.constraints(states, values, recipe.span[0])).max(axis=1, initial=0.0)
     return gap <= 1e-8 * length, gap
 
 
 def _closings(
-    model: Model, unit: Any, recipe: Recipe, values: Array, length: Array, fixed: Array,
+    system: System, unit: Any, recipe: Recipe, values: Array, length: Array, fixed: Array,
     free: list[int],
 ) -> Any:  # fmt: skip
-    outputs = model._scene.outputs
+    outputs = system.scene.outputs
     gradient = "constraint_gradient" if "constraint_gradient" in outputs else "constraint_jacobian"
-    columns = len(model.coordinates if gradient == "constraint_gradient" else model.speeds)
-    angular = np.array([model.units[model.coordinates[i]] == "rad" for i in free])
+    columns = len(system.coordinates if gradient == "constraint_gradient" else system.speeds)
+    angular = system.angular[free]
     starts = even_points(STARTS_PER_UNKNOWN * len(free) ** 2, len(free))
     starts *= np.where(angular, np.pi, 1.0)
     return Closings(
-        unit, "constraints", gradient, model._scene.holonomic, columns,
+        unit, "constraints", gradient, system.scene.holonomic, columns,
         np.array(free, np.intc), angular.astype(np.uint8), recipe.span[0],
-        _near(model, recipe, starts, free), fixed, values, length, MOST, BLOCK,
+        _near(system, recipe, starts, free), fixed, values, length, MOST, BLOCK,
     )  # fmt: skip
 
 
-def _near(model: Model, recipe: Recipe, starts: Array, free: list[int]) -> Array:
+def _near(system: System, recipe: Recipe, starts: Array, free: list[int]) -> Array:
     """The starts, with those near the guess first."""
     if not recipe.guess:
         return starts
     near = starts.copy()
     for column, i in enumerate(free):
-        if model.coordinates[i] in recipe.guess:
-            near[:, column] = recipe.guess[model.coordinates[i]]
-    if len(free) > model._scene.holonomic:
+        if system.coordinates[i] in recipe.guess:
+            near[:, column] = recipe.guess[system.coordinates[i]]
+    if len(free) > system.scene.holonomic:
         return near
     return np.vstack([near, starts])
 
 
-def _chosen(model: Model, recipe: Recipe, values: Array, found: Array) -> Array:
+def _chosen(system: System, recipe: Recipe, values: Array, found: Array) -> Array:
     """Of each member's assemblies the preferred one, or the nearest to the guess."""
     members, most, width = found.shape
     flat = found.reshape(-1, width)
     missing = np.isnan(flat[:, 0])
-    rank = _distance(model, recipe, flat) if recipe.guess else _unpreferred(model, values, found)
+    rank = _distance(system, recipe, flat) if recipe.guess else _unpreferred(system, values, found)
     member = np.repeat(np.arange(members), most)
     order = np.lexsort((*flat.T[::-1], rank, missing, member))
     first = order[::most]
-    return _in_turn(model, recipe, flat[first])
+    return _in_turn(system, recipe, flat[first])
 
 
-def _unpreferred(model: Model, values: Array, found: Array) -> Array:
-    if "preference" not in model._scene.outputs:
+def _unpreferred(system: System, values: Array, found: Array) -> Array:
+    if "preference" not in system.scene.outputs:
         return np.zeros(found.shape[0] * found.shape[1])
-    states = np.concatenate([found, np.zeros((*found.shape[:2], len(model.speeds)))], axis=2)
+    states = np.concatenate([found, np.zeros((*found.shape[:2], len(system.speeds)))], axis=2)
     states = np.where(np.isnan(states), 0.0, states)
-    return -model._evaluate("preference", states, values[:, None, :], 0.0).reshape(-1)
+    return -system.evaluate("preference", states, values[:, None, :], 0.0).reshape(-1)
 
 
-def _distance(model: Model, recipe: Recipe, flat: Array) -> Array:
-    away = _away(model, recipe, flat)
+def _distance(system: System, recipe: Recipe, flat: Array) -> Array:
+    away = _away(system, recipe, flat)
     return np.asarray(np.linalg.norm(away, axis=1))
 
 
-def _away(model: Model, recipe: Recipe, q: Array) -> Array:
-    index = [model.state_index(name) for name in recipe.guess]
-    angular = np.array([model.units[name] == "rad" for name in recipe.guess])
+def _away(system: System, recipe: Recipe, q: Array) -> Array:
+    index = [system.state_index(name) for name in recipe.guess]
+    angular = system.angular[index]
     away = q[:, index] - np.array(list(recipe.guess.values()))
     return np.where(angular, wrap(away), away)
 
 
-def _in_turn(model: Model, recipe: Recipe, q: Array) -> Array:
+def _in_turn(system: System, recipe: Recipe, q: Array) -> Array:
     """Guessed angles in the guess's turn."""
     for name, target in recipe.guess.items():
-        if model.units[name] == "rad":
-            i = model.state_index(name)
+        i = system.state_index(name)
+        if system.angular[i]:
             q[:, i] += 2 * np.pi * np.round((target - q[:, i]) / (2 * np.pi))
     return q

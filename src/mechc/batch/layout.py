@@ -15,18 +15,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechc.batch.run import COUNTERS
+from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
-from mechc.results.untrusted import read_json
+from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.batch.spec import Recipe
-    from mechc.model import Model
+from mechc.system.system import System
 
 METADATA = "zarr.json"
 _LARGEST_METADATA = 2**20  # bytes
@@ -103,10 +101,10 @@ def layouts(
     }
 
 
-def output_shapes(model: Model, recipe: Recipe) -> dict[str, tuple[int, ...]]:
+def output_shapes(system: System, recipe: Recipe) -> dict[str, tuple[int, ...]]:
     """Output -> its shape at one state, of the outputs asked for."""
-    shapes = model._data["shapes"]
-    widths = model._scene.outputs
+    shapes = system.data["shapes"]
+    widths = system.scene.outputs
     return {name: tuple(shapes.get(name, (widths[name],))) for name in recipe.outputs}
 
 
@@ -155,7 +153,9 @@ def check(path: Path, layout: Layout) -> None:
     wanted = layout.told()
     for key in sorted({*described, *wanted}):
         if json.dumps(described.get(key)) != json.dumps(wanted.get(key)):  # 1.0 is not 1
-            raise MechcError(f"{path / METADATA} is damaged: {key} is not that of the request")
+            raise MechcError(
+                f"{path / METADATA} is damaged: {printable(key)} is not that of the request"
+            )
 
 
 def check_chunk(path: Path, layout: Layout, first: int) -> None:

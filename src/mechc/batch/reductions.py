@@ -15,16 +15,14 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, Quantity
+from mechc.system.system import System
 from mechc.system.units import read_value
-
-if TYPE_CHECKING:
-    from mechc.model import Model
 
 MINIMUM, MAXIMUM, MEAN, FIRST, LAST = range(5)
 PLAIN, ABSOLUTE, NORM = range(3)
@@ -46,14 +44,15 @@ class Reduction:
     ----------
     text
         As it was typed, without spaces.
-    unit
-        Its unit, where known.
+    unit, kind
+        Those of the number, where known.
     primitives
         What the compiled loop computes; ``range`` needs two.
     """
 
     text: str
     unit: str
+    kind: Kind
     primitives: tuple[Primitive, ...]
 
     def combine(self, values: Array) -> Array:
@@ -67,7 +66,7 @@ class _Quantity:
     output: int
     second: int
     component: int
-    told: Quantity
+    meaning: Quantity
 
     def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
         return (
@@ -75,7 +74,7 @@ class _Quantity:
         )  # fmt: skip
 
 
-def read_reduction(model: Model, text: str) -> Reduction:
+def read_reduction(system: System, text: str) -> Reduction:
     """Parse one reduction.
 
     Raises
@@ -91,15 +90,16 @@ def read_reduction(model: Model, text: str) -> Reduction:
     kind, inside = match.groups()
     short = re.sub(r"\s+", "", text)
     if kind == "first":
-        return _first(model, short, inside)
+        return _first(system, short, inside)
     if kind != "range" and kind not in KINDS:
         raise UnknownNameError("reduction", kind, (*KINDS, "range", "first"))
-    quantity = _quantity(model, inside)
+    quantity = _quantity(system, inside)
     kinds = (MINIMUM, MAXIMUM) if kind == "range" else (KINDS[kind],)
-    return Reduction(short, quantity.told.unit, tuple(quantity.primitive(k) for k in kinds))
+    unit, kind_of_it = quantity.meaning.unit, quantity.meaning.kind
+    return Reduction(short, unit, kind_of_it, tuple(quantity.primitive(k) for k in kinds))
 
 
-def read_stop(model: Model, text: str) -> Primitive:
+def read_stop(system: System, text: str) -> Primitive:
     """Parse ``first(theta_0 > 360deg)``, or what stands in its brackets, as an end of runs.
 
     Raises
@@ -108,48 +108,48 @@ def read_stop(model: Model, text: str) -> Primitive:
         If it is not a crossing.
     """
     typed = text.strip() if isinstance(text, str) else ""
-    crossing = read_reduction(model, typed if typed.startswith("first") else f"first({typed})")
+    crossing = read_reduction(system, typed if typed.startswith("first") else f"first({typed})")
     return *crossing.primitives[0][:7], 1
 
 
-def _first(model: Model, short: str, inside: str) -> Reduction:
+def _first(system: System, short: str, inside: str) -> Reduction:
     match = _LEVEL.fullmatch(inside)
     if match is None:
         raise MechcError(f"{short!r} needs a level to cross; {EXAMPLE}")
     typed, sign, level = match.groups()
-    quantity = _quantity(model, typed)
-    value = read_value(level, quantity.told)
+    quantity = _quantity(system, typed)
+    value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
-    return Reduction(short, "s", (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
+    return Reduction(short, "s", Kind.TIME, (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
 
 
-def _quantity(model: Model, text: str) -> _Quantity:
+def _quantity(system: System, text: str) -> _Quantity:
     call = _CALL.fullmatch(text)
     if call is None:
-        return _entry(model, text, PLAIN)
+        return _entry(system, text, PLAIN)
     function, inside = call.groups()
     if function not in ("abs", "norm"):
         raise UnknownNameError("function of a quantity", function, ("abs", "norm"))
-    return _entry(model, inside, ABSOLUTE if function == "abs" else NORM)
+    return _entry(system, inside, ABSOLUTE if function == "abs" else NORM)
 
 
-def _entry(model: Model, text: str, form: int) -> _Quantity:
+def _entry(system: System, text: str, form: int) -> _Quantity:
     match = _ENTRY.fullmatch(text)
     if match is None:
         raise MechcError(f"{text.strip()!r} is not the name of a quantity; {EXAMPLE}")
     name, indices = match.groups()
-    if name in (*model.coordinates, *model.speeds):
+    if name in (*system.coordinates, *system.speeds):
         if indices is not None or form == NORM:
             raise MechcError(f"{name} is one number: it has no entries and no norm")
-        told = model.quantities[name]
-        return _Quantity(form, -1, -1, model.state_index(name), told)
-    return _output(model, name, indices, form)
+        told = system.quantities[name]
+        return _Quantity(form, -1, -1, system.state_index(name), told)
+    return _output(system, name, indices, form)
 
 
-def _output(model: Model, name: str, indices: str | None, form: int) -> _Quantity:
-    order = list(model._scene.outputs)
-    known = (*model.coordinates, *model.speeds, "energy", *order)
+def _output(system: System, name: str, indices: str | None, form: int) -> _Quantity:
+    order = list(system.scene.outputs)
+    known = (*system.coordinates, *system.speeds, "energy", *order)
     told = Quantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
     if name == "energy" and "kinetic_energy" in order:
         if indices is not None or form != PLAIN:
@@ -158,7 +158,7 @@ def _output(model: Model, name: str, indices: str | None, form: int) -> _Quantit
         return _Quantity(PLAIN, kinetic, potential, 0, told)
     if name not in order:
         raise UnknownNameError("quantity", name, known)
-    shape = model._data["shapes"].get(name, [model._scene.outputs[name]])
+    shape = system.data["shapes"].get(name, [system.scene.outputs[name]])
     return _Quantity(form, order.index(name), -1, _flat(name, indices, shape, form), told)
 
 

@@ -6,7 +6,7 @@ import os
 import threading
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,13 +18,11 @@ from mechc.native._batch import Runs, Unit
 from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.simulation.settings import METHODS
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 LOOK = 0.1  # s between looks at how far the threads are
 COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
-LOCKSTEP = "dop853"  # the method that runs members side by side, a lane each
+LOCKSTEP = "dop853"  # the method that runs members in lockstep, a lane each
 Report = Callable[[int], None]
 
 
@@ -36,7 +34,7 @@ def cores() -> int:
 
 
 def run_members(
-    model: Model, recipe: Recipe, threads: int, report: Report | None = None
+    system: System, recipe: Recipe, threads: int, report: Report | None = None
 ) -> tuple[dict[str, Array], bool]:
     """Run every member; what was asked for, by name, and whether it is complete.
 
@@ -44,16 +42,17 @@ def run_members(
     bit whatever the number of threads.  Ctrl-C keeps what is done.
     """
     # what is still being compiled is waited for here; outputs are counted in it from then on
-    unit = _unit(model._scene.capsule, model.instruction_set)
-    values = parameter_rows(model, unit, recipe)
-    length = lengths(model, values)
-    y0, assembled, miss, complete = _starts(model, unit, recipe, values, length, threads)
-    reductions = [read_reduction(model, text) for text in recipe.reductions]
+    unit = _unit(system.scene.capsule, system.instruction_set)
+    values = parameter_rows(system, unit, recipe)
+    length = system.parameter_set.lengths(values)
+    y0, assembled, miss, complete = _starts(system, unit, recipe, values, length, threads)
+    reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
-    primitives += [read_stop(model, recipe.until)] if recipe.until else []
+    primitives += [read_stop(system, recipe.until)] if recipe.until else []
     runs = Runs(
         unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
-        model._pure.astype(np.uint8), assembled, recipe.t_eval, primitives, OFF_BY_ROUNDING,
+        system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
+        OFF_BY_ROUNDING,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -66,7 +65,7 @@ def run_members(
         last = first + len(reduction.primitives)
         results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
         first = last
-    results |= _histories(model, recipe, values, runs.at_times)
+    results |= _histories(system, recipe, values, runs.at_times)
     return results, complete
 
 
@@ -76,23 +75,14 @@ def _unit(capsule: object, instruction_set: str) -> Any:
     return Unit(capsule, instruction_set)
 
 
-def parameter_rows(model: Model, unit: Any, recipe: Recipe) -> Array:
+def parameter_rows(system: System, unit: Any, recipe: Recipe) -> Array:
     """All parameters of every member (n, np)."""
-    values = np.zeros((recipe.count, len(model.parameters)))
+    values = np.zeros((recipe.count, len(system.parameters)))
     for name, column in recipe.params.items():
-        values[:, model._parameters.index[name]] = column
-    given = np.array([name in recipe.params for name in model.parameters], np.uint8)
+        values[:, system.parameter_set.index[name]] = column
+    given = np.array([name in recipe.params for name in system.parameters], np.uint8)
     unit.complete(given, values)
     return values
-
-
-def lengths(model: Model, values: Array) -> Array:
-    """The scale of lengths of every member (n,), as :meth:`ParameterSet.length`."""
-    index = model._parameters._lengths
-    if not len(index):
-        return np.ones(len(values))
-    largest = np.abs(values[:, index]).max(axis=1)
-    return np.where(largest > 0, largest, 1.0)
 
 
 def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
@@ -114,48 +104,48 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
 
 
 def _starts(
-    model: Model, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
+    system: System, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, by how much the others miss."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
     q, closed, miss, complete = configurations(
-        model, unit, recipe, values, length, lambda job: drive(job, threads)
+        system, unit, recipe, values, length, lambda job: drive(job, threads)
     )
-    y0, consistent = _with_speeds(model, recipe, values, q, closed)
+    y0, consistent = _with_speeds(system, recipe, values, q, closed)
     y0[np.logical_not(consistent)] = np.nan
     return y0, consistent.astype(np.uint8), miss, complete
 
 
 def _with_speeds(
-    model: Model, recipe: Recipe, values: Array, q: Array, closed: Array
+    system: System, recipe: Recipe, values: Array, q: Array, closed: Array
 ) -> tuple[Array, Array]:
     """States with speeds that keep the constraints, and whether there are such."""
-    nq = len(model.coordinates)
-    y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(model.speeds)))])
+    nq = len(system.coordinates)
+    y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(system.speeds)))])
     for name, column in recipe.speeds.items():
-        y[:, model.state_index(name)] = column
+        y[:, system.state_index(name)] = column
     t = recipe.span[0]
-    residual = model.velocity_constraints(y, values, t)
+    residual = system.velocity_constraints(y, values, t)
     if not residual.shape[-1] or not residual.any():
         return y, closed
-    free = [i for i, name in enumerate(model.speeds) if name not in recipe.speeds]
-    jacobian = model.constraint_jacobian(y, values, t)
+    free = [i for i, name in enumerate(system.speeds) if name not in recipe.speeds]
+    jacobian = system.constraint_jacobian(y, values, t)
     if free:
         inverse = np.linalg.pinv(jacobian[:, :, free], rcond=DEAD)
         y[:, [nq + i for i in free]] -= (inverse @ residual[:, :, None])[:, :, 0]
-        residual = model.velocity_constraints(y, values, t)
+        residual = system.velocity_constraints(y, values, t)
     size = np.abs(jacobian).max(axis=(1, 2)) * np.maximum(1.0, np.abs(y[:, nq:]).max(axis=1))
     return y, closed & (np.abs(residual).max(axis=1) <= 1e-9 * size)
 
 
-def _histories(model: Model, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
+def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
     """What is wanted at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
-        history = model._evaluate(name, states, values[:, None, :], times)
+        history = system.evaluate(name, states, values[:, None, :], times)
         history[np.isnan(states[:, :, 0])] = np.nan  # also what does not depend on the state
         found[f"output_{i}"] = history
     return found

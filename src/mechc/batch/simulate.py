@@ -3,38 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
-from mechc.batch.spec import Assembly, Recipe, checked_recipe
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
+from mechc.errors import ValueOutOfBoundsError
 from mechc.progress import CountBar
-from mechc.simulation.settings import (
-    checked_count,
-    checked_policy,
-    checked_span,
-    checked_times,
-)
-from mechc.simulation.status import CODES, Status, status_of
+from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
+from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 CHUNK = 4096  # members computed, and stored, at a time
-ENDED = ("finished", "stopped by an event")
-REACHED = (1, 109)  # the end, or the crossing asked for
-Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
-__all__ = ["Assembly", "Batch", "simulate_batch"]
+THREADS_A_CORE = 16
 
 
 def simulate_batch(
-    model: Model,
+    system: System,
     t_span: float | tuple[float, float],
     y0: Array | Assembly,
     params: Parameters = None,
@@ -57,7 +48,7 @@ def simulate_batch(
     client: Any = None,
     progress: bool = True,
 ) -> Batch:
-    """Simulate many members, each exactly as :func:`mechc.simulation.simulate.simulate` would.
+    """Simulate many members, each exactly as :meth:`mechc.Model.simulate` would.
 
     Parameters
     ----------
@@ -65,7 +56,7 @@ def simulate_batch(
         As in ``simulate``, the same for all members.
     y0
         States (nq + nu,) or (n, nq + nu), or a :class:`mechc.Assembly`, which closes the loops
-        of each member with its own parameters.
+        of each member with its own parameters; so does a mapping of coordinates and speeds.
     params
         Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
     t_eval
@@ -75,7 +66,8 @@ def simulate_batch(
     reduce
         Numbers that stand for a whole trajectory, computed as it goes: ``"max(theta_2)"``,
         ``"mean(energy)"``, ``"first(theta_0 > 180deg)"``; the grammar is in
-        :mod:`mechc.batch.reductions`.  Extremes are those of the dense output, not of the steps.
+        :mod:`mechc.batch.reductions`.  ``("max", q)`` takes a symbol.  Extremes are those of the
+        dense output, not of the steps.
     until
         A crossing at which a member's run ends, with the status ``"stopped by an event"``:
         ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
@@ -106,23 +98,23 @@ def simulate_batch(
         For arguments that cannot be; before anything is computed.
     """
     recipe = _recipe(
-        model, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
+        system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point,
     )  # fmt: skip
-    workers = cores() if threads is None else _whole("threads", threads)
+    workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
-    compute = _source(model, recipe, workers, client)
-    with CountBar(f"simulating {recipe.count} x {model.name}", recipe.count) as bar:
+    compute = _source(system, recipe, workers, client)
+    with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
         report = bar.update_count if progress else _silent
         if out is not None:
             from mechc.batch.store import stream
 
-            return stream(model, recipe, Path(out), size, compute, report)
-        return _collect(model, recipe, size, compute, report)
+            return stream(system, recipe, Path(out), size, compute, report)
+        return _collect(system, recipe, size, compute, report)
 
 
 def _recipe(
-    model: Model, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
+    system: System, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
     outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
     atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
     on_change_point: str,
@@ -135,14 +127,35 @@ def _recipe(
             "a batch does not raise for one member: take on_change_point='stop' or 'continue'"
         )
     policy = checked_policy(
-        model, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
+        system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
         max_steps=max_steps, dense=True, on_change_point=on_change_point,
     )  # fmt: skip
-    reductions = (reduce,) if isinstance(reduce, str) else tuple(reduce)
-    named = (outputs,) if isinstance(outputs, str) else tuple(outputs)
     return checked_recipe(
-        model, span, y0, params, times, states, named, reductions, until or "", policy
+        system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
+        until or "", policy,
+    )  # fmt: skip
+
+
+def _reductions(reduce: Any) -> list[str]:
+    """As texts: ("max", q) is max(q), by name or symbol."""
+    one = isinstance(reduce, str) or (
+        isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
     )
+    several = [reduce] if one else reduce
+    return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
+
+
+def _checked_threads(threads: int | None) -> int:
+    """As many as this process may use cores, or as are asked for."""
+    if threads is None:
+        return cores()
+    asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
+    if asked > most:
+        raise ValueOutOfBoundsError(
+            f"threads = {asked}: this process may use {cores()} cores, and more than {most} "
+            "threads make it slower"
+        )
+    return asked
 
 
 def _whole(name: str, value: int) -> int:
@@ -156,26 +169,23 @@ def _silent(_: int) -> None:
     pass
 
 
-Compute = Callable[[Sequence[tuple[int, int]], Callable[[int], None]], Iterator[Chunk]]
-
-
-def _source(model: Model, recipe: Recipe, threads: int, client: Any) -> Compute:
+def _source(system: System, recipe: Recipe, threads: int, client: Any) -> Compute:
     """What turns ranges of members into results: this process, or a cluster's workers."""
     if client is not None:
         from mechc.batch.cluster import compute_on
 
-        return lambda ranges, report: compute_on(client, model, recipe, ranges, report)
-    return lambda ranges, report: _compute_here(model, recipe, threads, ranges, report)
+        return lambda ranges, report: compute_on(client, system, recipe, ranges, report)
+    return lambda ranges, report: _compute_here(system, recipe, threads, ranges, report)
 
 
 def _compute_here(
-    model: Model, recipe: Recipe, threads: int, ranges: Sequence[tuple[int, int]],
+    system: System, recipe: Recipe, threads: int, ranges: Sequence[tuple[int, int]],
     report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
     done = recipe.count - sum(last - first for first, last in ranges)
     for first, last in ranges:
         found, complete = run_members(
-            model, recipe.cut(first, last), threads, partial(_report_more, report, done)
+            system, recipe.cut(first, last), threads, partial(_report_more, report, done)
         )
         done += last - first
         yield first, found, complete
@@ -187,19 +197,14 @@ def _report_more(report: Callable[[int], None], before: int, more: int) -> None:
     report(before + more)
 
 
-def ranges_of(count: int, size: int) -> list[tuple[int, int]]:
-    """First and last + 1 member of every chunk."""
-    return [(first, min(first + size, count)) for first in range(0, count, size)]
-
-
 def _collect(
-    model: Model, recipe: Recipe, size: int, compute: Compute, report: Callable[[int], None]
+    system: System, recipe: Recipe, size: int, compute: Compute, report: Callable[[int], None]
 ) -> Batch:
     """All results in memory."""
     arrays: dict[str, Array] = {}
     complete = True
     try:
-        for first, found, whole in compute(ranges_of(recipe.count, size), report):
+        for first, found, whole in compute(recipe.ranges(size), report):
             for name, values in found.items():
                 if name not in arrays:
                     arrays[name] = _empty(values, recipe.count)
@@ -207,112 +212,10 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    return Batch(model, recipe, arrays, complete)
+    return Batch(system, recipe, arrays, complete)
 
 
 def _empty(values: Array, count: int) -> Array:
     """Room for all members; NaN, or 0, where nothing comes."""
     blank = np.nan if values.dtype.kind == "f" else 0
     return np.full((count, *values.shape[1:]), blank, values.dtype)
-
-
-class Batch:
-    """The results of many members.
-
-    Attributes
-    ----------
-    model, recipe
-        What was simulated.
-    complete
-        False where Ctrl-C came first: the members left have the status ``"not run"``.
-    arrays
-        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
-        reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
-        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.
-    """
-
-    def __init__(
-        self, model: Model, recipe: Recipe, arrays: Mapping[str, Any], complete: bool = True
-    ) -> None:
-        self.model, self.recipe = model, recipe
-        self.arrays, self.complete = arrays, complete
-
-    def __len__(self) -> int:
-        return self.recipe.count
-
-    def __getitem__(self, name: str) -> Array:
-        """An array of ``arrays``, a reduction, or an output, by name."""
-        return np.asarray(self.arrays[self._key(name)])
-
-    def _key(self, name: str) -> str:
-        keys = {key: key for key in self.arrays}
-        keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
-        keys |= {
-            "".join(text.split()): f"reduction_{i}" for i, text in enumerate(self.recipe.reductions)
-        }
-        short = name if name in keys else "".join(name.split())
-        if short not in keys:
-            raise UnknownNameError("result", name, keys)
-        return keys[short]
-
-    @property
-    def y(self) -> Array:
-        """States at the end of each member's run (n, nq + nu)."""
-        return self["y"]
-
-    @property
-    def t(self) -> Array:
-        """Times reached (n,), s."""
-        return self["t"]
-
-    @property
-    def t_eval(self) -> Array:
-        """The times (nt,) of ``y_eval`` and of outputs, s."""
-        return self.recipe.t_eval
-
-    @cached_property
-    def ok(self) -> Array:
-        """Whether each member reached the end, or the crossing that ends it."""
-        return np.asarray(np.isin(self["status"], REACHED))
-
-    def status(self, member: int) -> Status:
-        """How one member ended, in words by ``str``."""
-        code, t = int(self["status"][member]), float(self["t"][member])
-        return status_of(code, t, "some speed", float(self["critical_gap"][member]))
-
-    @cached_property
-    def counts(self) -> dict[str, int]:
-        """Outcome in words -> how many members ended so."""
-        codes, counts = np.unique(self["status"], return_counts=True)
-        return {CODES[int(c)][0]: int(n) for c, n in zip(codes, counts, strict=True)}
-
-    @cached_property
-    def warnings(self) -> tuple[str, ...]:
-        """What a careful reader should know of the whole batch."""
-        told = []
-        met = int(np.count_nonzero(self["change_points"]))
-        if met:
-            told.append(
-                f"{met} members passed change points, where the links are in line and two motions "
-                "are possible: the ideal mechanism goes straight on, as computed"
-            )
-        failed = {what: n for what, n in self.counts.items() if what not in ENDED}
-        if failed:
-            words = ", ".join(f"{n} {what}" for what, n in failed.items())
-            told.append(f"not all members reached the end: {words}")
-        return tuple(told)
-
-    def to_xarray(self) -> Any:
-        """Everything as an ``xarray.Dataset`` over ``member``, ``state`` and ``time``.
-
-        Parameters, coordinates and speeds that differ between members are coordinates along
-        ``member``; reductions and outputs are called as they were asked for, with what files do
-        not take replaced by ``_``.
-        """
-        from mechc.batch.store import to_dataset
-
-        return to_dataset(self)
-
-    def __repr__(self) -> str:
-        words = ", ".join(f"{n} {what}" for what, n in self.counts.items())
-        return f"<mechc.Batch of {self.model.name}: {len(self)} members, {words or 'none'}>"

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechc.batch.reductions import read_reduction, read_stop
-from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
-from mechc.system.parameters import Array, Parameters, brief, by_name, doubles
+from mechc.system.names import by_name, without_unused
+from mechc.system.parameters import Array, Parameters, doubles
+from mechc.system.system import System
 
-if TYPE_CHECKING:
-    from mechc.model import Model
-
+Chunk = tuple[int, dict[str, Array], bool]  # first member, arrays, whether complete
+Compute = Callable[[Sequence[tuple[int, int]], Callable[[int], None]], Iterator[Chunk]]
 Columns = Mapping[str, Any]  # name -> number, or one number a member
 
 
@@ -28,8 +29,9 @@ class Assembly:
     Attributes
     ----------
     coordinates
-        Values to keep (rad, m): numbers, or arrays (n,) with one a member; the others are solved
-        for.  What ``model.assemble`` prefers is taken: elbow up for a planar loop.
+        Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
+        others are solved for.  What ``model.assemble`` prefers is taken: elbow up for a planar
+        loop.
     speeds
         Likewise (rad/s, m/s); the others are made consistent.
     guess
@@ -79,6 +81,10 @@ class Recipe:
             states=states,
         )
 
+    def ranges(self, size: int) -> list[tuple[int, int]]:
+        """First and last + 1 member of every chunk of a size."""
+        return [(k, min(k + size, self.count)) for k in range(0, self.count, size)]
+
     def varied(self) -> dict[str, Array]:
         """The columns that differ between members: parameters, then coordinates and speeds."""
         every = {**self.params, **self.coordinates, **self.speeds}
@@ -122,7 +128,7 @@ def _hash(values: Array | None) -> str | None:
 
 
 def checked_recipe(
-    model: Model,
+    system: System,
     span: tuple[float, float],
     y0: Array | Assembly,
     params: Parameters,
@@ -140,22 +146,24 @@ def checked_recipe(
     UnknownNameError, ValueOutOfBoundsError, MechcError
         For names, values, shapes and reductions that cannot be.
     """
+    if isinstance(y0, Mapping):
+        y0 = _assembly_of(system, y0)
     start = y0 if isinstance(y0, Assembly) else Assembly({})
-    states = None if isinstance(y0, Assembly) else _checked_states(model, y0)
-    columns = _checked_params(model, params)
-    coordinates = _checked_columns(model, start.coordinates, model.coordinates, "coordinate")
-    speeds = _checked_columns(model, start.speeds, model.speeds, "speed")
-    guess = _checked_columns(model, start.guess, model.coordinates, "coordinate")
+    states = None if isinstance(y0, Assembly) else _checked_states(system, y0)
+    columns = _checked_params(system, params)
+    coordinates = _checked_columns(system, start.coordinates, system.coordinates, "coordinate")
+    speeds = _checked_columns(system, start.speeds, system.speeds, "speed")
+    guess = _checked_columns(system, start.guess, system.coordinates, "coordinate")
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
     every = {**columns, **coordinates, **speeds} | ({"y0": states} if states is not None else {})
     count = common_count(every)
     for text in reductions:
-        read_reduction(model, text)
+        read_reduction(system, text)
     if until:
-        read_stop(model, until)
-    _check_outputs(model, outputs, t_eval)
+        read_stop(system, until)
+    _check_outputs(system, outputs, t_eval)
     return Recipe(
         count, span, columns, states, coordinates, speeds,
         {name: float(value) for name, value in guess.items()}, t_eval,
@@ -163,41 +171,49 @@ def checked_recipe(
     )  # fmt: skip
 
 
-def _check_outputs(model: Model, outputs: Sequence[str], t_eval: Array) -> None:
+def _check_outputs(system: System, outputs: Sequence[str], t_eval: Array) -> None:
     for name in outputs:
-        if name not in model._scene.outputs:
-            raise UnknownNameError("output", name, model._scene.outputs)
+        if name not in system.scene.outputs:
+            raise UnknownNameError("output", name, system.scene.outputs)
     if outputs and not len(t_eval):
         raise ValueOutOfBoundsError("outputs are evaluated at t_eval: give the times as well")
 
 
-def _checked_states(model: Model, y0: Array) -> Array:
+def _checked_states(system: System, y0: Array) -> Array:
     states = doubles(y0, "y0")
-    if states.ndim not in (1, 2) or states.shape[-1] != model._scene.width:
-        names = ", ".join((*model.coordinates, *model.speeds))
+    if states.ndim not in (1, 2) or states.shape[-1] != system.scene.width:
+        names = ", ".join((*system.coordinates, *system.speeds))
         raise ValueError(
-            f"y0 must be states ({names}) of the shape ({model._scene.width},) or "
-            f"(n, {model._scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
+            f"y0 must be states ({names}) of the shape ({system.scene.width},) or "
+            f"(n, {system.scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
         )
     return states
 
 
-def _checked_params(model: Model, params: Parameters) -> dict[str, Array]:
+def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     if params is None:
         params = {}
     if not isinstance(params, Mapping):
-        table = np.asarray(model._parameters.resolve(params))
-        params = {name: table[..., i] for i, name in enumerate(model.parameters)}
+        table = np.asarray(system.parameter_set.resolve(params))
+        params = {name: table[..., i] for i, name in enumerate(system.parameters)}
+    known = without_unused(params, system.parameters, "params")
     columns = {
-        name: _column(model._parameters._checked(name, v), name) for name, v in params.items()
+        name: _column(system.parameter_set.checked(name, v), name) for name, v in known.items()
     }
     # what has no default must be given: said here, for one member
-    model._parameters.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
+    system.parameter_set.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
     return columns
 
 
+def _assembly_of(system: System, given: Columns) -> Assembly:
+    """Coordinates and speeds in one mapping."""
+    values = by_name(given, "y0")
+    speeds = {name: value for name, value in values.items() if name in system.speeds}
+    return Assembly({n: value for n, value in values.items() if n not in speeds}, speeds)
+
+
 def _checked_columns(
-    model: Model, columns: Columns, known: tuple[str, ...], kind: str
+    system: System, columns: Columns, known: tuple[str, ...], kind: str
 ) -> dict[str, Array]:
     checked = {}
     for name, values in by_name(columns, f"{kind}s", f"{{{known[0]!r}: 0.5}}").items():

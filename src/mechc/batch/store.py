@@ -13,55 +13,41 @@ import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mechc.batch import manifests
+from mechc.batch.dataset import attributes
 from mechc.batch.layout import (
     METADATA,
     Layout,
     create,
-    dimensions,
     layouts,
     open_array,
     output_shapes,
 )
-from mechc.batch.reductions import read_reduction
-from mechc.batch.spec import Assembly, Recipe, checked_recipe, common_count
+from mechc.batch.results import Batch
+from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
+from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
-from mechc.load import fingerprint
 from mechc.results.durable import replacing, write_text
-from mechc.results.files import _xarray, model_of, netcdf_names
+from mechc.results.files import reference_in
 from mechc.results.untrusted import names_of, printable, read_arrays, read_json
+from mechc.simulation.settings import Policy, checked_policy, checked_span, checked_times
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.batch.simulate import Batch, Compute
-    from mechc.model import Model
+from mechc.system.system import System
 
 FORMAT = 2
 DATA, NOTES, REQUEST, INPUTS = "data.zarr", "mechc", "request.json", "inputs"
 LOCK = ".mechc-lock"
-ABOUT = {
-    "y": "state at the end",
-    "y0": "state at the start",
-    "y_eval": "states at t_eval",
-    "t": "time reached",
-    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
-    "miss": "by how much the loops cannot close",
-    "change_points": "change points passed",
-    "least_singular": "least conditioning of the constraints met",
-    "critical_gap": "least gap at a critical configuration near the motion",
-}
-UNITS = {"t": "s", "miss": "m", "critical_gap": "m"}
 
 
 # -- streaming --------------------------------------------------------------------------------
 
 
 def stream(
-    model: Model, recipe: Recipe, folder: Path, size: int, compute: Compute,
+    system: System, recipe: Recipe, folder: Path, size: int, compute: Compute,
     report: Callable[[int], None],
 ) -> Batch:  # fmt: skip
     """Compute the chunks that ``folder`` does not hold yet; the batch, read from there.
@@ -72,16 +58,14 @@ def stream(
         If the folder holds something else, or the results of another request: it says what
         differs.
     """
-    from mechc.batch.simulate import Batch, ranges_of
-
     zarr = _zarr()
     notes, data = folder / NOTES, folder / DATA
     with _locked(folder):
-        _claim(model, recipe, folder, size)
-        stored = layouts(recipe, model._scene.width, output_shapes(model, recipe), size)
+        _claim(system, recipe, folder, size)
+        stored = layouts(recipe, system.scene.width, output_shapes(system, recipe), size)
         with _named(folder):
-            arrays = _prepared(zarr, model, recipe, folder, stored)
-            every = ranges_of(recipe.count, size)
+            arrays = _prepared(zarr, system, recipe, folder, stored)
+            every = recipe.ranges(size)
             for first, _, _ in manifests.damaged(notes, data, arrays, stored, every):
                 manifests.discard(notes, data, stored, first)
         missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
@@ -95,7 +79,7 @@ def stream(
                         _write_chunk(folder, arrays, stored, first, found)
         except KeyboardInterrupt:
             complete = False
-    return Batch(model, recipe, arrays, complete)
+    return Batch(system, recipe, arrays, complete)
 
 
 @contextmanager
@@ -110,10 +94,10 @@ def _named(folder: Path) -> Iterator[None]:
         ) from None
 
 
-def _claim(model: Model, recipe: Recipe, folder: Path, size: int) -> None:
+def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     """Write the request into a new folder, or see that the folder holds the same one."""
     notes = folder / NOTES
-    request = _request(model, recipe, size)
+    request = _request(system, recipe, size)
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
@@ -132,18 +116,15 @@ def _claim(model: Model, recipe: Recipe, folder: Path, size: int) -> None:
     _write_inputs(notes, recipe)  # the same, whatever became of them on the disk
 
 
-def _request(model: Model, recipe: Recipe, size: int) -> dict[str, Any]:
+def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
     from mechc import __version__
 
+    system.wait()
     return {
         "format": FORMAT,
         "mechc": __version__,
-        "mechanism": model.name,
-        "options": dict(model.options),
-        "compiled": fingerprint(model),
-        "custom": bool(model.build.get("custom", False)),
-        "state": [*model.coordinates, *model.speeds],
-        "instruction set": model.instruction_set,
+        **system.reference.to_json(),
+        "instruction set": system.instruction_set,
         "chunk": size,
         **json.loads(json.dumps(recipe.told())),
     }
@@ -185,7 +166,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
 
 
 def _prepared(
-    zarr: Any, model: Model, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
+    zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
 ) -> dict[str, Any]:
     """Every array, writable; one that is not there or is not as it must be begins anew."""
     group = folder / DATA
@@ -197,7 +178,7 @@ def _prepared(
             arrays[name] = open_array(zarr, group / name, layout, "r+")
         except MechcError:
             shutil.rmtree(group / name, ignore_errors=True)
-            arrays[name] = create(zarr, group / name, layout, _attributes(model, recipe, name))
+            arrays[name] = create(zarr, group / name, layout, attributes(system, recipe, name))
     return arrays
 
 
@@ -230,31 +211,32 @@ def _locked(folder: Path) -> Iterator[None]:
 # -- opening ----------------------------------------------------------------------------------
 
 
-def open_batch(folder: Path, model: Model | None = None) -> Batch:
+def open_batch(folder: Path, given: System | None = None) -> Batch:
     """A batch that was streamed to a folder, checked; its arrays are read when they are used.
 
     Everything in the folder may come from a stranger: what it says about its arrays is compared
-    with its request, the request with the model, and the data with their sha256.
+    with its request, the request with the system, and the data with their sha256.
 
-    ``model`` is needed where the mechanism is one's own and not in the cache any more.
+    ``given`` is needed where the mechanism is one's own and not in the cache any more.
 
     Raises
     ------
     MechcError
         If the folder is not one, its mechanism is not at hand, or it is damaged: with what.
     """
-    from mechc.batch.simulate import Batch
-
     zarr = _zarr()
     held = _read(folder)
-    model = model_of(held.request, held.state, model)
+    try:
+        system = system_of(reference_in(held.request, given=given is not None), given)
+    except MechcError as error:
+        raise MechcError(printable(str(error))) from None
     with _damaged(folder):
-        recipe = _checked_again(model, held.recipe)
-        tails = output_shapes(model, recipe)
+        recipe = _checked_again(system, held.recipe)
+        tails = output_shapes(system, recipe)
     arrays, stored = _opened(zarr, held, tails)
     for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, arrays, stored, held.ranges):
         raise MechcError(f"{why}. The call that made {folder}, made again, mends it")
-    return Batch(model, recipe, arrays, not held.missing())
+    return Batch(system, recipe, arrays, not held.missing())
 
 
 class Examined(NamedTuple):
@@ -298,8 +280,6 @@ class _Held(NamedTuple):
 
 
 def _read(folder: Path) -> _Held:
-    from mechc.batch.simulate import ranges_of
-
     request = _read_request(folder)
     with _damaged(folder):
         recipe = _read_recipe(folder / NOTES)
@@ -310,7 +290,7 @@ def _read(folder: Path) -> _Held:
         size = request["chunk"]
         if type(size) is not int or size < 1:
             raise ValueError(f"chunks of {printable(str(size))} members")
-    return _Held(folder, request, recipe, state, size, ranges_of(recipe.count, size))
+    return _Held(folder, request, recipe, state, size, recipe.ranges(size))
 
 
 @contextmanager
@@ -358,8 +338,6 @@ def _read_request(folder: Path) -> dict[str, Any]:
 
 def _read_recipe(notes: Path) -> Recipe:
     """The request as data; what only the model can tell is not checked yet."""
-    from mechc.simulation.settings import Policy
-
     told = read_json(notes / f"{INPUTS}.json")
     arrays = read_arrays(notes / f"{INPUTS}.npz")
     columns = {
@@ -381,10 +359,8 @@ def _read_recipe(notes: Path) -> Recipe:
     return recipe
 
 
-def _checked_again(model: Model, recipe: Recipe) -> Recipe:
+def _checked_again(system: System, recipe: Recipe) -> Recipe:
     """The request checked as a user's is; raises ValueError where it comes out different."""
-    from mechc.simulation.settings import checked_policy, checked_span, checked_times
-
     told = recipe.policy._asdict()
     switches = told.pop("stiff_switch")
     told["method"] = "auto" if switches else told["method"]
@@ -394,65 +370,13 @@ def _checked_again(model: Model, recipe: Recipe) -> Recipe:
     if start is None:
         start = Assembly(recipe.coordinates, recipe.speeds, recipe.guess)
     again = checked_recipe(
-        model, span, start, recipe.params, checked_times(recipe.t_eval, span),
+        system, span, start, recipe.params, checked_times(recipe.t_eval, span),
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
-        checked_policy(model, **told),
+        checked_policy(system, **told),
     )  # fmt: skip
     if again.told() != recipe.told():
         raise ValueError("no call makes such a request")
     return again
-
-
-# -- labels -----------------------------------------------------------------------------------
-
-
-def to_dataset(batch: Batch) -> Any:
-    """See :meth:`mechc.batch.simulate.Batch.to_xarray`."""
-    xarray = _xarray()
-    model, recipe = batch.model, batch.recipe
-    keys = _labels(batch)
-    variables = {
-        keys[name]: (
-            dimensions(name, len(values.shape)), np.asarray(values),
-            _attributes(model, recipe, name),
-        )
-        for name, values in batch.arrays.items()
-    }  # fmt: skip
-    coords: dict[str, Any] = {"state": [*model.coordinates, *model.speeds]}
-    if len(recipe.t_eval):
-        coords["time"] = ("time", recipe.t_eval, {"units": "s"})
-    varied = recipe.varied()
-    taken = {*variables, *coords}
-    for key, name in netcdf_names(tuple(varied)).items():
-        free = key if key not in taken else f"{key}_given"
-        told = {"units": model.units[name], "long_name": name}
-        coords[free] = ("member", varied[name], told)
-    attributes = {"title": f"{model.name}, simulated by mechc", "warnings": list(batch.warnings)}
-    return xarray.Dataset(variables, coords=coords, attrs=attributes)
-
-
-def _labels(batch: Batch) -> dict[str, str]:
-    """Names of arrays -> names in a dataset."""
-    recipe = batch.recipe
-    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
-    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
-    own = tuple(name for name in batch.arrays if name not in asked)
-    labels = {name: name for name in own}
-    escaped = netcdf_names(tuple(f"{text}" for text in asked.values()))
-    for name, key in zip(asked, escaped, strict=True):
-        labels[name] = key if key not in own else f"{key}_asked"
-    return labels
-
-
-def _attributes(model: Model, recipe: Recipe, name: str) -> dict[str, str]:
-    kind, _, index = name.rpartition("_")
-    if kind == "reduction":
-        reduction = read_reduction(model, recipe.reductions[int(index)])
-        return {"long_name": reduction.text, "units": reduction.unit}
-    if kind == "output":
-        return {"long_name": recipe.outputs[int(index)]}
-    told = {"long_name": ABOUT.get(name, name.replace("_", " "))}
-    return told | ({"units": UNITS[name]} if name in UNITS else {})
 
 
 def _zarr() -> Any:

@@ -8,26 +8,24 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechc.assembly.initial_values import filled_start
-from mechc.batch.reductions import read_reduction
-from mechc.batch.simulate import Batch
+from mechc.batch.reductions import Reduction, read_reduction
+from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
 from mechc.errors import MechcError, UnknownNameError
-from mechc.system.parameters import Array
+from mechc.system.description import Description
+from mechc.system.kinds import shown_in
+from mechc.system.parameters import Array, Quantity
+from mechc.system.system import System
 from mechc.system.units import read_value, split_assignment
-
-if TYPE_CHECKING:
-    from mechc.model import Model
 
 SAMPLINGS = ("grid", "random", "sobol", "lhs")
 MOST = 100_000_000
 DRAWN = 1024  # members where no count is given
-# unit in results -> unit and factor in what people look at
-READ_AS = {"rad": ("°", 180 / np.pi), "rad/s": ("°/s", 180 / np.pi)}
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class Plan:
         return len(next(iter(self.columns.values())))
 
 
-def read_variation(model: Model, text: str) -> Variation:
+def read_variation(model: Description, text: str) -> Variation:
     """Parse ``l_3=3.4:4.6:1001``.
 
     Raises
@@ -157,44 +155,35 @@ def _points(sampling: str, size: int, count: int, seed: int) -> Array:
     return np.asarray(whole[:count])
 
 
-def run_sweep(
-    model: Model,
+def members(
+    system: System,
     chosen: Plan,
-    t_end: float,
-    reduce: Sequence[str],
     *,
     params: Mapping[str, float],
     start: Mapping[str, float],
     guess: Mapping[str, float],
-    **policy: Any,
-) -> Batch:
-    """Simulate a plan; what varies is a parameter, or where members are assembled.
+) -> tuple[Assembly, dict[str, Any]]:
+    """Starts and parameters of a plan's members: what varies, and what is the same for all.
 
     Raises
     ------
     MechcError
-        If something both varies and is fixed, or is refused by ``simulate_batch``.
+        If something both varies and is fixed.
     """
     for name in chosen.columns:
         if name in params or name in start or name in guess:
             raise MechcError(f"{name} varies and is fixed as well; leave one of them out")
-    given = {**start, **{n: c for n, c in chosen.columns.items() if n not in model.parameters}}
-    assembly = Assembly(
-        *filled_start(
-            model,
-            {n: v for n, v in given.items() if n in model.coordinates},
-            {n: v for n, v in given.items() if n in model.speeds},
-            guess,
-        )
-    )
-    varied = {n: c for n, c in chosen.columns.items() if n in model.parameters}
-    return model.simulate_batch(t_end, assembly, {**params, **varied}, reduce=reduce, **policy)
+    given = {**start, **{n: c for n, c in chosen.columns.items() if n not in system.parameters}}
+    coordinates = {n: v for n, v in given.items() if n in system.coordinates}
+    speeds = {n: v for n, v in given.items() if n in system.speeds}
+    varied = {n: c for n, c in chosen.columns.items() if n in system.parameters}
+    return Assembly(*filled_start(system, coordinates, speeds, guess)), {**params, **varied}
 
 
 def sweep_json(batch: Batch, chosen: Plan, seconds: float) -> dict[str, Any]:
     """What ``mechc sweep --json`` prints, in SI units."""
     return {
-        "mechanism": batch.model.name,
+        "mechanism": batch.system.name,
         "members": len(batch),
         "sampling": chosen.sampling,
         "seed": chosen.seed,
@@ -239,24 +228,24 @@ def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
         lines.append(f"  {'passed change points':22} {told['change_point_members']}")
     for text, found in told["reductions"].items():
         if found["members"]:
-            unit = read_reduction(batch.model, text).unit
-            low, high = (_as_read(found[end], unit) for end in ("min", "max"))
+            reduction = read_reduction(batch.system, text)
+            low, high = (_as_read(found[end], reduction) for end in ("min", "max"))
             lines.append(f"{text}: {low} ... {high}")
-            lines += [f"  largest at {_where(batch.model, found['max_at'])}"]
-            lines += [f"  least at   {_where(batch.model, found['min_at'])}"]
+            lines += [f"  largest at {_where(batch.system, found['max_at'])}"]
+            lines += [f"  least at   {_where(batch.system, found['min_at'])}"]
         else:
             lines.append(f"{text}: no member has it")
     return "\n".join(lines)
 
 
-def _where(model: Model, place: Mapping[str, float]) -> str:
+def _where(system: System, place: Mapping[str, float]) -> str:
     return ", ".join(
-        f"{name} = {_as_read(value, model.units[name])}" for name, value in place.items()
+        f"{name} = {_as_read(value, system.quantities[name])}" for name, value in place.items()
     )
 
 
-def _as_read(value: float, unit: str) -> str:
+def _as_read(value: float, meaning: Quantity | Reduction) -> str:
     """A number with its unit; angles in degrees."""
-    shown, factor = READ_AS.get(unit, (unit, 1.0))
+    shown, factor = shown_in(meaning.kind, meaning.unit)
     gap = "" if shown.startswith("°") else " "
     return f"{value * factor:.6g}{gap}{shown}".rstrip()

@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction
-from mechc.batch.sweep import READ_AS
 from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
 from mechc.results.panels import _plain
 from mechc.results.sampling import clean_text, pretty_name
+from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from mechc.batch.simulate import Batch
+    from mechc.batch.results import Batch
     from mechc.batch.sweep import Plan
 
 NOT_ASSEMBLED = 112
@@ -46,8 +46,8 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     Members that cannot be assembled are grey, failed ones red crosses, and members that met a
     change point black.
     """
-    reduction = read_reduction(batch.model, text)
-    unit, factor = READ_AS.get(reduction.unit, (reduction.unit, 1.0))
+    reduction = read_reduction(batch.system, text)
+    unit, factor = shown_in(reduction.kind, reduction.unit)
     values = np.where(batch.ok, batch[text], np.nan) * factor
     shown = clean_text(reduction.text, 60)
     label = _plain(f"{shown} [{unit}]" if unit else shown)
@@ -57,14 +57,15 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
         draw = _draw_line if len(chosen.variations) == 1 else _draw_plane
         draw(axes, batch, chosen, values, label)
         _explain(axes, batch)
-        axes.set_title(_plain(f"{batch.model.title}, 0 to {batch.recipe.span[1]:g} s"))
+        axes.set_title(_plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
     return figure
 
 
 def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
     """Values of what varies i-th as people read them, and the label."""
     name = chosen.variations[i].name
-    unit, factor = READ_AS.get(batch.model.units[name], (batch.model.units[name], 1.0))
+    quantity = batch.system.quantities[name]
+    unit, factor = shown_in(quantity.kind, quantity.unit)
     return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
 
 

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.compilation.catalogue import LIBRARY
 from mechc.errors import MechcError, UnknownNameError
-from mechc.load import load, mechanisms
-from mechc.model import Model
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
 
@@ -28,14 +27,14 @@ def seconds_of(chosen: argparse.Namespace) -> float:
     return t_end
 
 
-def start_state(model: Model, chosen: argparse.Namespace, params: dict[str, float]) -> Any:
+def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str, float]) -> Any:
     """The state that --start and --guess describe, the scene's own where they say nothing."""
     state_names = (*model.coordinates, *model.speeds)
     start = values_of(model, chosen.start, state_names, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
     coordinates = {n: v for n, v in start.items() if n in model.coordinates}
     speeds = {n: v for n, v in start.items() if n in model.speeds}
-    return model.assemble(*filled_start(model, coordinates, speeds, guess), params)
+    return model.assemble(*filled_start(model.system, coordinates, speeds, guess), params)
 
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
@@ -55,17 +54,18 @@ def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | N
 
 def known(name: str) -> str:
     """The name of a mechanism of the library."""
-    if name not in mechanisms():
-        raise UnknownNameError("mechanism", name, mechanisms())
+    if name not in mechc.mechanisms():
+        raise UnknownNameError("mechanism", name, mechc.mechanisms())
     return name
 
 
-def model_of(chosen: argparse.Namespace) -> Model:
+def model_of(chosen: argparse.Namespace) -> mechc.Model:
     """The mechanism named, with the options typed, compiled to the end."""
     name = known(chosen.name)
+    options = checked_options(name, options_of(chosen.options))
     with Notice(f"compiling {name}, which is then kept for the next time ..."):
-        model = load(name, **options_of(chosen.options))
-        _ = model._scene.lanes  # waits for the integrators
+        model = mechc.load(name, **options)
+        model.system.wait()
     return model
 
 
@@ -77,8 +77,26 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
     }
 
 
+def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
+    """The options, all of which are the mechanism's own: not arguments of ``mechc.load``.
+
+    Raises
+    ------
+    UnknownNameError
+        For one that the mechanism does not have.
+    """
+    if options:
+        from mechc.compilation.library import shipped_options
+
+        own = shipped_options(name)
+        for option in options:
+            if option not in own:
+                raise UnknownNameError(f"option of {name}", option, own)
+    return options
+
+
 def values_of(
-    model: Model, typed: Sequence[str], known: Sequence[str], kind: str
+    model: mechc.Model, typed: Sequence[str], known: Sequence[str], kind: str
 ) -> dict[str, float]:
     """NAME=VALUE, each name known and given once, in SI units."""
     values = {}
@@ -105,4 +123,4 @@ def whole(option: str, text: str) -> int:
     try:
         return int(text)
     except ValueError:
-        raise MechcError(f"{option} must be a whole number, not {text!r}") from None
+        raise MechcError(f"{option} must be a whole number, not {text[:60]!r}") from None

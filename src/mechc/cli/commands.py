@@ -13,8 +13,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import mechc
 from mechc.cli.arguments import (
     STATE,
+    checked_options,
     known,
     model_of,
     number,
@@ -41,10 +43,10 @@ from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError
-from mechc.load import load
 from mechc.progress import ProgressBar
+from mechc.results.durable import write_text, written_into
 from mechc.results.summary import json_summary, summary
-from mechc.simulation.solution import Solution
+from mechc.results.untrusted import printable
 
 FAILED, INTERRUPTED = 1, 130
 
@@ -62,14 +64,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mechc: interrupted", file=sys.stderr)
         return INTERRUPTED
     except (MechcError, ValueError, OSError) as error:
-        print(f"mechc: {_one_line(error)}", file=sys.stderr)
+        print(f"mechc: {_in_words(error)}", file=sys.stderr)
         return BAD_INPUT
 
 
-def _one_line(error: Exception) -> str:
+def _in_words(error: Exception) -> str:
+    """Lines that a terminal shows as they are, whoever wrote the names in them."""
+    told = str(error)
     if isinstance(error, OSError) and error.filename:
-        return f"{error.filename}: {error.strerror}"
-    return str(error)
+        told = f"{error.filename}: {error.strerror}"
+    return "\n".join(map(printable, told.split("\n")))
 
 
 # -- what can be typed ------------------------------------------------------------------------
@@ -140,7 +144,8 @@ def _run(chosen: argparse.Namespace) -> int:
     else:
         print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
     if folder is not None:
-        _write(sol, folder, quiet=chosen.json)
+        with written_into(folder):
+            _write(sol, folder, quiet=chosen.json)
         if chosen.open:
             _open_in_browser(folder / "animation.html")
     if sol.status.code == "interrupted":
@@ -149,25 +154,29 @@ def _run(chosen: argparse.Namespace) -> int:
 
 
 def _sweep(chosen: argparse.Namespace) -> int:
-    from mechc.batch.sweep import plan, read_variation, run_sweep, sweep_json, sweep_summary
+    from mechc.batch.sweep import members, plan, read_variation, sweep_json, sweep_summary
     from mechc.batch.sweep_maps import save_maps
 
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
     variations = [read_variation(model, text) for text in chosen.vary]
-    members = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
+    chosen_plan = plan(variations, chosen.sample, count, whole("--seed", chosen.seed))
     folder = output_folder(chosen, "mechc_sweep")
     stored = folder is not None and importlib.util.find_spec("zarr") is not None
     started = time.perf_counter()
-    batch = run_sweep(
-        model,
-        members,
-        seconds_of(chosen),
-        chosen.reduce or [f"max({model.coordinates[-1]})"],
+    starts, params = members(
+        model.system,
+        chosen_plan,
         params=values_of(model, chosen.parameters, model.parameters, "parameter"),
         start=values_of(model, chosen.start, (*model.coordinates, *model.speeds), STATE),
         guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
+    )
+    batch = model.simulate_batch(
+        seconds_of(chosen),
+        starts,
+        params,
+        reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
         rtol=number("--rtol", chosen.rtol),
         method=chosen.method,
         threads=threads,
@@ -175,12 +184,12 @@ def _sweep(chosen: argparse.Namespace) -> int:
     )
     seconds = time.perf_counter() - started
     if chosen.json:
-        print(json.dumps(sweep_json(batch, members, seconds)))
+        print(json.dumps(sweep_json(batch, chosen_plan, seconds)))
     else:
-        print(f"{model.title}\n{sweep_summary(batch, members, seconds)}")
+        print(f"{model.title}\n{sweep_summary(batch, chosen_plan, seconds)}")
     if folder is not None:
-        with ProgressBar("drawing"):
-            written = save_maps(batch, members, folder)
+        with ProgressBar("drawing"), written_into(folder):
+            written = save_maps(batch, chosen_plan, folder)
         if not chosen.json:
             data = "batch (mechc.open reads it)" if stored else "no data (pip install zarr)"
             print(f"\nwritten into {folder.resolve()}: {data}, ", end="")
@@ -188,7 +197,7 @@ def _sweep(chosen: argparse.Namespace) -> int:
     return 0 if batch.complete else INTERRUPTED
 
 
-def _write(sol: Solution, folder: Path, *, quiet: bool) -> None:
+def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
     from mechc.results.animation import write_animation
     from mechc.results.figures import save_all
 
@@ -211,14 +220,16 @@ def _open_in_browser(path: Path) -> None:
 
 
 def _show(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.on_demand import derivation_notes, derivation_page, shipped_options
+    from mechc.compilation.library import derivation_notes, derivation_page, shipped_options
 
-    model = load(known(chosen.name))
-    options = options_of(chosen.options)
+    model = mechc.load(known(chosen.name))
+    options = checked_options(chosen.name, options_of(chosen.options))
     if options:
-        model = load(chosen.name, **options)
+        model = mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    values = dict(zip(model.parameters, model._parameters.resolve(params).tolist(), strict=True))
+    values = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(params).tolist(), strict=True)
+    )
     print(f"{model.title}\n")
     for name, quantity in model.quantities.items():
         value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
@@ -235,23 +246,25 @@ def _show(chosen: argparse.Namespace) -> int:
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
     page = Path(chosen.out)
-    page.write_text(derivation_page(chosen.name, options, values, chosen.latex), "utf-8")
+    write_text(page, derivation_page(chosen.name, options, values, chosen.latex))
     print(f"\nthe derivation is in {page.resolve()}")
     return 0
 
 
 def _emit(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.on_demand import generated_texts
+    from mechc.compilation.library import generated_texts
 
-    texts = generated_texts(known(chosen.name), options_of(chosen.options))
+    name = known(chosen.name)
+    texts = generated_texts(name, checked_options(name, options_of(chosen.options)))
     if not chosen.out:
         print(texts["scene_program.h"])
         return 0
     folder = Path(chosen.out)
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, text in texts.items():
-        (folder / name).write_text(text, "utf-8")
-        print(folder / name)
+    with written_into(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, "utf-8")
+            print(folder / name)
     return 0
 
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+import mechc
 from mechc.compilation import cache, toolchain
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
-from mechc.load import load
 
 Check = tuple[str, bool, str]
 PACKAGES = ("numpy", "scipy", "sympy", "cython", "matplotlib", "xarray", "jinja2")
@@ -43,8 +43,8 @@ def _optional(name: str) -> Check:
 
 
 def _shipped(name: str) -> Check:
-    model = load(name)
-    return (name, True, f"compiled, {model.instruction_set}, {model._scene.lanes} lanes")
+    model = mechc.load(name)
+    return (name, True, f"compiled, {model.instruction_set}, {model.system.scene.lanes} lanes")
 
 
 def _guarded(what: str, check: Callable[[], str]) -> Check:

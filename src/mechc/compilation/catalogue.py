@@ -9,9 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from mechc import _scenes
+from mechc._scenes import NAMES
 
-COMPILED_AT_INSTALL = _scenes.NAMES
+COMPILED_AT_INSTALL = NAMES
 
 
 @dataclass(frozen=True)

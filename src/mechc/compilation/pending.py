@@ -11,7 +11,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-FIRST = frozenset(
+OUTPUTS_ONLY = frozenset(
     (
         *("coordinates", "speeds", "rows", "holonomic", "parameters", "inputs", "width"),
         *("metadata", "instruction_set", "outputs", "complete", "complete_rows", "evaluate"),
@@ -54,11 +54,11 @@ class Pending:
         return self._made
 
 
-class FirstScene:
+class DeferredScene:
     """What a compiled scene can do, by its first unit where that is enough."""
 
     def __init__(self, first: Any, whole: Pending) -> None:
         self._first, self._whole = first, whole
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._first if name in FIRST else self._whole.result(), name)
+        return getattr(self._first if name in OUTPUTS_ONLY else self._whole.result(), name)

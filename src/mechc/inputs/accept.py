@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
@@ -28,12 +28,13 @@ def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
 
     Raises
     ------
+    TypeError
+        If it is no mapping.
     ValueOutOfBoundsError
-        If it is no mapping, samples are no signal, or it cannot be told which argument of a
-        function is the time.
+        If samples are no signal, or it cannot be told which argument of a function is the time.
     """
     if not isinstance(given, Mapping):
-        raise ValueOutOfBoundsError(f"inputs must be a mapping {{name: value}}, not {given!r}")
+        raise TypeError(f"inputs are given by name, such as {{'F': 0.5}}, not as {brief(given)}")
     found: dict[str, Any] = {}
     for key, value in given.items():
         if isinstance(key, tuple):
@@ -47,7 +48,8 @@ def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
 def _one(name: str, value: Any, order: int) -> Any:
     if _samples(value):
         kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
-        return Signal(*value, kind)
+        times, values = value
+        return Signal(times, values, kind)
     signal = Signal.of_interpolant(value)
     if signal is not None:
         return signal

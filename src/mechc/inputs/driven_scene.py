@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import InputError, MechcError
+from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
-from mechc.inputs.segmented_run import Legs
+from mechc.inputs.segmented_run import SegmentedRun
 from mechc.system.parameters import Array
+from mechc.system.system import System
 
 
 class DrivenScene:
@@ -61,19 +62,19 @@ class DrivenScene:
         self.raise_failure()
         return found
 
-    def start(self, t0: float, t1: float, y0: Array, p: Array, *policy: Any) -> Legs:
-        """Begin a run, which rests at every kink or jump of a signal."""
+    def start(self, t0: float, t1: float, y0: Array, p: Array, *policy: Any) -> SegmentedRun:
+        """Begin a run, which restarts at every kink or jump of a signal."""
         values = self._needed()
         values.check_times((t0, t1))
         values.caller.reset()
         times = [t0, *values.breaks(t0, t1, policy[0]), t1]
 
-        def inputs(leg: int) -> Any:
-            return values.compiled(times[leg], times[leg + 1])
+        def inputs(segment: int) -> Any:
+            return values.compiled(times[segment], times[segment + 1])
 
         first = inputs(0)
         run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
-        return Legs(run, times, inputs, self._whole if len(times) > 2 else first)
+        return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
         """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
@@ -144,3 +145,18 @@ class DrivenScene:
         if self._values is None:
             raise missing(self._slots, self.given)
         return self._values
+
+
+def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
+    """The scene, with room for inputs where its metadata name any."""
+    slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
+    return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
+
+
+def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:
+    """The system driven by inputs: see :meth:`mechc.Model.with_inputs`."""
+    if system.driven is None:
+        for name in inputs:
+            raise UnknownNameError("input", name, system.inputs)
+        return system
+    return system.replaced_scene(system.driven.with_inputs(inputs))

@@ -1,4 +1,4 @@
-"""A run that rests at every kink or jump of its inputs."""
+"""A run that restarts at every kink or jump of its inputs."""
 
 from __future__ import annotations
 
@@ -10,29 +10,29 @@ from mechc.system.parameters import Array
 RUNNING, FINISHED = 0, 1
 
 
-class Legs:
+class SegmentedRun:
     """A compiled run over ``times[-1] - times[0]``, of which no step leads over an inner time.
 
-    It is one run, extended from leg to leg with what its inputs are there: ``inputs(k)`` between
-    ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
+    It is one run, extended from segment to segment with what its inputs are there: ``inputs(k)``
+    between ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
     """
 
     def __init__(
         self, run: Any, times: Sequence[float], inputs: Callable[[int], Any], whole: Any
     ) -> None:
         self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
-        self._leg = -1
+        self._segment = -1
         run.read_with(whole)
         if len(times) > 2:
             self._next()
 
     def _next(self) -> None:
-        self._leg += 1
-        self._run.extend(self._times[self._leg + 1], self._inputs(self._leg))
+        self._segment += 1
+        self._run.extend(self._times[self._segment + 1], self._inputs(self._segment))
 
     @property
     def _last(self) -> bool:
-        return self._leg < 0 or self._leg == len(self._times) - 2
+        return self._segment < 0 or self._segment == len(self._times) - 2
 
     @property
     def status(self) -> int:

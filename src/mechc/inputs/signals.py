@@ -58,6 +58,8 @@ class Signal:
         if outside == "hold":
             self._hold()
 
+    _smoothness: int
+
     @classmethod
     def of_interpolant(cls, interpolant: Any) -> Signal | None:
         """The signal that an interpolant of SciPy is, kinks and all; None for anything else.
@@ -86,13 +88,12 @@ class Signal:
             size = np.abs(self._coefficients[:, n]).max(initial=0.0)
             if (np.abs(after - before) > CONTINUOUS * size).any():
                 return n - 1
-        return degree
+        return int(degree)
 
     @property
     def smoothness(self) -> int:
         """How many derivatives are continuous; -1: the value itself jumps."""
-        own = self._smoothness
-        return min(own, 0) if self.outside == "hold" else own
+        return min(self._smoothness, 0) if self.outside == "hold" else self._smoothness
 
     def breaks(self, rtol: float, order: int = 0) -> Array:
         """Times in s of the knots that a run which tolerates a relative error must not step over.

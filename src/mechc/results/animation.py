@@ -46,6 +46,9 @@ class Animation:
 
     html: str
 
+    def __repr__(self) -> str:
+        return f"<mechc animation, {len(self.html) / 1024:.0f} KiB of HTML: save(path) writes it>"
+
     def save(self, path: str | Path) -> Path:
         """Write the page to a file, its folder made if missing; returns the path."""
         target = Path(path)
@@ -167,7 +170,7 @@ def _track(path: Array, low: Array, grain: float) -> list[list[int]]:
 def _readouts(run: Run) -> list[dict[str, Any]]:
     readouts = []
     for column, name in enumerate(run.model.coordinates[:MOST_READOUTS]):
-        unit = shown_unit(run.model.units.get(name, "1"))
+        unit = shown_unit(run.model, name)
         values = unit.factor * run.y[:, column]
         digits = 1 if unit.quantity == "angle" else _digits(values)
         scaled = np.rint(values * 10.0**digits)

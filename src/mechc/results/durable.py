@@ -48,3 +48,16 @@ def sync(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+@contextmanager
+def written_into(folder: Path) -> Iterator[None]:
+    """What the operating system refuses meanwhile, as an error that names the folder or the file.
+
+    A full disk is not told with the name of a file.
+    """
+    try:
+        yield
+    except OSError as error:
+        place = error.filename if isinstance(error.filename, str) else folder
+        raise MechcError(f"cannot write into {place}: {error.strerror or error}") from None

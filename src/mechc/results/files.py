@@ -7,16 +7,14 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import (
-    CompilerError,
     MechcError,
     MissingPackageError,
     ValueOutOfBoundsError,
@@ -25,53 +23,44 @@ from mechc.results.durable import replacing
 from mechc.results.untrusted import (
     checked_options,
     json_object,
-    mapping_of,
     names_of,
     printable,
     read_regular,
-    text_of,
 )
-from mechc.simulation.events import EventRecord
-from mechc.simulation.status import CODES, ChangePoint, Status
+from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.batch.simulate import Batch
-    from mechc.model import Model
-    from mechc.simulation.solution import Solution
+from mechc.system.reference import ModelReference
 
 FORMAT = 2
 LONGEST = 200  # characters of a NetCDF name
 LARGEST_FILE = 2**33  # bytes of a file that is opened
-LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may ask for
-ROWS_A_STEP = 12  # no method keeps more rows of states a step
 _FORMULA = re.compile(r"[\s\ufeff\u200b]*[=+@\-＝＋＠－]")
 TAKEN = {"time", "energy", "closure", "velocity_closure"}
 TAKEN |= {"byte", "char", "short", "ushort", "int", "uint", "int64", "uint64"}  # NetCDF's own
 TAKEN |= {"float", "real", "double", "bool", "string"}
 
 
-def to_dataset(sol: Solution) -> Any:
+def to_dataset(sol: Trajectory) -> Any:
     """An ``xarray.Dataset`` over ``time``: every component, energy and closure.
 
     Variables are called like the coordinates and speeds, with what NetCDF does not take
     replaced by ``_``; the attribute ``long_name`` keeps the name, ``units`` the unit.  The
-    attribute ``mechc`` holds what :func:`open_saved` needs to simulate again.
+    attribute ``mechc`` holds what :func:`mechc.open` needs to simulate again.
     """
-    xarray = _xarray()
-    model = sol.model
+    xarray = xarray_module()
+    system = sol.system
     variables = {
-        key: ("time", sol[name], {"units": model.units[name], "long_name": name})
-        for key, name in netcdf_names((*model.coordinates, *model.speeds)).items()
+        key: ("time", sol[name], {"units": system.units[name], "long_name": name})
+        for key, name in netcdf_names((*system.coordinates, *system.speeds)).items()
     }
     variables["energy"] = ("time", sol.energy, {"units": "J", "long_name": "T + V"})
     variables["closure"] = ("time", sol.closure, {"units": "m", "long_name": "closure gap"})
     variables["velocity_closure"] = ("time", sol.velocity_closure, {"units": "m/s"})
     time = ("time", sol.t, {"units": "s"})
     attributes = {
-        "title": _ascii(f"{model.title}, simulated by mechc"),
+        "title": _ascii(f"{system.title}, simulated by mechc"),
         "status": _ascii(str(sol.status)),
-        "mechc": json.dumps(_recipe(sol)),
+        "mechc": json.dumps(recipe_of(sol)),
     }
     data = xarray.Dataset(variables, coords={"time": time}, attrs=attributes)
     return data.assign_attrs(sha256=digest(data))
@@ -101,7 +90,7 @@ def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
     return keys
 
 
-def save(sol: Solution, path: Path) -> Path:
+def save(sol: Trajectory, path: Path) -> Path:
     """Write ``.nc`` or ``.csv``, by the ending of the path.
 
     Raises
@@ -117,175 +106,31 @@ def save(sol: Solution, path: Path) -> Path:
     return path
 
 
-def _write_netcdf(sol: Solution, path: Path) -> None:
+def _write_netcdf(sol: Trajectory, path: Path) -> None:
     to_dataset(sol).to_netcdf(path, engine="scipy")
 
 
-def open_saved(
-    path: str | Path, model: Model | None = None, *, max_bytes: int = LARGEST_RUN
-) -> Solution | Batch:
-    """A solution saved as ``.nc``, or a batch streamed to a folder, again.
-
-    The model is loaded and the motion simulated again from the saved start with the saved
-    settings, and compared with the saved states; so it has dense output.
-
-    Parameters
-    ----------
-    model
-        Needed for a mechanism of one's own that is not in this user's cache any more: the same,
-        compiled again.
-    max_bytes
-        What the states and the dense output of a solution may take when it is simulated again.
-        A file may come from anybody, and can ask for any number of steps.
-
-    Raises
-    ------
-    MechcError
-        If the file is not a saved solution or damaged, its mechanism is not at hand, or the
-        motion comes out different or too large.
-    """
-    path = Path(path)
-    if _is_folder(path):
-        from mechc.batch.store import open_batch
-
-        return open_batch(path, model)
-    try:
-        recipe, t, states = _read(path)
-        sol = _again(model_of(recipe, recipe["state"], model), recipe, t, max_bytes)
-    except (FileNotFoundError, MissingPackageError, CompilerError):
-        raise
-    except (
-        MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
-        RecursionError, TypeError, ValueError,
-    ) as error:  # fmt: skip
-        told = printable(str(error) or type(error).__name__)
-        raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
-    _compare(path, sol, states)
-    return sol
-
-
-def _is_folder(path: Path) -> bool:
-    try:
-        return path.is_dir()
-    except OSError as error:
-        raise MechcError(f"{printable(str(path)[:200])}: {error.strerror}") from None
-
-
-def model_of(told: Mapping[str, Any], state: Sequence[str], given: Model | None) -> Model:
-    """The model of a saved run: the one given, the shipped one, or one that is in the cache."""
-    if given is None and not told["custom"]:
-        from mechc.load import load
-
-        return load(text_of(told["mechanism"], "its mechanism"), **checked_options(told["options"]))
-    model = _compiled_before(told) if given is None else given
-    if state and [*model.coordinates, *model.speeds] != list(state):
-        raise MechcError(
-            f"it is of a mechanism with the states {printable(', '.join(state))}; the model "
-            f"{model.name!r} has others"
-        )
-    return model
-
-
-@one_at_a_time
-def _compiled_before(told: Mapping[str, Any]) -> Model:
-    from mechc.compilation.on_demand import compiled_before
-
-    try:
-        return compiled_before(told.get("compiled", ""), told["mechanism"])
-    except MechcError:
-        raise MechcError(
-            f"its mechanism {told['mechanism']!r} is not a shipped one and not in the cache; "
-            "compile it again and give it too: mechc.open(path, model)"
-        ) from None
-
-
-def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> Solution:
-    """The run up to where it ended, with all that a file says checked as a user's input is."""
-    from mechc.simulation.settings import Policy
-
-    told = Policy(**mapping_of(recipe["policy"], "its policy"))
-    room = max_bytes // (8 * ROWS_A_STEP * model._scene.width)
-    policy = told._asdict() | {
-        "dense": True,
-        "first_step": told.first_step or None,
-        "method": "auto" if told.stiff_switch else told.method,
-        "max_steps": min(2 * int(recipe["steps"]) + 1000, room),  # cut short, the last differ
-        "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
-    }
-    del policy["stiff_switch"]
-    sol = model.simulate(
-        recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
-    )
-    if sol.status.code == "too many steps":
-        raise MechcError(
-            f"simulating it again takes more than {policy['max_steps']} steps; read the file with "
-            "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
-        )
-    sol.policy = told._replace(dense=True, atol=sol.policy.atol)
-    sol.status = _status(mapping_of(recipe["status"], "its status"))
-    if not np.array_equal(sol._run.states()[0], t):
-        sol._times = t
-    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
-    sol.change_points = tuple(
-        ChangePoint(float(c["t"]), tuple(map(float, c["q"])), float(c["gap"]))
-        for c in recipe["change_points"]
-    )
-    return sol
-
-
-def _status(told: Mapping[str, Any]) -> Status:
-    """An outcome as a file tells it: known, and with texts that are nothing but text."""
-    codes = {name for name, *_ in CODES.values()}
-    if told["code"] not in codes:
-        raise MechcError("its status is unknown")
-    return Status(
-        told["code"],
-        float(told["t"]),
-        text_of(told["cause"], "the cause of its end"),
-        text_of(told["advice"], "the advice about its end"),
-        tuple(text_of(text, "a warning") for text in told["warnings"]),
-    )
-
-
-def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
-    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model._scene.width))
-
-
-def _compare(path: Path, sol: Solution, states: Array) -> None:
-    again = sol.y
-    scale = 1.0 + np.abs(states).max(initial=0.0)
-    same = again.shape == states.shape and np.abs(again - states).max(initial=0.0) < 1e-6 * scale
-    if not same:
-        raise MechcError(
-            f"{path}: simulated again, the motion differs from the one saved (another version "
-            "or processor, at a motion this sensitive); read the file with xarray instead"
-        )
-
-
-def _recipe(sol: Solution) -> dict[str, Any]:
+def recipe_of(sol: Trajectory) -> dict[str, Any]:
+    """What a motion is simulated again from, as JSON data."""
     policy = sol.policy._asdict()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
     y0 = sol._run.states()[1][0]
     return {
         "format": FORMAT,
-        "mechanism": sol.model.name,
-        "options": dict(sol.model.options),
-        "custom": bool(sol.model.build.get("custom", False)),
-        "compiled": str(sol.model.build.get("key", "")),
+        **sol.system.reference.to_json(),
         "params": sol.params.tolist(),
         "span": list(sol.span),
         "steps": int(sol.stats["steps"] + sol.stats["rejected"]),
         "y0": y0.tolist(),
         "policy": policy,
         "status": asdict(sol.status),
-        "state": [*sol.model.coordinates, *sol.model.speeds],
         "change_points": [asdict(point) for point in sol.change_points],
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
     }
 
 
-def _read(path: Path) -> tuple[dict[str, Any], Array, Array]:
+def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
     """What is needed to simulate again, and the times and states saved."""
     data = _loaded(read_regular(path, LARGEST_FILE))
     recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
@@ -300,7 +145,7 @@ def _read(path: Path) -> tuple[dict[str, Any], Array, Array]:
 
 def _loaded(content: bytes) -> Any:
     """The dataset in a file of NetCDF 3, in memory."""
-    xarray = _xarray()
+    xarray = xarray_module()
     if content[:3] != b"CDF":
         raise MechcError("it is no file of NetCDF 3")
     try:
@@ -308,6 +153,19 @@ def _loaded(content: bytes) -> Any:
             return data.load()
     except Exception as error:  # of another's reader, whatever it stumbles over
         raise MechcError(f"it is damaged: {error or type(error).__name__}") from None
+
+
+def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelReference:
+    """Which mechanism a file is of; ``given``: its model is at hand and need not be derived.
+
+    Raises
+    ------
+    MechcError
+        If it does not say that, or if deriving it could take long.
+    """
+    derived = not (given or told.get("custom"))
+    options = checked_options(told.get("options")) if derived else told.get("options")
+    return ModelReference.from_json({**told, "options": options})
 
 
 def verify(path: Path) -> None:
@@ -321,15 +179,15 @@ def verify(path: Path) -> None:
         If there is none.
     """
     try:
-        _read(path)
+        read(path)
     except (MechcError, LookupError, TypeError, ValueError) as error:
         raise MechcError(f"{path}: {printable(str(error))}") from None
 
 
-def _write_csv(sol: Solution, path: Path) -> None:
-    model = sol.model
-    names = (*model.coordinates, *model.speeds)
-    header = ["t [s]", *(_csv_text(f"{n} [{model.units[n]}]") for n in names)]
+def _write_csv(sol: Trajectory, path: Path) -> None:
+    system = sol.system
+    names = (*system.coordinates, *system.speeds)
+    header = ["t [s]", *(_csv_text(f"{n} [{system.units[n]}]") for n in names)]
     header += ["energy [J]", "closure [m]", "velocity closure [m/s]"]
     table = np.column_stack([sol.t, sol.y, sol.energy, sol.closure, sol.velocity_closure])
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -348,7 +206,8 @@ def _ascii(text: str) -> str:
     return text.encode("ascii", "backslashreplace").decode()
 
 
-def _xarray() -> Any:
+def xarray_module() -> Any:
+    """xarray, or the error that says how to install it."""
     try:
         import xarray
     except ImportError:

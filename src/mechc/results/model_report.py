@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from mechc.analysis.constraint_rank import redundant_constraints
 from mechc.errors import AssemblyError, MissingParameterError
 from mechc.results.sampling import clean_text
 from mechc.results.summary import html_table
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
@@ -69,7 +68,7 @@ class Report(str):
         return f"<b>{escape(self.heading)}</b>" + "".join(s.html() for s in self.sections)
 
 
-def model_report(model: Model, *, compare: bool = True) -> Report:
+def model_report(system: System, *, compare: bool = True) -> Report:
     """What was kept, what fell away and why, in operations; what each stage of the build took.
 
     Parameters
@@ -83,52 +82,52 @@ def model_report(model: Model, *, compare: bool = True) -> Report:
     Report
         A text; in a notebook, tables.
     """
-    whole = _whole(model) if compare else None
-    sections = [_operations(model, whole), _calls(model), _fallen(model, whole)]
-    if model.constraint_names:
-        sections.append(_redundant(model))
-    if model.build.get("seconds"):
-        sections.append(_build(model))
-    lanes = f", {model._scene.lanes} lanes" if model.backend == "c" else ""
-    return Report.of(f"{_heading(model)}, {model.instruction_set}{lanes}", sections)
+    whole = _whole(system) if compare else None
+    sections = [_operations(system, whole), _calls(system), _fallen(system, whole)]
+    if system.constraint_names:
+        sections.append(_redundant(system))
+    if system.build.get("seconds"):
+        sections.append(_build(system))
+    lanes = f", {system.scene.lanes} lanes" if system.reference.backend == "c" else ""
+    return Report.of(f"{_heading(system)}, {system.instruction_set}{lanes}", sections)
 
 
-def _heading(model: Model) -> str:
+def _heading(system: System) -> str:
     """The title, with the name that code knows the model by where that is another."""
-    return model.title if model.name in model.title else f"{model.title} ({model.name})"
+    return system.title if system.name in system.title else f"{system.title} ({system.name})"
 
 
-def _whole(model: Model) -> Whole:
+def _whole(system: System) -> Whole:
     """Counted where that is another scene, and this process can derive it."""
-    other = model._data["fixed"] or model._data["skipped"]
-    return model._whole() if model._whole is not None and other else None
+    other = system.data["fixed"] or system.data["skipped"]
+    return system.operations_of_all() if system.operations_of_all is not None and other else None
 
 
-def _operations(model: Model, whole: Whole) -> Section:
-    counts = model._data["operations"]
+def _operations(system: System, whole: Whole) -> Section:
+    counts = system.data["operations"]
     named = {n: c for n, c in counts["outputs"].items() if n not in PARTS}
-    own = set(model._data["own"])
+    own = set(system.data["own"])
     rows: list[Row] = [
         (name if name in own else name.replace("_", " "), str(before), str(after))
         for name, (before, after) in named.items()
     ]
     rows.append(("all at once", str(counts["before"]), str(counts["after"])))
     head: Row = ("output", "as derived", "compiled")
-    if whole is not None and model._data["fixed"]:
+    if whole is not None and system.data["fixed"]:
         free = [str(whole["outputs"].get(name, ("", ""))[1]) for name in named]
         rows = [(r[0], n, *r[1:]) for r, n in zip(rows, [*free, ""], strict=True)]
         head = ("output", "with nothing fixed", *head[1:])
     return Section("operations an evaluation (functions included)", tuple(rows), head)
 
 
-def _calls(model: Model) -> Section:
+def _calls(system: System) -> Section:
     """What a run computes once, and what every right-hand side does."""
-    counts, rows = model._data["operations"], len(model.constraint_names)
-    solved = f"{len(model.speeds)} accelerations"
+    counts, rows = system.data["operations"], len(system.constraint_names)
+    solved = f"{len(system.speeds)} accelerations"
     if rows:
         solved += f" and {rows} constraint rows"
-    given = (("given with a run (inputs)", ", ".join(model.inputs)),) if model.inputs else ()
-    if links := model._data["walked"]:
+    given = (("given with a run (inputs)", ", ".join(system.inputs)),) if system.inputs else ()
+    if links := system.data["walked"]:
         solved += f", M and F by walking {links} links"
     facts = (
         ("once a run, of parameters alone", f"{counts['once_per_run']} operations, kept in "
@@ -141,11 +140,11 @@ def _calls(model: Model) -> Section:
     return Section("a right-hand side", facts)
 
 
-def _fallen(model: Model, whole: Whole) -> Section:
+def _fallen(system: System, whole: Whole) -> Section:
     """What the scene does not need, and so is not in it."""
-    data = model._data
+    data = system.data
     facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
-    if not model.constraint_names:
+    if not system.constraint_names:
         facts.append(("constraints", "none: no closing of loops, no projection, no multipliers"))
     if data["fixed"]:
         values = ", ".join(f"{name} = {value:g}" for name, value in data["fixed"].items())
@@ -197,11 +196,11 @@ def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
     return f"; {sum(absent.values())} operations" if absent else ""
 
 
-def _redundant(model: Model) -> Section:
+def _redundant(system: System) -> Section:
     """Which constraints follow from others, and from which."""
     what = "redundant constraints"
     try:
-        found = model.redundant_constraints()
+        found = redundant_constraints(system, system.parameter_set.resolve(None))
     except AssemblyError:
         facts = [(what, "not known, the loops do not close with these parameters")]
     except MissingParameterError:
@@ -212,8 +211,8 @@ def _redundant(model: Model) -> Section:
     return Section("constraints", tuple(facts))
 
 
-def _build(model: Model) -> Section:
-    seconds = dict(model.build["seconds"])
+def _build(system: System) -> Section:
+    seconds = dict(system.build["seconds"])
     known = [name for name in STAGES if name in seconds]
     facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
     return Section("the build", tuple(facts))

@@ -158,14 +158,14 @@ def draw_speeds(area: SubplotSpec, run: Run) -> None:
 def _draw_quantities(
     area: SubplotSpec, run: Run, names: Sequence[str], columns: range, word: str
 ) -> None:
-    groups: dict[str, list[tuple[str, int]]] = {}
+    groups: dict[ShownUnit, list[tuple[str, int]]] = {}
     for name, column in zip(names, columns, strict=True):
-        groups.setdefault(run.model.units.get(name, "1"), []).append((name, column))
+        groups.setdefault(shown_unit(run.model, name), []).append((name, column))
     if not groups:
         return _message(area, f"This scene has no {word}.")
     panels = _time_axes(area, run, len(groups))
     for axes, (unit, members) in zip(panels, groups.items(), strict=True):
-        _draw_panel(axes, run, shown_unit(unit), members)
+        _draw_panel(axes, run, unit, members)
     return None
 
 

@@ -7,14 +7,15 @@ be escaped for the place it goes to (HTML, JSON, matplotlib).
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechc.system.kinds import Kind, shown_in
 
 Array = NDArray[np.float64]
 StateFunction = Callable[[Array, Array, Any], Array]
@@ -32,7 +33,7 @@ class ModelLike(Protocol):
     @property
     def speeds(self) -> Sequence[str]: ...
     @property
-    def units(self) -> Any: ...
+    def quantities(self) -> Mapping[str, Any]: ...
     @property
     def point_names(self) -> Sequence[str]: ...
     @property
@@ -121,17 +122,22 @@ class ShownUnit:
     quantity: str
 
 
-def shown_unit(unit: str) -> ShownUnit:
-    """People read degrees where the API has radians; every other unit is shown as it is."""
-    known = {
-        "1": ShownUnit(1.0, "", "value"),
-        "rad": ShownUnit(math.degrees(1.0), "°", "angle"),
-        "rad/s": ShownUnit(math.degrees(1.0), "°/s", "angular speed"),
-        "m": ShownUnit(1.0, "m", "position"),
-        "m/s": ShownUnit(1.0, "m/s", "speed"),
-    }
+_SHOWN = {
+    Kind.ANGLE: "angle",
+    Kind.ANGULAR_SPEED: "angular speed",
+    Kind.LENGTH: "position",
+    Kind.SPEED: "speed",
+}
+
+
+def shown_unit(model: ModelLike, name: str) -> ShownUnit:
+    """How a coordinate or speed is shown: people read degrees where the API has radians."""
+    quantity = model.quantities.get(name)
+    if quantity is None or quantity.kind is Kind.PURE:
+        return ShownUnit(1.0, "", "value")
+    unit, factor = shown_in(quantity.kind, quantity.unit)
     powers = re.sub(r"\^(\d)", lambda match: match[1].translate(SUPERSCRIPTS), unit)
-    return known.get(unit, ShownUnit(1.0, clean_text(powers), "value"))
+    return ShownUnit(factor, clean_text(powers), _SHOWN.get(quantity.kind, "value"))
 
 
 # --- the sampled run -------------------------------------------------------------------------

@@ -4,26 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from mechc.model import Model
-    from mechc.simulation.solution import Solution
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.kinds import ANGULAR, Kind
+from mechc.system.system import System
 
 
-def model_html(model: Model) -> str:
+def model_html(system: System) -> str:
     """The model for a notebook: title, coordinates, speeds, parameters."""
     rows = [
-        (name, q.description, q.unit, _default(model, name)) for name, q in model.quantities.items()
+        (name, q.description, q.unit, _default(system, name))
+        for name, q in system.quantities.items()
     ]
     head = ("name", "meaning", "unit", "default")
-    return f"<b>{escape(model.title)}</b> {escape(repr(model)[1:-1])}{html_table(head, rows)}"
+    about = f"{escape(system.title)}</b> {escape(f'mechc.Model {system.headline}')}"
+    return f"<b>{about}{html_table(head, rows)}"
 
 
-def _default(model: Model, name: str) -> str:
-    return f"{model.defaults[name]:g}" if name in model.defaults else ""
+def _default(system: System, name: str) -> str:
+    return f"{system.defaults[name]:g}" if name in system.defaults else ""
 
 
 def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -34,35 +36,35 @@ def html_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     return f"<table><tr>{cells(head, 'th')}</tr>{body}</table>"
 
 
-def solution_html(sol: Solution) -> str:
+def solution_html(sol: Trajectory) -> str:
     """The solution for a notebook: how it ended and a summary."""
     rows = [(label, value) for label, value in summary_rows(sol)]
-    return f"<b>{escape(sol.model.title)}</b>: {escape(str(sol.status))}" + html_table(
+    return f"<b>{escape(sol.system.title)}</b>: {escape(str(sol.status))}" + html_table(
         ("", ""), rows
     )
 
 
-def summary(sol: Solution) -> str:
+def summary(sol: Trajectory) -> str:
     """What ``mechc run`` prints: one fact a line."""
     rows = summary_rows(sol)
     width = max(len(label) for label, _ in rows)
     return "\n".join(f"{label.ljust(width)}  {value}" for label, value in rows)
 
 
-def summary_rows(sol: Solution) -> list[tuple[str, str]]:
+def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
     """(label, value) pairs of a finished run, in what people read: degrees, metres, joules."""
-    model, stats = sol.model, sol.stats
-    names = (*model.coordinates, *model.speeds)
+    system, stats = sol.system, sol.stats
+    names = (*system.coordinates, *system.speeds)
     end = [
-        (f"{name} at the end", _shown(model, name, sol.y[-1, i])) for i, name in enumerate(names)
+        (f"{name} at the end", _shown(system, name, sol.y[-1, i])) for i, name in enumerate(names)
     ]
     swing = [
-        (f"{name} between", f"{_shown(model, name, low)} and {_shown(model, name, high)}")
-        for name, low, high in zip(model.coordinates, *extremes(sol), strict=True)
+        (f"{name} between", f"{_shown(system, name, low)} and {_shown(system, name, high)}")
+        for name, low, high in zip(system.coordinates, *extremes(sol), strict=True)
     ]
     drift = f"{sol.energy_drift:.1e} of the largest kinetic energy"
-    checks = [("energy change", drift if model.knows_energy else "the energy is not known")]
-    if model.constraint_names:
+    checks = [("energy change", drift if system.knows_energy else "the energy is not known")]
+    if system.constraint_names:
         checks.append(
             ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
         )
@@ -82,24 +84,24 @@ def summary_rows(sol: Solution) -> list[tuple[str, str]]:
     ]
 
 
-def _passages(sol: Solution) -> list[tuple[str, str]]:
+def _passages(sol: Trajectory) -> list[tuple[str, str]]:
     """The first few change points, and how many there were."""
     points = sol.change_points
-    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.model, c.q)}") for c in points[:3]]
+    rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.system, c.q)}") for c in points[:3]]
     return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
 
 
-def extremes(sol: Solution) -> tuple[Any, Any]:
+def extremes(sol: Trajectory) -> tuple[Any, Any]:
     """Least and greatest value of every coordinate, on the dense output where there is one."""
     if not sol.policy.dense or sol.span[0] == sol.span[1]:
         return sol.q.min(axis=0), sol.q.max(axis=0)
-    count = range(len(sol.model.coordinates))
+    count = range(len(sol.system.coordinates))
     return np.array([_extreme(sol, i, -1) for i in count]), np.array(
         [_extreme(sol, i, 1) for i in count]
     )
 
 
-def _extreme(sol: Solution, component: int, sign: int) -> float:
+def _extreme(sol: Trajectory, component: int, sign: int) -> float:
     """Greatest value of ``sign`` times a component: the best of a grid, looked at ever closer."""
     low, high = min(sol.span), max(sol.span)
     grid = np.linspace(low, high, 4001)
@@ -111,41 +113,41 @@ def _extreme(sol: Solution, component: int, sign: int) -> float:
     return float(sign * values[best])
 
 
-def _configuration(model: Model, q: tuple[float, ...]) -> str:
+def _configuration(system: System, q: tuple[float, ...]) -> str:
     return ", ".join(
-        f"{n} = {_shown(model, n, v)}" for n, v in zip(model.coordinates, q, strict=True)
+        f"{n} = {_shown(system, n, v)}" for n, v in zip(system.coordinates, q, strict=True)
     )
 
 
-def _parameters_in_words(sol: Solution) -> str:
+def _parameters_in_words(sol: Trajectory) -> str:
     changed = [
-        f"{name} = {value:g} {sol.model.units[name]}"
-        for name, value in zip(sol.model.parameters, sol.params, strict=True)
-        if value != sol.model.defaults.get(name)
+        f"{name} = {value:g} {sol.system.units[name]}"
+        for name, value in zip(sol.system.parameters, sol.params, strict=True)
+        if value != sol.system.defaults.get(name)
     ]
     return ", ".join(changed) or "all by default"
 
 
-def _shown(model: Model, name: str, value: float) -> str:
-    unit = model.units[name]
-    if unit in ("rad", "rad/s"):
+def _shown(system: System, name: str, value: float) -> str:
+    quantity = system.quantities[name]
+    if quantity.kind in ANGULAR:
         shown = round(float(np.degrees(value)), 6) + 0.0  # no minus zero
-        return f"{shown:.6f} {unit.replace('rad', 'deg')}"
-    return f"{value:.9g} {unit}"
+        return f"{shown:.6f} {'deg' if quantity.kind is Kind.ANGLE else 'deg/s'}"
+    return f"{value:.9g} {quantity.unit}"
 
 
-def json_summary(sol: Solution) -> dict[str, Any]:
+def json_summary(sol: Trajectory) -> dict[str, Any]:
     """What ``--json`` prints; angles in rad."""
     stats = sol.stats
-    width = len(sol.model.coordinates)
+    width = len(sol.system.coordinates)
     return {
-        "mechanism": sol.model.name,
+        "mechanism": sol.system.name,
         "t_end": float(sol.status.t),
         "rtol": sol.policy.rtol,
         "method": sol.policy.method,
         "q_end": sol.y[-1, :width].tolist(),
         "u_end": sol.y[-1, width:].tolist(),
-        "energy_drift": sol.energy_drift if sol.model.knows_energy else None,
+        "energy_drift": sol.energy_drift if sol.system.knows_energy else None,
         "closure_max": float(sol.closure.max()),
         "velocity_closure_max": float(sol.velocity_closure.max()),
         "steps": stats["steps"],
@@ -159,5 +161,5 @@ def json_summary(sol: Solution) -> dict[str, Any]:
     }
 
 
-def _as_mapping(sol: Solution) -> Mapping[str, float]:
-    return dict(zip(sol.model.parameters, sol.params.tolist(), strict=True))
+def _as_mapping(sol: Trajectory) -> Mapping[str, float]:
+    return dict(zip(sol.system.parameters, sol.params.tolist(), strict=True))

@@ -69,7 +69,7 @@ class Until:
         return t[early], q[early], gap[early]
 
 
-class Chain:
+class Segments:
     """Pieces of one motion, each from where the last one ended; only the last still advances."""
 
     def __init__(self, first: Piece, last: Piece) -> None:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError, ValueOutOfBoundsError
-from mechc.system.parameters import Array, brief, doubles
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.system.parameters import Array, doubles
+from mechc.system.system import System
 
 METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 LOOSEST = 0.1  # rtol beyond this asks for nothing
@@ -32,7 +30,7 @@ class Policy(NamedTuple):
 
 
 def checked_policy(
-    model: Model, *, rtol: float, atol: Any, method: str, first_step: float | None,
+    system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
@@ -44,8 +42,8 @@ def checked_policy(
     """
     return Policy(
         _checked_rtol(rtol),
-        _checked_atol(model, atol),
-        _chosen_method(model, method),
+        _checked_atol(system, atol),
+        _chosen_method(system, method),
         0.0 if first_step is None else _positive("first_step", first_step),
         _positive("max_step", max_step, infinite=True),
         checked_count("max_steps", max_steps),
@@ -62,10 +60,10 @@ def checked_change_point(policy: str) -> str:
     return policy
 
 
-def _chosen_method(model: Model, method: str) -> str:
-    without_c = model.backend == "numpy"
+def _chosen_method(system: System, method: str) -> str:
+    without_c = system.reference.backend == "numpy"
     if method == "auto":
-        smooth = model._data.get("smooth", True) and not (model._driven and model._driven.called)
+        smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
         return "gauss8" if smooth and not without_c else "dop853"
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS))
@@ -120,10 +118,10 @@ def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
     return times
 
 
-def _checked_atol(model: Model, atol: float | Array | None) -> Array | None:
+def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
     if atol is None:
         return None
-    values = np.broadcast_to(doubles(atol, "atol"), (model._scene.width,))
+    values = np.broadcast_to(doubles(atol, "atol"), (system.scene.width,))
     if not (np.isfinite(values) & (values > 0)).all():
         raise ValueOutOfBoundsError("atol must be positive and finite in every component")
     return np.ascontiguousarray(values)

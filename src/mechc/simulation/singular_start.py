@@ -10,16 +10,14 @@ collocation (Clenshaw & Norton 1963: Picard iteration of the integrated interpol
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import Chebyshev
 
 from mechc.assembly import tangent_branches as branches
 from mechc.system.parameters import Array
-
-if TYPE_CHECKING:
-    from mechc.model import Model
+from mechc.system.system import System
 
 REACH = 0.15  # of the curve, on both sides; rad, or of the model's length
 CLEAR = 0.08  # where the compiled integrators take over
@@ -31,10 +29,10 @@ FINISHED = 1
 
 
 @dataclass(frozen=True)
-class LeadIn:
+class SingularStart:
     """A finished run over a short span, as :class:`mechc.simulation.segments.Piece`."""
 
-    model: Model
+    system: System
     t0: float
     t: float
     curve: _Curve
@@ -65,7 +63,7 @@ class LeadIn:
 
     def change_points(self) -> tuple[Array, Array, Array]:
         """None: the start is not a passage."""
-        return np.zeros(0), np.zeros((0, len(self.model.coordinates))), np.zeros(0)
+        return np.zeros(0), np.zeros((0, len(self.system.coordinates))), np.zeros(0)
 
     def interpolate(self, t: Array) -> Array:
         x = self.path(t)
@@ -90,47 +88,49 @@ class _Curve:
         return other
 
 
-def lead_in(model: Model, y0: Array, values: Array, span: tuple[float, float]) -> LeadIn | None:
+def singular_start(
+    system: System, y0: Array, values: Array, span: tuple[float, float]
+) -> SingularStart | None:
     """The motion from a change point y0 on, along the branch that its speeds follow.
 
     None where y0 is not one, is at rest, follows no branch, or where the mechanism has more than
     one degree of freedom, constraints on its motion alone or constraints that depend on time.
     """
-    width = len(model.coordinates)
-    at = branches.find(model, y0, values, span[0])
-    if at is None or not _supported(model, at, y0, values, span):
+    width = len(system.coordinates)
+    at = branches.find(system, y0, values, span[0])
+    if at is None or not _supported(system, at, y0, values, span):
         return None
     u = y0[width:]
     size = float(np.abs(u).max())
-    off = branches.second_order(model, at, u, values, span[0])
-    scale = model._parameters.length(values) * size**2
+    off = branches.second_order(system, at, u, values, span[0])
+    scale = system.length(values) * size**2
     if size == 0 or np.abs(off).max() > ON_BRANCH * scale:
         return None
-    curve = _branch(model, at, u, values, span[0])
-    return None if curve is None else _motion(model, curve, y0, values, span)
+    curve = _branch(system, at, u, values, span[0])
+    return None if curve is None else _motion(system, curve, y0, values, span)
 
 
 def _supported(
-    model: Model, at: branches.ChangePoint, y0: Array, values: Array, span: tuple[float, float]
+    system: System, at: branches.ChangePoint, y0: Array, values: Array, span: tuple[float, float]
 ) -> bool:
-    speeds = len(model.speeds)
+    speeds = len(system.speeds)
     still = np.append(at.q, np.zeros(speeds))
-    rank = branches.generic_rank(model, still, values, span[0])
-    moving = [model.velocity_constraints(still, values, t) for t in (span[0], sum(span) / 2)]
-    plain = model.rhs(span[0], y0, values)[: len(at.q)]
+    rank = branches.generic_rank(system, still, values, span[0])
+    moving = [system.velocity_constraints(still, values, t) for t in (span[0], sum(span) / 2)]
+    plain = system.rates(y0, values, span[0])[: len(at.q)]
     return (
         rank == speeds - 1
-        and model._scene.rows == model._scene.holonomic
+        and system.scene.rows == system.scene.holonomic
         and not np.any(moving)
         and np.array_equal(plain, y0[len(at.q) :])
     )
 
 
 def _branch(
-    model: Model, at: branches.ChangePoint, u: Array, values: Array, t: float
+    system: System, at: branches.ChangePoint, u: Array, values: Array, t: float
 ) -> _Curve | None:
     """The branch through the change point with the tangent u, x from -REACH to REACH."""
-    scale = _coordinate_scale(model, values)
+    scale = system.scale(values)[: len(system.coordinates)]
     tangent = u / scale / np.linalg.norm(u / scale)
     x = REACH * np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
     q = np.zeros((NODES, len(scale)))
@@ -138,7 +138,7 @@ def _branch(
         bend = np.zeros(len(scale))
         for i in sorted(np.flatnonzero(side * x > 0), key=lambda i: abs(x[i])):
             guess = at.q + scale * tangent * x[i] + bend * x[i] ** 2
-            found = _closed(model, at, tangent, scale, x[i], guess, values, t)
+            found = _closed(system, at, tangent, scale, x[i], guess, values, t)
             if found is None:
                 return None
             q[i] = found
@@ -148,34 +148,28 @@ def _branch(
     return curve if through < 1e-10 else None  # else the two sides are of different branches
 
 
-def _coordinate_scale(model: Model, values: Array) -> Array:
-    units = [model.units[name] for name in model.coordinates]
-    length = model._parameters.length(values)
-    return np.array([1.0 if unit.startswith(("rad", "1")) else length for unit in units])
-
-
 def _closed(
-    model: Model, at: branches.ChangePoint, tangent: Array, scale: Array, x: float, q: Array,
+    system: System, at: branches.ChangePoint, tangent: Array, scale: Array, x: float, q: Array,
     values: Array, t: float,
 ) -> Array | None:  # fmt: skip
     """The closed configuration at the distance x along the tangent, near q."""
     best, least = q, np.inf
     for _ in range(12):
-        still = np.append(q, np.zeros(len(model.speeds)))
-        gap = model.constraints(still, values, t)
+        still = np.append(q, np.zeros(len(system.speeds)))
+        gap = system.constraints(still, values, t)
         residual = np.append(gap, tangent @ ((q - at.q) / scale) - x)
         size = float(np.abs(residual).max())
         if size < least:
             best, least = q, size
-        rows = np.vstack([model.constraint_jacobian(still, values, t) * scale, tangent])
+        rows = np.vstack([system.constraint_jacobian(still, values, t) * scale, tangent])
         q = q - scale * np.linalg.lstsq(rows, residual, rcond=1e-8)[0]
     return best if least <= 64 * EPS * max(1.0, float(np.abs(scale).max())) else None
 
 
 def _motion(
-    model: Model, curve: _Curve, y0: Array, values: Array, span: tuple[float, float]
-) -> LeadIn | None:
-    width = len(model.coordinates)
+    system: System, curve: _Curve, y0: Array, values: Array, span: tuple[float, float]
+) -> SingularStart | None:
+    width = len(system.coordinates)
     slope = curve.deriv()(np.zeros(1))[0]
     speed = float(slope @ y0[width:] / (slope @ slope))
     length = min(CLEAR / abs(speed), abs(span[1] - span[0]))
@@ -183,18 +177,18 @@ def _motion(
         t1 = span[0] + np.copysign(length, span[1] - span[0])
         if abs(span[1] - t1) < 1e-9 * length:
             t1 = span[1]
-        path = _path(model, curve, speed, values, span[0], t1)
+        path = _path(system, curve, speed, values, span[0], t1)
         if path is not None:
             last = float(abs(path(t1)))
             if last >= 0.1 * CLEAR or t1 == span[1]:
                 evaluations = TIMES * (attempt + 1)
-                return LeadIn(model, span[0], float(t1), curve, path, evaluations)
+                return SingularStart(system, span[0], float(t1), curve, path, evaluations)
         length *= 0.7
     return None
 
 
 def _path(
-    model: Model, curve: _Curve, speed: float, values: Array, t0: float, t1: float
+    system: System, curve: _Curve, speed: float, values: Array, t0: float, t1: float
 ) -> Chebyshev | None:
     """x(t) from the change point on; None where it leaves the curve or does not converge."""
     grid = np.cos(np.pi * (np.arange(TIMES) + 0.5) / TIMES)
@@ -207,8 +201,8 @@ def _path(
             return None
         along, bend = first(x), second(x)
         y = np.hstack([curve(x), along * rate[:, None]])
-        mass = model.mass_matrix(y, values, t)
-        force = model.forcing(y, values, t)
+        mass = system.mass_matrix(y, values, t)
+        force = system.forcing(y, values, t)
         pull = force - (mass @ bend[:, :, None])[:, :, 0] * rate[:, None] ** 2
         inertia = np.einsum("ni,nij,nj->n", along, mass, along)
         acceleration = np.einsum("ni,ni->n", along, pull) / inertia

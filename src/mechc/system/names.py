@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.errors import UnusedValueWarning, ValueOutOfBoundsError
+from mechc.errors import UnusedValueWarning, ValueOutOfBoundsError, brief
 
 
 def name_of(key: Any) -> Any:
@@ -36,23 +36,23 @@ def names_of(keys: Any) -> list[Any]:
     return [name_of(key) for key in keys]
 
 
-def named(values: Any, what: str) -> dict[Any, Any]:
-    """A mapping by names.
+def by_name(values: Any, what: str, example: str = "{name or symbol: value}") -> dict[Any, Any]:
+    """A mapping, with names for symbols.
 
     Raises
     ------
+    TypeError
+        For anything but a mapping; ``what`` was meant, and the ``example`` is how to give it.
     ValueOutOfBoundsError
-        If it is no mapping, or two of its keys have one name; ``what`` says which argument it is.
+        If two keys have one name.
     """
     if not isinstance(values, Mapping):
-        raise ValueOutOfBoundsError(
-            f"{what} must be a mapping such as {{name or symbol: value}}, not {values!r}"
-        )
+        raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")
     found: dict[Any, Any] = {}
     for key, value in values.items():
         name = name_of(key)
         if name in found:
-            raise ValueOutOfBoundsError(f"{what} has two keys that are called {name!r}")
+            raise ValueOutOfBoundsError(f"{what}: two keys are called {name!r}")
         found[name] = value
     return found
 
@@ -64,7 +64,7 @@ def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -
     inertias about two axes of what moves in a plane.  They are named in one warning; a text that
     is not known stays, and will be refused: it is a slip of the pen.
     """
-    names, kept = set(known), named(values, what)
+    names, kept = set(known), by_name(values, what)
     symbols = [n for key, n in zip(values, kept, strict=True) if n is not key]
     unused = [name for name in symbols if name not in names]
     for name in unused:

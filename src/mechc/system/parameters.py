@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechc.errors import MissingParameterError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import (
+    MissingParameterError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    brief,
+)
 from mechc.native._driver import largest_of, strictly_within
+from mechc.system.kinds import Kind
+from mechc.system.names import without_unused
 
 Array = NDArray[np.float64]
 Parameters = Mapping[str, Any] | Array | None
@@ -19,7 +26,7 @@ Parameters = Mapping[str, Any] | Array | None
 
 @dataclass(frozen=True)
 class Quantity:
-    """A named number: unit, description, bounds (finite ones excluded unless ``closed``)."""
+    """A named number: unit, description, bounds (finite ones excluded unless ``closed``), kind."""
 
     name: str
     unit: str
@@ -27,12 +34,14 @@ class Quantity:
     lower: float
     upper: float
     closed: bool
+    kind: Kind = Kind.OTHER
 
     @classmethod
     def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
         lower = -math.inf if data["lower"] is None else data["lower"]
         upper = math.inf if data["upper"] is None else data["upper"]
-        return cls(data["name"], data["unit"], data["description"], lower, upper, data["closed"])
+        texts = (data["name"], data["unit"], data["description"])
+        return cls(*texts, lower, upper, data["closed"], Kind(data["kind"]))
 
     @property
     def bounds_in_words(self) -> str:
@@ -52,7 +61,7 @@ class Quantity:
             inside &= (value > self.lower) & (value < self.upper)
         if not np.all(inside):
             bad = float(np.ravel(value)[np.argmin(np.ravel(inside))])
-            unit = f" {self.unit}" if self.unit != "1" else ""
+            unit = f" {self.unit}" if self.kind is not Kind.PURE else ""
             raise ValueOutOfBoundsError(
                 f"{self.name} = {bad:g}{unit} ({self.description}) must be finite"
                 + (f" and {self.bounds_in_words}" if self.bounds_in_words != "any" else "")
@@ -60,19 +69,25 @@ class Quantity:
 
 
 class ParameterSet:
-    """The parameters of one scene."""
+    """The parameters of one scene.
 
-    def __init__(self, quantities: tuple[Quantity, ...], scene: Any) -> None:
-        self.quantities = quantities
+    ``preset``: defaults that are not compiled in; a value given takes their place.
+    """
+
+    def __init__(
+        self, quantities: Sequence[Quantity], scene: Any, preset: Mapping[str, float] | None = None
+    ) -> None:
+        self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._scene = scene
         self._lower = np.array([q.lower for q in quantities], dtype=np.float64)
         self._upper = np.array([q.upper for q in quantities], dtype=np.float64)
         self._open = [(q.lower, q.upper) for q in quantities]
-        in_metres = [i for i, q in enumerate(quantities) if q.unit == "m"]
-        self._lengths = np.array(in_metres, dtype=np.intp)
+        lengths = [i for i, q in enumerate(quantities) if q.kind is Kind.LENGTH]
+        self._lengths = np.array(lengths, dtype=np.intp)
         self.missing: tuple[str, ...] = ()
+        self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
         self.defaults = self._completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
@@ -93,13 +108,22 @@ class ParameterSet:
         return self._from_array(doubles(params, "an array of parameters").copy())
 
     def length(self, values: Array) -> float:
-        """The scale of lengths: the largest parameter given in metres, 1 if there is none."""
+        """The scale of lengths: the largest parameter that is one, 1 if there is none."""
         return largest_of(values, self._lengths) or 1.0
 
+    def lengths(self, rows: Array) -> Array:
+        """The same of every row (n,)."""
+        if not len(self._lengths):
+            return np.ones(len(rows))
+        largest = np.abs(rows[:, self._lengths]).max(axis=1)
+        return np.where(largest > 0, largest, 1.0)
+
     def _from_names(self, params: Mapping[str, Any]) -> Array:
+        if {*map(type, params)} != {str}:
+            params = without_unused(params, self.names, "params")
         if {*map(type, params.values())} == {float}:
             return self._from_floats(params)
-        given = {name: self._checked(name, value) for name, value in params.items()}
+        given = {name: self.checked(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
         for name, value in given.items():
@@ -113,12 +137,13 @@ class ParameterSet:
         for name, value in params.items():
             i = self.index.get(name, -1)
             if i < 0 or not self._open[i][0] < value < self._open[i][1]:
-                self._checked(name, value)
+                self.checked(name, value)
             values[i] = value
             flags[i] = 1
         return self._completed(values, flags)
 
-    def _checked(self, name: str, value: Any) -> Array:
+    def checked(self, name: str, value: Any) -> Array:
+        """Values of one parameter, each within its bounds."""
         if name not in self.index:
             raise UnknownNameError("parameter", name, self.names)
         array = _as_array(name, value)
@@ -139,6 +164,10 @@ class ParameterSet:
 
     def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
         """The values that are not flagged as given filled in, in place."""
+        for i, value in self._preset.items():
+            if not flags[i]:
+                values[..., i] = value
+                flags[i] = 1
         if values.ndim == 1:
             self._scene.complete(flags, values)
         elif self.names:
@@ -177,19 +206,6 @@ def doubles(value: Any, what: str) -> Array:
         return np.asarray(value, dtype=np.float64, order="C")
     except OverflowError:
         raise ValueOutOfBoundsError(f"{what} holds an integer beyond all doubles") from None
-
-
-def by_name(values: Any, what: str, example: str) -> Mapping[str, Any]:
-    """A mapping; raises TypeError with an example for anything else."""
-    if not isinstance(values, Mapping):
-        raise TypeError(f"{what} are given by name, such as {example}, not as {brief(values)}")
-    return values
-
-
-def brief(value: object) -> str:
-    """What was given, in few characters."""
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def is_table(array: object, width: int) -> bool:

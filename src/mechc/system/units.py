@@ -7,15 +7,16 @@ import re
 from collections.abc import Iterable
 
 from mechc.errors import MechcError
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Quantity
 
 TURN = math.pi / 180
-UNITS: dict[str, dict[str, float]] = {
-    "rad": {"rad": 1.0, "deg": TURN, "°": TURN},
-    "rad/s": {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
-    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    "kg": {"kg": 1.0, "g": 1e-3},
-    "s": {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
+UNITS: dict[Kind, dict[str, float]] = {
+    Kind.ANGLE: {"rad": 1.0, "deg": TURN, "°": TURN},
+    Kind.ANGULAR_SPEED: {"rad/s": 1.0, "deg/s": TURN, "°/s": TURN, "rpm": 2 * math.pi / 60},
+    Kind.LENGTH: {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    Kind.MASS: {"kg": 1.0, "g": 1e-3},
+    Kind.TIME: {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0},
 }
 _TYPED = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|[-+]?inf|nan)\s*(.*?)\s*")
 
@@ -40,7 +41,7 @@ def read_value(text: str, quantity: Quantity) -> float:
     if match is None:
         raise MechcError(f"{quantity.name}: {text!r} is not a number")
     number, unit = match.groups()
-    known = UNITS.get(quantity.unit, {quantity.unit: 1.0})
+    known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
             f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; use {_choices(known)}"
@@ -50,7 +51,7 @@ def read_value(text: str, quantity: Quantity) -> float:
 
 def read_seconds(text: str) -> float:
     """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
-    return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False))
+    return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME))
 
 
 def _choices(units: Iterable[str]) -> str:

@@ -40,7 +40,9 @@ def test_the_energy_of_a_run_that_gains_some_is_wrong(regular):
 def test_energies_by_hand_are_those_of_the_bodies(name):
     """Kinetic energies agree with the compiled mass matrix at random states."""
     model = values.model_of(name)
-    given = dict(zip(model.parameters, model._parameters.resolve(None).tolist(), strict=True))
+    given = dict(
+        zip(model.parameters, model.system.parameter_set.resolve(None).tolist(), strict=True)
+    )
     size = len(model.coordinates)
     states = np.random.default_rng(1).normal(size=(5, 2 * size))
     u, M = states[:, size:], model.mass_matrix(states)
@@ -64,6 +66,7 @@ def test_a_member_that_differs_from_its_own_run_is_wrong(regular):
     assert batches.same("", regular, "undecided", regular.y[-1])["word"] == "WRONG"
 
 
+@pytest.mark.slow
 def test_a_folding_slider_crank_keeps_to_its_branch():
     row = next(crossings._slider_crank([1e-8]))
     assert row["word"] == "right"

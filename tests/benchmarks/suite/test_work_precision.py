@@ -1,12 +1,14 @@
 """Run time against error: one problem runs through, and a failure leaves the others."""
 
 import numpy as np
+import pytest
 
 from benchmarks.suite import run, work_precision
 from benchmarks.timing import results
 from tests.support.benchmarks.page import read
 
 
+@pytest.mark.slow
 def test_work_precision_runs_through(monkeypatch, tmp_path):
     """With SciPy alone, on the regular four-bar: rows, ratios, and the page of a named script."""
     monkeypatch.delenv(results.FOLDER_VARIABLE)

@@ -123,6 +123,7 @@ def test_equations_written_out_are_the_textbooks_after_every_pass(case: Case) ->
 
 @examples(5)
 @given(case=cases(3))
+@pytest.mark.slow
 def test_lagranges_equations_are_the_textbooks_after_every_pass(case: Case) -> None:
     """M, F and the energies from L alone: Kane's and Lagrange's method agree."""
     assert {"mass_matrix", "forcing"} <= set(check(case, by_lagrangian, derive)[-1])
@@ -138,6 +139,7 @@ def test_equations_by_links_are_the_textbooks_after_every_pass(case: Case) -> No
 
 @examples(8)
 @given(case=cases(4))
+@pytest.mark.slow
 def test_energy_changes_by_the_power_of_the_loads_without_potential(case: Case) -> None:
     """d(T + V)/dt along the motion; the loop's forces have no power."""
     case.rolls_on()

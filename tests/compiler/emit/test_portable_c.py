@@ -67,6 +67,7 @@ def cross_compiled(folder: Path) -> Path:
     return folder / "scene"
 
 
+@pytest.mark.slow
 def test_outputs_are_those_of_exact_evaluation(lines: list[list[str]]) -> None:
     at = reference()
     named = {words[0]: numbers(words[1:]) for words in lines if words[0] not in ("status", "end")}
@@ -79,6 +80,7 @@ def test_outputs_are_those_of_exact_evaluation(lines: list[list[str]]) -> None:
         at.check_motion(np.hstack([accelerations, multipliers])[good])
 
 
+@pytest.mark.slow
 def test_every_method_moves_as_it_does_here(lines: list[list[str]], start: np.ndarray) -> None:
     """Through a change point, within what the tolerance allows."""
     model = mechc.load("four_bar")

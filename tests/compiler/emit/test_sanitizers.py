@@ -238,6 +238,7 @@ def sanitized(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("instruction_set", sets())
+@pytest.mark.slow
 def test_the_four_bar_is_sound_and_gives_the_installed_models_values(
     sanitized: Path, instruction_set: str
 ) -> None:
@@ -251,7 +252,7 @@ def test_the_four_bar_is_sound_and_gives_the_installed_models_values(
     lines = run_sanitized(sanitized, instruction_set, (t, y, p, start))
     named = {words[0]: numbers(words[1:]) for words in lines if words[0] not in ("status", "end")}
     np.testing.assert_allclose(named["defaults"], [*model.defaults.values()], rtol=1e-15)
-    assert set(model._scene.outputs) <= set(named)
+    assert set(model.system.scene.outputs) <= set(named)
     good = slice(0, len(at.t))
     for name in at.names:
         at.check(name, printed(named, name, STATES)[good])

@@ -6,8 +6,7 @@ from sympy import Symbol, sin
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc.compilation import cache
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, cache
 from mechc.errors import MissingParameterError, UnavailableOutputError
 from tests.support.sympy_objects import four_bar_kane, four_bar_system, slider
 
@@ -74,7 +73,7 @@ def test_fixed_parameters_fall_away_and_take_operations_with_them(four_bar):
     left = {name: VALUES[name] for name in fixed.parameters}
     expected = four_bar.rhs(0.0, y, VALUES | {"g": 0.0})
     np.testing.assert_allclose(fixed.rhs(0.0, y, left), expected, rtol=1e-13)
-    operations = [m._data["operations"]["outputs"]["forcing"][1] for m in (fixed, four_bar)]
+    operations = [m.system.data["operations"]["outputs"]["forcing"][1] for m in (fixed, four_bar)]
     assert operations[0] < operations[1]
     report = fixed.report()
     assert "fixed: g = 0, l_3 = 3.5" in report
@@ -109,7 +108,7 @@ def test_a_run_without_a_known_energy_is_told_and_shown(monkeypatch, tmp_path):
 def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path):
     monkeypatch.undo()
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(build, "_compiled", {})
     asked = {"defaults": {"m": 2.0}, "fix": {"c": 0.5}}
 
     def damped():
@@ -118,8 +117,8 @@ def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path)
     first = mechc.compile(damped(), **asked)
     assert first.capsule
     assert len(cache.entries()) == 1
-    monkeypatch.setattr(jit, "_compiled", {})
-    monkeypatch.setattr(jit, "_built", lambda *_: pytest.fail("derived again"))
+    monkeypatch.setattr(build, "_compiled", {})
+    monkeypatch.setattr(build, "_built", lambda *_: pytest.fail("derived again"))
     again = mechc.compile(damped(), **asked)
     assert again is not first
     y = [0.0, 0.0, 3.0, 0.0]

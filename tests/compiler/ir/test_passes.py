@@ -372,6 +372,7 @@ for name, make in scenes.SCENES.items():
 """
 
 
+@pytest.mark.slow
 def test_emission_is_the_same_text_whatever_the_hash_seed() -> None:
     printed = []
     for seed in ("1", "4242"):

@@ -98,9 +98,10 @@ def test_the_first_unit_has_the_same_jacobians() -> None:
     rng = np.random.default_rng(2)
     y, asked = rng.normal(0, 1, (5, 6)), {"outputs": JACOBIANS, "fix": {"g": 9.5}}
     made = mechc.compile(scenes.SCENES["guided swing"](), **asked)
-    first = mechc.Model(None, scene=made._scene._first)
+    system = made.system
+    first = mechc.Model(system.replaced_scene(system.scene._first))
     assert made.capsule  # waits for the whole of it
-    assert made._scene is not first._scene
+    assert made.system.scene is not first.system.scene
     whole = made.state_jacobian(y, t=0.4)
     difference = np.abs(first.state_jacobian(y, t=0.4) - whole).max()
     assert difference < 1e-12 * np.abs(whole).max()

@@ -11,7 +11,7 @@ import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.commands import main
 from mechc.compilation.catalogue import LIBRARY
-from mechc.compilation.on_demand import beyond_default
+from mechc.compilation.library import beyond_default
 from tests.support.marks import slow_among
 
 COMPILED = [name for name in LIBRARY if name != "bicycle"]  # whose C takes longest: see below
@@ -184,7 +184,7 @@ def test_a_coordinate_for_which_there_is_no_freedom_leaves_the_others_as_a_guess
 
 
 def test_the_bicycle_keeps_its_speed_when_it_is_given_a_roll(bicycle):
-    y0 = bicycle.assemble(*filled_start(bicycle, {"roll": 0.1}, {"roll_rate": 0.0}, {}))
+    y0 = bicycle.assemble(*filled_start(bicycle.system, {"roll": 0.1}, {"roll_rate": 0.0}, {}))
     told = dict(zip((*bicycle.coordinates, *bicycle.speeds), y0.tolist(), strict=True))
     assert np.hypot(told["x_rate"], told["y_rate"]) == pytest.approx(4.8, rel=1e-12)
     assert told["roll"] == 0.1

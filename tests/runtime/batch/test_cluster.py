@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.compilation.find import system_of
+from mechc.system.reference import ModelReference
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("default")  # of distributed's own and its sockets
@@ -68,19 +70,37 @@ def test_what_travels_is_a_description(model):
     """No compiled object and no code: a name, options, numbers."""
     import pickle
 
-    from mechc.batch.cluster import described
-
-    place = described(model)
-    assert place == {
-        "name": "four_bar", "options": {}, "instruction_set": model.instruction_set, "key": None
-    }  # fmt: skip
-    assert b"PyCapsule" not in pickle.dumps(place)
+    reference = model.system.reference.exactly(model.instruction_set)
+    sent = pickle.loads(pickle.dumps(reference))
+    assert (sent.mechanism, sent.options, sent.key) == ("four_bar", {}, "")
+    assert sent.instruction_set == model.instruction_set
+    assert b"PyCapsule" not in pickle.dumps(reference)
+    assert system_of(sent).instruction_set == model.instruction_set
 
 
 def test_a_scene_that_is_not_in_the_cache_is_refused(model):
-    from mechc.compilation.on_demand import compiled_before
-
     with pytest.raises(mechc.MechcError, match="not in the cache"):
-        compiled_before("0" * 64, "mine")
+        system_of(ModelReference("mine", custom=True, key="0" * 64))
     with pytest.raises(mechc.MechcError, match="not the key"):
-        compiled_before("../../etc", "mine")
+        system_of(ModelReference("mine", custom=True, key="../../etc"))
+
+
+def test_workers_are_asked_once_all_is_compiled(model, monkeypatch):
+    """Also by ``python -O``: what waits is no assertion."""
+    from mechc.batch import cluster
+
+    asked = []
+
+    class Client:
+        def nthreads(self):
+            return {"worker": 1}
+
+        def submit(self, function, reference, recipe, pure):
+            asked.append("submitted")
+            raise InterruptedError
+
+    monkeypatch.setattr(type(model.system), "wait", lambda self: asked.append("waited"))
+    recipe = model.simulate_batch(0.1, model.assemble()).recipe
+    with pytest.raises(InterruptedError):
+        next(cluster.compute_on(Client(), model.system, recipe, [(0, 1)], lambda done: None))
+    assert asked == ["waited", "submitted"]

@@ -11,10 +11,12 @@ from tests.support.pendulums import pendulum
 
 AGAIN = """
 import sys, numpy as np
+from mechc.batch.simulate import simulate_batch
 from mechc.batch.spec import Assembly
-from mechc.compilation.on_demand import compiled_before
-model = compiled_before(sys.argv[1], "odd")
-batch = model.simulate_batch(1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
+from mechc.compilation.find import system_of
+from mechc.system.reference import ModelReference
+system = system_of(ModelReference("odd", custom=True, key=sys.argv[1]))
+batch = simulate_batch(system, 1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
 print(batch.y.tobytes().hex())
 """
 START = mechc.Assembly({"q/$x": np.linspace(0, 1, 5)})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.batch.sweep import plan, read_variation, run_sweep
+from mechc.batch.sweep import members, plan, read_variation
 from mechc.batch.sweep_maps import draw_map
 from mechc.cli.commands import main
 
@@ -75,12 +75,15 @@ def legend(figure):
     return {text.get_text() for text in shown.get_texts()} if shown else set()
 
 
+def swept(model, chosen, t_end, reduction, **policy):
+    starts, params = members(model.system, chosen, params={}, start={}, guess={})
+    return model.simulate_batch(t_end, starts, params, reduce=reduction, **policy)
+
+
 def test_the_map_shows_what_cannot_be_assembled_and_change_points():
     model = mechc.load("four_bar")
     chosen = plan([read_variation(model, text) for text in ("l_3=3:5:3", "theta_0=60deg:180deg:3")])
-    batch = run_sweep(
-        model, chosen, 3.0, ["max(theta_2)"], params={}, start={}, guess={}, method="gauss8"
-    )
+    batch = swept(model, chosen, 3.0, "max(theta_2)", method="gauss8")
     assert batch.counts["not assembled"] == 2  # l_3 = 5 m at 120 and 180 degrees
     assert (batch["change_points"] > 0).reshape(3, 3)[1].any()  # l_3 = 4 m
     figure = draw_map(batch, chosen, "max(theta_2)")
@@ -97,7 +100,7 @@ def test_colours_span_the_members_that_met_no_change_point():
     model = mechc.load("four_bar")
     chosen = plan([read_variation(model, v) for v in ("l_3=3.8:4.2:3", "theta_0=80deg:90deg:2")])
     reaction = "max(norm(multipliers))"
-    batch = run_sweep(model, chosen, 3.0, [reaction], params={}, start={}, guess={}, rtol=1e-8)
+    batch = swept(model, chosen, 3.0, reaction, rtol=1e-8)
     met = batch["change_points"] > 0
     colours = draw_map(batch, chosen, reaction).axes[0].collections[0].norm
     assert met.any()
@@ -116,9 +119,7 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
     line = plan([read_variation(model, "l_3=3.4:3.6:5")])
     cloud = plan([read_variation(model, t) for t in ("l_3=3.4:3.6", "omega_0=0:1")], "lhs", 20)
     for chosen in (line, cloud):
-        batch = run_sweep(
-            model, chosen, 0.5, ["mean(energy)"], params={}, start={}, guess={}, method="gauss8"
-        )
+        batch = swept(model, chosen, 0.5, "mean(energy)", method="gauss8")
         assert batch.ok.all()
         figure = draw_map(batch, chosen, "mean(energy)")
         assert figure.axes[0].has_data()

@@ -9,8 +9,8 @@ import time
 import pytest
 
 import mechc
+from mechc import Model
 from mechc.cli.commands import main
-from mechc.model import Model
 
 RUN = ("run", "four_bar", "--json")
 

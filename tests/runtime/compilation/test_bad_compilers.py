@@ -10,7 +10,7 @@ import time
 import pytest
 
 import mechc
-from mechc.compilation import on_demand, toolchain
+from mechc.compilation import build, toolchain
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
 
@@ -18,7 +18,7 @@ from tests.support.pendulums import pendulum
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(on_demand, "_compiled", {})
+    monkeypatch.setattr(build, "_compiled", {})
     toolchain.version.cache_clear()
     yield tmp_path
     toolchain.version.cache_clear()

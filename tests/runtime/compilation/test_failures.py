@@ -17,9 +17,8 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import cache, toolchain
-from mechc.compilation import cache_security as cache_folder
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, cache, entries, processor, toolchain
+from mechc.compilation.cache import security as cache_folder
 from mechc.compilation.pending import Pending
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
@@ -32,7 +31,7 @@ RATE = -np.cos(0.3)  # of a unit pendulum, times gravity
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(build, "_compiled", {})
     toolchain.version.cache_clear()
     yield tmp_path
     toolchain.version.cache_clear()
@@ -60,13 +59,13 @@ def compiler_script(folder, body):
 RUN = """
 import warnings
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, entries, processor
 from tests.support.first_units import MadeOnRequest
 from tests.support.pendulums import pendulum
-jit.Pending = MadeOnRequest
+build.Pending = MadeOnRequest
 derived = []
-inner = jit._built
-jit._built = lambda *arguments: derived.append(1) or inner(*arguments)
+inner = build._built
+build._built = lambda *arguments: derived.append(1) or inner(*arguments)
 told = []
 warnings.showwarning = lambda message, kind, *_: told.append(kind.__name__)
 try:
@@ -106,13 +105,13 @@ def test_processes_at_once_derive_and_compile_once(fresh):
 
 KANE = """
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, entries, processor
 from tests.support.first_units import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
-jit.Pending = MadeOnRequest
+build.Pending = MadeOnRequest
 derived = []
-inner = jit._built
-jit._built = lambda *arguments: derived.append(1) or inner(*arguments)
+inner = build._built
+build._built = lambda *arguments: derived.append(1) or inner(*arguments)
 model = mechc.compile(four_bar_kane(), outputs=())
 print(model.build["key"], len(derived), *model.rhs(0.0, [0.1] * 6, [1.0] * 6))
 """
@@ -163,8 +162,8 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     """The model stays usable, and one that failed is not failed for ever."""
     monkeypatch.undo()
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
-    monkeypatch.setattr(jit, "_compiled", {})
-    monkeypatch.setattr(jit, "Pending", Pending)
+    monkeypatch.setattr(build, "_compiled", {})
+    monkeypatch.setattr(build, "Pending", Pending)
     only_first = 'case "$*" in *scene_first.c*) exec gcc "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))
@@ -226,11 +225,11 @@ def test_what_cannot_be_written_is_told_whatever_the_reason(fresh, monkeypatch, 
     def fail(*_):
         raise OSError(number, os.strerror(number))
 
-    inner = jit._make_first
-    monkeypatch.setattr(jit, "_make_first", fail)
+    inner = entries.make_first_unit
+    monkeypatch.setattr(entries, "make_first_unit", fail)
     with pytest.raises(CacheError, match=f"{os.strerror(number)}.*set MECHC_CACHE_DIR"):
         rate(4.75)
-    monkeypatch.setattr(jit, "_make_first", inner)
+    monkeypatch.setattr(entries, "make_first_unit", inner)
     assert right(rate(4.75), 4.75)
 
 
@@ -292,7 +291,7 @@ def test_a_folder_that_forbids_programs_is_told(fresh, monkeypatch):
 def first_entry(gravity):
     """The folder of a pendulum's first unit, compiled and forgotten again."""
     key = cache.first_key(mechc.compile(pendulum(gravity)).build["key"])
-    jit._compiled.clear()
+    build._compiled.clear()
     return cache.cache_folder() / key
 
 
@@ -319,7 +318,7 @@ def test_another_scene_under_this_key_is_not_taken(fresh):
     shutil.rmtree(mine)
     shutil.copytree(other, mine)
     assert right(rate(6.0), 6.0)
-    jit._compiled.clear()
+    build._compiled.clear()
     (mine / cache.SHARED_OBJECT).unlink()
     shutil.copy(other / cache.SHARED_OBJECT, mine)
     assert right(rate(6.0), 6.0)
@@ -358,7 +357,7 @@ def test_a_library_without_a_model_is_compiled_again(fresh):
 
 def test_what_vanishes_between_the_look_and_the_loading_is_made_again(fresh, monkeypatch):
     """Another process may clear the cache just then."""
-    load, lost = jit.capsule_of, []
+    load, lost = entries.capsule_of, []
 
     def clear_and_load(path):
         if len(lost) < 2:
@@ -367,7 +366,7 @@ def test_what_vanishes_between_the_look_and_the_loading_is_made_again(fresh, mon
         return load(path)
 
     end(begin(7.5))  # not in this process, where it would stay loaded
-    monkeypatch.setattr(jit, "capsule_of", clear_and_load)
+    monkeypatch.setattr(entries, "capsule_of", clear_and_load)
     assert right(rate(7.5), 7.5)
     assert len(lost) == 2
 
@@ -408,10 +407,10 @@ def _whole(gravity):
 
 def test_what_another_processor_has_compiled_is_not_loaded(fresh, monkeypatch):
     here = first_entry(8.5)
-    monkeypatch.setattr(jit, "_processor", lambda: "another")
+    monkeypatch.setattr(processor, "processor", lambda: "another")
     there = first_entry(8.5)
     assert here != there
-    monkeypatch.setattr(jit, "_processor", lambda: "a third")
+    monkeypatch.setattr(processor, "processor", lambda: "a third")
     monkeypatch.setenv("PATH", "")
     with pytest.raises(CompilerError, match="no C compiler"):
         rate(8.5)

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import cache, toolchain
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, cache, entries, processor, toolchain
 from mechc.compilation.pending import Pending
 from mechc.errors import CompilerError, MechcError, UnknownNameError
 from tests.support import ROOT
@@ -23,8 +22,8 @@ from tests.support.pendulums import pendulum
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(jit, "Pending", Pending)
-    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(build, "Pending", Pending)
+    monkeypatch.setattr(build, "_compiled", {})
     return tmp_path
 
 
@@ -60,8 +59,8 @@ def test_one_that_was_compiled_moves_as_it_should():
 def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     """Rates and outputs do not wait for the integrators; what integrates does."""
     begin = threading.Event()
-    make = jit._make
-    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    make = entries.make_whole
+    monkeypatch.setattr(entries, "make_whole", lambda *args: (begin.wait(60), make(*args)))
     model = mechc.compile(pendulum(4.0))
     first = model.rhs(0.0, [0.3, 0.1]), model.energy([0.3, 0.1])
     assert first[0][1] == pytest.approx(-4.0 * np.cos(0.3), rel=1e-14)
@@ -76,15 +75,15 @@ def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
 
 def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
     """The first unit is kept; the whole is made when something needs it."""
-    make = jit._make
-    monkeypatch.setattr(jit, "_make", lambda *_: time.sleep(60))
+    make = entries.make_whole
+    monkeypatch.setattr(entries, "make_whole", lambda *_: time.sleep(60))
     first = mechc.compile(pendulum(4.25))
-    monkeypatch.setattr(jit, "_compiled", {})
-    monkeypatch.setattr(jit, "_make_first", lambda *_: pytest.fail("compiled again"))
+    monkeypatch.setattr(build, "_compiled", {})
+    monkeypatch.setattr(entries, "make_first_unit", lambda *_: pytest.fail("compiled again"))
     again = mechc.compile(pendulum(4.25))
     np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
     assert set(again.build["seconds"]) == {"read", "load"}
-    monkeypatch.setattr(jit, "_make", make)
+    monkeypatch.setattr(entries, "make_whole", make)
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "elsewhere"))
     assert again.simulate(1.0, [0.3, 0.1]).status.ok
 
@@ -93,7 +92,7 @@ def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, m
     def fail(*_):
         raise CompilerError("out of cheese")
 
-    monkeypatch.setattr(jit, "_make", fail)
+    monkeypatch.setattr(entries, "make_whole", fail)
     model = mechc.compile(pendulum(4.5))
     assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-4.5)
     for _ in range(2):
@@ -105,8 +104,8 @@ def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, m
 def test_a_forked_process_makes_its_own(fresh, monkeypatch):
     """The thread that compiles is not there in the child, which must not wait for it."""
     begin = threading.Event()
-    make = jit._make
-    monkeypatch.setattr(jit, "_make", lambda *args: (begin.wait(60), make(*args)))
+    make = entries.make_whole
+    monkeypatch.setattr(entries, "make_whole", lambda *args: (begin.wait(60), make(*args)))
     pending = Pending(lambda: begin.wait(60))
     child = os.fork()
     if child == 0:
@@ -120,17 +119,17 @@ def test_a_forked_process_makes_its_own(fresh, monkeypatch):
 def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
     model = mechc.compile(pendulum())
     assert model.capsule
-    monkeypatch.setattr(jit, "_make", lambda *_: pytest.fail("compiled again"))
+    monkeypatch.setattr(entries, "make_whole", lambda *_: pytest.fail("compiled again"))
     assert mechc.compile(pendulum()) is model
 
 
 RUN = """
 import mechc
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, entries, processor
 from tests.support.pendulums import pendulum
 made = []
-inner = jit._make
-jit._make = lambda *arguments: (made.append(1), inner(*arguments))
+inner = entries.make_whole
+entries.make_whole = lambda *arguments: (made.append(1), inner(*arguments))
 model = mechc.compile(pendulum({gravity}))
 model.capsule  # waits for the whole of it
 print(len(made), float(model.rhs(0.0, [0.3, 0.1])[1]))
@@ -175,7 +174,7 @@ def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch
     replaced = shared.with_name("new")  # the one in place is mapped into this process
     replaced.write_bytes(whole[: len(whole) // 2])
     replaced.rename(shared)
-    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(build, "_compiled", {})
     model = mechc.compile(pendulum(5.0))
     assert model.capsule
     assert model.build["key"] == key
@@ -212,7 +211,7 @@ def test_another_compiler_version_is_another_key(fresh, monkeypatch):
 
 def test_the_processor_decides_the_key(fresh, monkeypatch):
     (here,) = keys_under(monkeypatch, "gcc")
-    monkeypatch.setattr(jit, "_processor", lambda: "another")
+    monkeypatch.setattr(processor, "processor", lambda: "another")
     (there,) = keys_under(monkeypatch, "gcc")
     assert here != there
 

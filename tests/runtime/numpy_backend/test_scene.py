@@ -20,8 +20,7 @@ from mechc_codegen.library.spatial.rigid_body import rigid_body
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc.compilation import on_demand as jit
-from mechc.compilation import toolchain
+from mechc.compilation import build, toolchain
 from mechc.errors import CompilerError, MechcError, UnknownNameError, ValueOutOfBoundsError
 from tests.support import DATA, scenes
 from tests.support.marks import slow_among
@@ -80,8 +79,8 @@ def assert_same_outputs(model, compiled, bound=1e-12):
     What is solved for may be off by as much more as the rows are badly conditioned.
     """
     t, y = states(model, STATES)
-    assert model._scene.outputs == compiled._scene.outputs
-    for name in compiled._scene.outputs:
+    assert model.system.scene.outputs == compiled.system.scene.outputs
+    for name in compiled.system.scene.outputs:
         found, wanted = (m.output(name, y, None, t).reshape(len(y), -1) for m in (model, compiled))
         assert np.isfinite(wanted).all(), name
         solved = name == "rates" or "multipliers" in name or "jacobian" in name
@@ -103,7 +102,7 @@ def test_one_state_gives_what_many_give():
     """One is computed with floats, many with arrays."""
     model = four_bar()
     t, y = states(model, 7)
-    for name in model._scene.outputs:
+    for name in model.system.scene.outputs:
         many = model.output(name, y, None, t)
         for k in range(7):
             one = model.output(name, y[k], None, t[k])
@@ -206,7 +205,7 @@ def test_batches_and_capsules_say_what_is_missing():
 
 def test_no_compiler_is_run_or_needed_and_the_error_offers_this(monkeypatch):
     monkeypatch.setattr(toolchain, "find_compiler", lambda: None)
-    monkeypatch.setattr(jit, "_compiled", {})
+    monkeypatch.setattr(build, "_compiled", {})
     with pytest.raises(CompilerError, match="backend='numpy'"):
         mechc.compile(pendulum(3))
     model = mechc.compile(pendulum(3), backend="numpy")

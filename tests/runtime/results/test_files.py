@@ -13,6 +13,8 @@ import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.results import files as storage
 from mechc.results import summary as report
+from mechc.system.reference import ModelReference
+from tests.support import fake_linkage
 
 NAMES = ("theta_0", "theta_1", "theta_2", "omega_0", "omega_1", "omega_2")
 HOSTILE = (
@@ -28,14 +30,15 @@ def hostile(sol):
     units = dict.fromkeys(HOSTILE, "rad") | dict(sol.model.units)
     stand_in = SimpleNamespace(
         name=HOSTILE[0], title=HOSTILE[0], coordinates=names[0], speeds=names[1], units=units,
+        quantities=fake_linkage.quantities(units),
         parameters=sol.model.parameters, defaults=sol.model.defaults,
-        options={}, build={"custom": True}, constraint_names=sol.model.constraint_names,
-        knows_energy=True,
+        reference=ModelReference(HOSTILE[0], custom=True, key=64 * "0", state=HOSTILE[:6]),
+        constraint_names=sol.model.constraint_names, knows_energy=True,
     )  # fmt: skip
     columns = dict(zip((*names[0], *names[1]), sol.y.T, strict=True))
 
     class Renamed:
-        model = stand_in
+        model = system = stand_in
         status = replace(sol.status, warnings=(HOSTILE[0],))
 
         def __getattr__(self, name):
@@ -245,7 +248,10 @@ def test_hostile_names_are_text_in_html(model, hostile):
     assert HOSTILE[0] in page.text
     quantity = replace(model.quantities["l_0"], name=HOSTILE[0], description=HOSTILE[0])
     stand_in = SimpleNamespace(
-        title=HOSTILE[0], quantities={HOSTILE[0]: quantity}, defaults={HOSTILE[0]: 1.0}
+        title=HOSTILE[0],
+        headline=HOSTILE[0],
+        quantities={HOSTILE[0]: quantity},
+        defaults={HOSTILE[0]: 1.0},
     )
     page = Tags(report.model_html(stand_in))
     assert page.tags <= TABLE

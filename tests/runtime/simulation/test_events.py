@@ -156,8 +156,8 @@ class CountingRun:
 
 
 def test_the_work_for_events_grows_with_the_steps_alone(model, start):
-    values = model._parameters.resolve(PARAMS)
-    run = model._scene.start(
+    values = model.system.parameter_set.resolve(PARAMS)
+    run = model.system.scene.start(
         0.0, 400.0, start, values, 1e-6, None, np.ones(6), 0.0, np.inf, 10**6, 0, True
     )
     counting = CountingRun(run)

@@ -10,7 +10,9 @@ LENGTHS, MASSES, INERTIAS = ("l_0", "l_3"), ("m_0", "m_2"), ("I_0", "I_2")
 
 
 def values_of(model, params):
-    return dict(zip(model.parameters, model._parameters.resolve(params).tolist(), strict=True))
+    return dict(
+        zip(model.parameters, model.system.parameter_set.resolve(params).tolist(), strict=True)
+    )
 
 
 def test_the_defaults_are_those_of_the_reference_scene(model):
@@ -24,7 +26,7 @@ def test_inertias_follow_mass_and_length_unless_they_are_set(model):
     assert followed["I_1"] == pytest.approx(5.0 * 9.0 / 12, rel=1e-15)
     assert followed["I_0"] == model.defaults["I_0"]
     assert values_of(model, {"l_1": 3.0, "I_1": 0.25})["I_1"] == 0.25
-    many = model._parameters.resolve({"m_2": np.array([1.0, 2.0])})
+    many = model.system.parameter_set.resolve({"m_2": np.array([1.0, 2.0])})
     assert many[:, model.parameters.index("I_2")] == pytest.approx([0.75, 1.5], rel=1e-15)
 
 

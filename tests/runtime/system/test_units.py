@@ -4,13 +4,16 @@ import math
 
 import pytest
 
+import mechc
 from mechc.errors import MechcError
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Quantity
 from mechc.system.units import read_seconds, read_value, split_assignment
 
 
 def quantity(unit):
-    return Quantity("x", unit, "a number", -math.inf, math.inf, False)
+    kind = str(mechc.Quantity(unit, "a number").kind)
+    return Quantity("x", unit, "a number", -math.inf, math.inf, False, Kind(kind))
 
 
 @pytest.mark.parametrize(
@@ -81,3 +84,17 @@ def test_assignments_come_in_two():
     for text in ("l_3", "=3", "l_3=", " = ", ""):
         with pytest.raises(MechcError, match="NAME=VALUE"):
             split_assignment(text)
+
+
+def test_the_runtime_has_the_kinds_of_the_compiler():
+    """They come with a scene's metadata as texts."""
+    assert {kind.name: str(kind) for kind in Kind} == {k.name: str(k) for k in mechc.Kind}
+
+
+def test_a_kind_decides_and_no_text_of_a_unit():
+    """A coordinate in a unit of its own is an angle where its description says so."""
+    quarter = Quantity("x", "grad", "an angle", -math.inf, math.inf, False, Kind.ANGLE)
+    assert read_value("90deg", quarter) == pytest.approx(math.pi / 2)
+    plain = Quantity("x", "rad", "a number called so", -math.inf, math.inf, False)
+    with pytest.raises(MechcError, match="use rad"):
+        read_value("90deg", plain)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import cos
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -43,7 +45,7 @@ def gantry_crane_with_hoisting() -> Script:
     kane.kanes_equations(bodies, loads)
     constants = {mx: 5.0, my: 7.0, ml: 2.0, m: 3.0, Dx: 2.0, Dy: 3.0, Dl: 1.0, g: 9.81}
     start = dict.fromkeys([*q, *u], 0.0) | {l: 1.0, th_x: 0.2, th_y: -0.1}
-    inputs = {fx: 2.0, fy: lambda time: 1.5, fl: -28.5}
+    inputs = {fx: 2.0, fy: 1.5, fl: -28.5}
     return Script(kane, constants, start, 2.0, inputs)
 
 
@@ -74,7 +76,7 @@ def tower_crane() -> Script:
     constants = {M: 0.8, m: 0.5, J: 1.2, L: 1.0, g: 9.81}
     start = {s: 0.0 for c in q for s in (c, c.diff(t))}
     start |= {r: 0.7, phi: 0.2, gamma.diff(t): 0.5}
-    return Script(lagrange, constants, start, 2.0, {T: 0.1, F: lambda time: -0.2})
+    return Script(lagrange, constants, start, 2.0, {T: 0.1, F: -0.2})
 
 
 @published("D. Kim, W. Singhose, Performance ... driving double-pendulum bridge cranes (2010)")
@@ -97,7 +99,13 @@ def double_pendulum_crane() -> Script:
     kane = me.KanesMethod(N, [th, ph], [w1, w2], [th.diff(t) - w1, ph.diff(t) - w2])
     kane.kanes_equations(bodies, loads)
     constants = {mh: 0.6, mp: 1.0, L1: 1.5, L2: 0.4, g: 9.81}
-    return Script(kane, constants, {th: 0.1, ph: 0.2, w1: 0.0, w2: 0.0}, 3.0, {a: 0.4})
+    return Script(
+        kane,
+        constants,
+        {th: 0.1, ph: 0.2, w1: 0.0, w2: 0.0},
+        3.0,
+        {a: lambda time: 0.4 * cos(time)},
+    )
 
 
 @published("N. B. Tufillaro et al., Swinging Atwood's machine, Am. J. Phys. 52 (1984)")
@@ -201,7 +209,7 @@ def bead_on_a_wire() -> Script:
     kane = me.KanesMethod(N, [x], [u], [x.diff(t) - u])
     kane.kanes_equations([me.Particle("bead", P, m)], [(P, -m * g * N.y + (F - c * u) * N.x)])
     constants = {m: 0.1, alpha: 0.5, beta: 0.6, g: 9.81, c: 0.02}
-    return Script(kane, constants, {x: 0.2, u: 0.5}, 3.0, {F: lambda time: 0.05})
+    return Script(kane, constants, {x: 0.2, u: 0.5}, 3.0, {F: 0.05})
 
 
 @published("G. W. Parker, Projectile motion with air resistance quadratic in the speed (1977)")
@@ -251,7 +259,7 @@ def rotational_translational_actuator() -> Script:
     lagrange.form_lagranges_equations()
     constants = {M: 1.36, m: 0.096, k: 186.3, e: 0.059, I: 2.175e-4}
     start = {q: 0.025, theta: 0.1, qd: 0.0, thetad: 0.0}
-    return Script(lagrange, constants, start, 2.0, {N_: lambda time: 0.002, F: 0.0})
+    return Script(lagrange, constants, start, 2.0, {N_: 0.002, F: 0.0})
 
 
 @published("M. W. Spong, Modeling and control of elastic joint robots, ASME J. DSMC 109 (1987)")

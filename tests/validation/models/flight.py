@@ -29,7 +29,7 @@ def planar_aircraft() -> Script:
     force = u1 * B.y + eps * u2 * B.x - m * g * N.y
     kane.kanes_equations([body], [(G, force), (B, u2 * N.z)])
     start = {x: 0, y: 1, theta: 0.2, vx: 0.5, vy: 0, w: 0.1}
-    thrust = {u1: lambda time: 9.0, u2: 0.02}
+    thrust = {u1: 9.0, u2: 0.02}
     return Script(kane, {m: 1.0, J: 0.2, eps: 0.1, g: 9.81}, start, 3.0, thrust)
 
 
@@ -72,7 +72,7 @@ def quadrotor_by_euler_angles() -> Script:
         g: 9.81,
     }
     start = dict.fromkeys([*q, *u], 0.0) | {z: 1.0, phi: 0.1, theta: -0.1, u[3]: 0.2, u[5]: 0.3}
-    speeds = dict(zip(Om, (226.0, 226.5, lambda time: 226.2, 226.0), strict=True))
+    speeds = dict(zip(Om, (226.0, 226.5, 226.2, 226.0), strict=True))
     return Script(kane, constants, start, 2.0, speeds)
 
 
@@ -101,7 +101,7 @@ def quadrotor_by_quaternions() -> Script:
     constants = {m: 1.2, Ix: 0.014, Iy: 0.015, Iz: 0.026, g: 9.81}
     start = dict.fromkeys([x, y, z, *e, vx, vy, vz], 0.0)
     start |= {e[0]: 1.0, wx: 0.4, wy: -0.2, wz: 1.0}
-    inputs = {T: 11.9, tx: lambda time: 0.001, ty: 0.0, tz: 0.002}
+    inputs = {T: 11.9, tx: 0.001, ty: 0.0, tz: 0.002}
     return Script(kane, constants, start, 3.0, inputs)
 
 
@@ -125,7 +125,7 @@ def drone_with_a_slung_load() -> Script:
     lagrange.form_lagranges_equations()
     constants = {mq: 0.5, ml: 0.087, J: 2.32e-3, l: 1.0, g: 9.81}
     start = {s: 0.0 for c in q for s in (c, c.diff(t))} | {phi_l: 0.4, phi_q: 0.05}
-    return Script(lagrange, constants, start, 2.0, {f: 5.76, M: lambda time: 1e-4})
+    return Script(lagrange, constants, start, 2.0, {f: 5.76, M: 1e-4})
 
 
 @published("L. D. Landau, E. M. Lifshitz, Mechanics (1976), section 37 (L. Euler)")
@@ -201,7 +201,7 @@ def satellite_with_reaction_wheels() -> Script:
     constants = {m: 60.0, mw: 2.0, Ix: 6.0, Iy: 7.0, Iz: 4.5, Is: 0.01, It: 0.006, a: 0.2}
     start = dict.fromkeys([*e, *angles, *w, *rates], 0.0)
     start |= {e[3]: 1.0, w[0]: 0.05, w[1]: -0.03, rates[2]: 100.0}
-    inputs = dict(zip(torques, (0.01, lambda time: -0.02, 0.005), strict=True))
+    inputs = dict(zip(torques, (0.01, -0.02, 0.005), strict=True))
     return Script(kane, constants, start, 10.0, inputs)
 
 
@@ -238,9 +238,7 @@ def falling_cat() -> Script:
     loads = [(C, Tb * A.y), (A, -Tb * A.y), (B, Tt * C.x), (C, -Tt * C.x)]
     kane.kanes_equations(bodies, loads)
     start = dict.fromkeys([q1, q2, q3, u1, u2, u3, u4, u5], 0.0) | {bend: 1.0, twist: 0.0}
-    return Script(
-        kane, {m: 1.5, I: 0.01, J: 0.004, d: 0.12}, start, 0.8, {Tb: 0.02, Tt: lambda time: 0.03}
-    )
+    return Script(kane, {m: 1.5, I: 0.01, J: 0.004, d: 0.12}, start, 0.8, {Tb: 0.02, Tt: 0.03})
 
 
 @published(

@@ -39,7 +39,7 @@ def slider_crank() -> Script:
     lagrange.form_lagranges_equations()
     constants = {r: 0.1, l: 0.3, m1: 0.4, m2: 0.6, m3: 0.8, I1: 4e-4, I2: 5e-3, g: 9.81}
     start, guess = {phi: 0.6, phi.diff(t): 12.0}, {psi: -0.2, x: 0.4}
-    return Script(lagrange, constants, start, 1.0, {T: 0.2, F: lambda time: 3.0}, guess)
+    return Script(lagrange, constants, start, 1.0, {T: 0.2, F: 3.0}, guess)
 
 
 @published("J. E. Shigley, J. J. Uicker, Theory of Machines and Mechanisms (1980): scotch yoke")

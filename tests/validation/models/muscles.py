@@ -48,7 +48,7 @@ def five_link_walker() -> Script:
     start = dict(
         zip([*q, *u], [0.1, -0.05, -0.1, 0.4, 0.1, -1.0, -0.8, 0.1, 1.0, 0.5], strict=True)
     )
-    torques = dict(zip(tau, (5.0, lambda time: 20.0, -4.0, 1.0), strict=True))
+    torques = dict(zip(tau, (5.0, 20.0, -4.0, 1.0), strict=True))
     return Script(kane, constants, start, 0.5, torques)
 
 
@@ -170,7 +170,7 @@ def arm_with_activation_dynamics() -> Script:
         umax: 20.0,
     }
     start = {q1: -0.5, q2: 0.8, u1: 0.0, u2: 0.0} | dict.fromkeys(a, 0.05)
-    excitations = dict(zip(e, (0.3, 0.05, lambda time: 0.25, 0.02), strict=True))
+    excitations = dict(zip(e, (0.3, 0.05, 0.25, 0.02), strict=True))
     return Script(kane, constants, start, 0.6, excitations, rates=rates)
 
 

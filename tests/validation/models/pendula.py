@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import sin
+
 import sympy as sm
 import sympy.physics.mechanics as me
 
@@ -66,7 +68,7 @@ def pendulum_on_cart() -> Script:
     kane.kanes_equations(bodies, loads)
     constants = {M: 2.0, m: 0.5, l: 0.6, g: 9.81, b: 0.1}
     start = {x: 0.0, theta: 0.5, v: 0.2, omega: 0.0}
-    return Script(kane, constants, start, 5.0, {F: lambda time: 0.8 * (time < 10)})
+    return Script(kane, constants, start, 5.0, {F: lambda time: 0.8 * sin(2.0 * time)})
 
 
 @published("L. D. Landau, E. M. Lifshitz, Mechanics (1976), section 30, problem 1 (P. L. Kapitza)")
@@ -211,7 +213,7 @@ def links_on_a_cart() -> Script:
     kane.kanes_equations(particles, forces)
     constants = dict(zip([g, *m, *l], [9.81] + [0.4] * (n + 1) + [0.3] * n, strict=True))
     start = dict(zip([*q, *u], [0.0] + [-1.2] * n + [1e-3] * (n + 1), strict=True))
-    return Script(kane, constants, start, 1.5, {f: lambda time: 0.5})
+    return Script(kane, constants, start, 1.5, {f: 0.5})
 
 
 @published("T. R. Kane, D. A. Levinson, Dynamics: Theory and Applications (1985), conical motions")
@@ -283,4 +285,4 @@ def reaction_wheel_pendulum() -> Script:
     lagrange.form_lagranges_equations()
     constants = {m1: 0.2, m2: 0.26, lc: 0.06, l1: 0.12, I1: 8e-4, I2: 2.2e-4, g: 9.81}
     start = {q1: -0.8, q2: 0.0, q1.diff(t): 0.0, q2.diff(t): 0.0}
-    return Script(lagrange, constants, start, 3.0, {tau: lambda time: 0.02})
+    return Script(lagrange, constants, start, 3.0, {tau: 0.02})

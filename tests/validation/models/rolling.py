@@ -137,7 +137,7 @@ def snakeboard() -> Script:
     lagrange.form_lagranges_equations()
     constants = {m: 6.0, J: 0.08, Jr: 0.06, Jw: 0.01, l: 0.2}
     start = {x: 0, y: 0, theta: 0, psi: 0, phi: 0.3, qd[2]: 0.5, qd[3]: 0.4, qd[4]: 0.1}
-    pushes = {tpsi: lambda time: 0.1, tphi: lambda time: -0.005}
+    pushes = {tpsi: 0.1, tphi: -0.005}
     return Script(lagrange, constants, start, 3.0, pushes)
 
 
@@ -174,7 +174,7 @@ def roller_racer() -> Script:
     kane.kanes_equations(bodies, [(B, tau * N.z), (A, -tau * N.z)])
     constants = {m1: 20.0, I1: 1.0, I2: 0.1, d1: 0.6, d2: 0.2}
     start = {x: 0.0, y: 0.0, theta: 0.0, phi: 1.0, u3: 0.6, u4: 0.5}
-    return Script(kane, constants, start, 1.5, {tau: lambda time: 0.05})
+    return Script(kane, constants, start, 1.5, {tau: 0.05})
 
 
 @published("D. V. Zenkov, A. M. Bloch, J. E. Marsden, ... the unicycle with rider (2002)")
@@ -257,7 +257,7 @@ def wheeled_inverted_pendulum() -> Script:
         g: 9.81,
     }
     start = {x: 0, y: 0, th: 0.1, al: 0.05, p1: 0, p2: 0, a: 0.0, w1: 2.0, w2: 2.4}
-    return Script(kane, constants, start, 1.0, {T1: 0.8, T2: lambda time: 0.7})
+    return Script(kane, constants, start, 1.0, {T1: 0.8, T2: 0.7})
 
 
 @published("J. Hauser, S. Sastry, P. Kokotovic, ... the ball and beam example (1992)")
@@ -281,4 +281,4 @@ def ball_and_beam() -> Script:
     kane.kanes_equations([beam, ball], [(P, -M * G * N.y), (A, tau * N.z)])
     constants = {M: 0.05, R: 0.01, Jb: 2e-6, J: 0.02, G: 9.81}
     start = {r: 0.1, theta: 0.05, rdot: 0.0, omega: 0.0}
-    return Script(kane, constants, start, 1.0, {tau: lambda time: 0.05})
+    return Script(kane, constants, start, 1.0, {tau: 0.05})

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.compilation import on_demand
+from mechc.compilation import build
 
 from .catalogue import FAMILIES, MODELS
 from .reference import SympyNumbers
@@ -58,7 +58,7 @@ def row(name: str) -> Iterator[float]:
     yield seconds
     y0 = started(model, script)
     yield timed(lambda: model.simulate(script.t_end, y0))[0]
-    on_demand._compiled.clear()
+    build._compiled.clear()
     yield timed(lambda: compiled(script))[0]
     yield difference(sympy, model)
     ours = least_time(lambda: model.rhs(0.0, y0))

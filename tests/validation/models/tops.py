@@ -50,7 +50,7 @@ def gyroscope_in_gimbals() -> Script:
     kane.kanes_equations(bodies, loads)
     constants = {Ko: 2e-3, Ai: 1e-3, Bi: 1e-3, Ci: 1e-3, A: 8e-4, C: 1.4e-3, c: 1e-3}
     start = {q1: 0.0, q2: 0.3, q3: 0.0, u1: 0.0, u2: 0.0, u3: 120.0}
-    return Script(kane, constants, start, 2.0, {T1: 0.01, T2: lambda time: 0.02})
+    return Script(kane, constants, start, 2.0, {T1: 0.01, T2: 0.02})
 
 
 @published("L. Foucault (1852); R. N. Arnold, L. Maunder, Gyrodynamics (1961): the gyrocompass")

@@ -51,7 +51,7 @@ def car_with_a_trailer() -> Script:
     kane.kanes_equations(bodies, [(rear, drive), (fork, S * N.z), (car, -S * N.z)])
     constants = {m0: 900.0, m1: 300.0, I0: 700.0, I1: 150.0, If: 1.0, l: 2.5, d1: 3.0, c: 20.0}
     start = {x: 0, y: 0, th0: 0.2, phi: 0.1, th1: 0.5, u[0]: 4.0, u[3]: 0.0}
-    return Script(kane, constants, start, 5.0, {F: 300.0, S: lambda time: 0.05})
+    return Script(kane, constants, start, 5.0, {F: 300.0, S: 0.05})
 
 
 @published(
@@ -85,7 +85,7 @@ def tricycle() -> Script:
     lagrange.form_lagranges_equations()
     constants = {m: 40.0, I: 3.0, Ib: 0.05, Iw: 0.02, L: 0.3, r: 0.1}
     start = {x: 0, y: 0, theta: 0.1, beta: 0.3, p1: 0, p2: 0, p3: 0, w3: 6.0, betad: 0.1}
-    return Script(lagrange, constants, start, 3.0, {T3: 0.2, S: lambda time: -0.005})
+    return Script(lagrange, constants, start, 3.0, {T3: 0.2, S: -0.005})
 
 
 @published("M. Hubbard, Lateral Dynamics and Stability of the Skateboard, J. Appl. Mech. 46 (1979)")

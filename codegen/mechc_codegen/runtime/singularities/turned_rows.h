@@ -7,7 +7,11 @@
 #ifndef MECHC_TURNED_ROWS_H
 #define MECHC_TURNED_ROWS_H
 
+#include <math.h>
 #include "dynamics/sizes.h"
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "simd/unbind.h"
 #include "simd/lanes.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
@@ -84,6 +88,21 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
 #endif
 }
 
+/* Closure that a critical configuration may leave beside what it leaves along its normal, in units
+ * of rounding: more is the gap of another row. */
+#define MECHC_CLOSED_BESIDE 8.0
+
+/* Is it one, with every gap closed but the one along its normal? */
+MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc_critical *c)
+{
+    mechc_scalar_place place;
+    mechc_place_at(t, c->q, span->given, &place);
+    for (int i = 0; i < MECHC_NH; i++)
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * c->rounding))
+            return 0;
+    return 1;
+}
+
 /* What direction k passed there, seen from the node at which it is weaker.  Where no critical
  * configuration explains that it surely turned, the step is too long to follow the motion. */
 MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_piece *piece, int k,
@@ -91,10 +110,10 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_p
 {
     const int node = piece->after - (piece->at[0]->values[k] <= piece->at[1]->values[k]);
     const double *q = span->path->q[node], t = span->t + span->path->fraction[node] * span->h;
-    mechc_critical found, checked;
+    mechc_critical found;
     const int is_one =
         mechc_find_critical_of(t, q, span->given, piece->at[0]->rank, k, reach, &found)
-        && mechc_still_critical(t, found.q, span->given, reach, &found, &checked);
+        && mechc_is_critical(span, t, &found);
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_CROSSING;
 }
 
@@ -139,7 +158,7 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
         case MECHC_CROSSING:
             break;
         }
-        if (turned && crossed && i > crossed + 1 && monitor->tries < 4) {
+        if (turned && crossed && i > crossed + 1 && monitor->tries < 16) {
             mechc_retry(out, 0.5 * (fraction[crossed] + fraction[i - 1]), span->bridge);
             return 1;
         }

@@ -10,7 +10,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.cli.commands import main
-from mechc.compilation import on_demand as jit
+from mechc.compilation import build, library
 from mechc.errors import MechcError
 
 REGULAR = {"l_3": 3.5}
@@ -183,8 +183,8 @@ def test_an_instruction_set_cannot_be_asked_of_a_variant():
 
 def test_a_variant_that_is_cached_is_not_derived_again(loaded, monkeypatch):
     options = {"friction": True, "crank_torque": TORQUE, "coupler_point": True}
-    monkeypatch.setattr(jit, "_compiled", {})
-    monkeypatch.setattr(jit, "_shipped", None)
+    monkeypatch.setattr(build, "_compiled", {})
+    monkeypatch.setattr(library, "mechanism_of", None)
     again = mechc.load("four_bar", **options)
     assert again.build["key"] == loaded.build["key"]
     assert again.options == loaded.options
@@ -195,6 +195,6 @@ def test_a_variant_that_is_cached_is_not_derived_again(loaded, monkeypatch):
 def test_options_that_cannot_be_read_again_are_not_promised(loaded):
     """What a file or a pickle keeps of an expression is its text."""
     t = dynamicsymbols._t
-    assert jit._reads_again({"crank_torque": 2 * sin(3 * t)}, {"crank_torque": "2*sin(3*t)"})
+    assert library._reads_again({"crank_torque": 2 * sin(3 * t)}, {"crank_torque": "2*sin(3*t)"})
     for torque in (Heaviside(t), Float("0.1234567890123456789", 17) * t):
-        assert not jit._reads_again({"crank_torque": torque}, {"crank_torque": str(torque)})
+        assert not library._reads_again({"crank_torque": torque}, {"crank_torque": str(torque)})

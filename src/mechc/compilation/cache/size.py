@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from mechc.compilation.cache_lock import locked_if_free
+from mechc.compilation.cache.lock import locked_if_free
 from mechc.errors import CacheError
 
 LARGEST = 2**30  # bytes, unless $MECHC_CACHE_SIZE says otherwise

@@ -18,8 +18,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
-from mechc.compilation.cache_lock import locked
-from mechc.compilation.cache_security import (
+from mechc.compilation.cache.lock import locked
+from mechc.compilation.cache.security import (
     UnwritableError,
     folder_of_process,
     is_chosen,
@@ -29,8 +29,8 @@ from mechc.compilation.cache_security import (
     unwritable,
     writable,
 )
-from mechc.compilation.cache_security import cache_folder as cache_folder
-from mechc.compilation.cache_size import keep_within, note_use
+from mechc.compilation.cache.security import cache_folder as cache_folder
+from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"

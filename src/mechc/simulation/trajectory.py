@@ -1,32 +1,29 @@
-"""What a simulation gives back: times, states, dense output, histories, and how it ended."""
+"""What a run gives back: times, states, dense output, histories, and how it ended."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.events import EventRecord
+from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
-
-if TYPE_CHECKING:
-    from mechc.model import Model
-    from mechc.simulation.settings import Policy
+from mechc.system.system import System
 
 
-class Solution:
-    """A trajectory.
+class Trajectory:
+    """The states of a run over time; :class:`mechc.Solution` is its public face.
 
     Attributes
     ----------
-    model, params
-        What was simulated: the model, and the array (np,) of its parameters.
+    system, params
+        What was simulated: the system, and the array (np,) of its parameters.
     status
         :class:`mechc.Status`: how it ended, in prose by ``str``.
     stats
@@ -42,7 +39,7 @@ class Solution:
 
     def __init__(
         self,
-        model: Model,
+        system: System,
         params: Array,
         policy: Policy,
         run: Any,
@@ -52,7 +49,7 @@ class Solution:
         events: tuple[EventRecord, ...] = (),
         stop: float | None = None,
     ) -> None:
-        self.model, self.params, self.policy = model, params, policy
+        self.system, self.params, self.policy = system, params, policy
         self.status = status
         self.stats: Mapping[str, Any] = MappingProxyType(stats)
         self.events = events
@@ -91,16 +88,16 @@ class Solution:
     @property
     def q(self) -> Array:
         """Coordinates (nt, nq)."""
-        return self.y[:, : len(self.model.coordinates)]
+        return self.y[:, : len(self.system.coordinates)]
 
     @property
     def u(self) -> Array:
         """Speeds (nt, nu)."""
-        return self.y[:, len(self.model.coordinates) :]
+        return self.y[:, len(self.system.coordinates) :]
 
     def __getitem__(self, name: str) -> Array:
         """History (nt,) of one coordinate or speed."""
-        return self.y[:, self.model.state_index(name)]
+        return self.y[:, self.system.state_index(name)]
 
     def __len__(self) -> int:
         return len(self.t)
@@ -130,70 +127,34 @@ class Solution:
         t = self._run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
-    def continue_to(
-        self,
-        t_end: float,
-        *,
-        max_steps: int | None = None,
-        on_change_point: str | None = None,
-        progress: Callable[[float], None] | None = None,
-    ) -> Solution:
-        """This motion and what follows it until ``t_end``, as one new Solution.
-
-        Goes on from where the run ended, whatever ended it, with the same method, tolerances
-        and events (a terminal one counts anew).  The states are the accepted steps, whatever
-        ``t_eval`` was.
-
-        Parameters
-        ----------
-        t_end
-            In s, beyond the end of the run in its direction.
-        max_steps, on_change_point, progress
-            As in :func:`mechc.simulation.simulate.simulate`; those of this run when None.
-
-        Raises
-        ------
-        ValueOutOfBoundsError
-            If t_end lies on the other side of the run's end.
-        MechcError
-            If the run was made with ``dense=False``.
-        """
-        from mechc.simulation.simulate import continued
-
-        if not self.policy.dense:
-            raise MechcError("this run kept no dense output: simulate with dense=True")
-        return continued(
-            self, t_end, max_steps=max_steps, on_change_point=on_change_point, progress=progress
-        )
-
     # -- histories, computed when asked for ---------------------------------------------------
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J; NaN where the model does not know it."""
-        if not self.model.knows_energy:
+        """Kinetic plus potential energy (nt,), J; NaN where it is not known it."""
+        if not self.system.knows_energy:
             return np.full(len(self.t), np.nan)
-        return self.model.energy(self.y, self.params, self.t)
+        return self.system.energy(self.y, self.params, self.t)
 
     @cached_property
     def closure(self) -> Array:
         """Largest gap of the configuration constraints (nt,), m."""
-        return _largest(self.model.constraints(self.y, self.params, self.t))
+        return _largest(self.system.constraints(self.y, self.params, self.t))
 
     @cached_property
     def velocity_closure(self) -> Array:
         """Largest residual of the velocity constraints (nt,), m/s."""
-        return _largest(self.model.velocity_constraints(self.y, self.params, self.t))
+        return _largest(self.system.velocity_constraints(self.y, self.params, self.t))
 
     @property
     def energy_drift(self) -> float:
         """Largest departure of the energy from its first value, relative to the largest T.
 
-        NaN where the model does not know the energy.
+        NaN where it is not known the energy.
         """
-        if not self.model.knows_energy:
+        if not self.system.knows_energy:
             return float("nan")
-        largest = float(self.model.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
+        largest = float(self.system.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
         departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 
@@ -207,40 +168,6 @@ class Solution:
             for t, q, gap in zip(times, configurations, gaps, strict=True)
             if abs(t - self.span[0]) <= end
         )
-
-    # -- what people see ----------------------------------------------------------------------
-
-    def to_xarray(self) -> Any:
-        """Everything as an ``xarray.Dataset`` over time."""
-        from mechc.results.files import to_dataset
-
-        return to_dataset(self)
-
-    def save(self, path: str | Path) -> Path:
-        """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
-        from mechc.results.files import save
-
-        return save(self, Path(path))
-
-    def plot(self) -> Any:
-        """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
-        from mechc.results.figures import overview
-
-        return overview(self)
-
-    def animate(self, *, fps: float = 60.0) -> Any:
-        """The motion, as an object that displays itself and has ``save(path)``."""
-        from mechc.results.animation import animate
-
-        return animate(self, fps=fps)
-
-    def __repr__(self) -> str:
-        return f"<mechc.Solution of {self.model.name}: {len(self)} states, {self.status.headline}>"
-
-    def _repr_html_(self) -> str:
-        from mechc.results.summary import solution_html
-
-        return solution_html(self)
 
 
 def _largest(residuals: Array) -> Array:

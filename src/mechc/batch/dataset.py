@@ -1,0 +1,76 @@
+"""Batches as xarray datasets: what each axis and each result is called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.batch.layout import dimensions
+from mechc.batch.reductions import read_reduction
+from mechc.batch.spec import Recipe
+from mechc.results.files import netcdf_names, xarray_module
+from mechc.system.system import System
+
+ABOUT = {
+    "y": "state at the end",
+    "y0": "state at the start",
+    "y_eval": "states at t_eval",
+    "t": "time reached",
+    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
+    "miss": "by how much the loops cannot close",
+    "change_points": "change points passed",
+    "least_singular": "least conditioning of the constraints met",
+    "critical_gap": "least gap at a critical configuration near the motion",
+}
+UNITS = {"t": "s", "miss": "m", "critical_gap": "m"}
+
+
+def to_dataset(
+    system: System, recipe: Recipe, arrays: Mapping[str, Any], warnings: Sequence[str]
+) -> Any:
+    """See :meth:`mechc.batch.results.Batch.to_xarray`."""
+    keys = _labels(recipe, arrays)
+    variables = {
+        keys[name]: (
+            dimensions(name, len(values.shape)), np.asarray(values),
+            attributes(system, recipe, name),
+        )
+        for name, values in arrays.items()
+    }  # fmt: skip
+    coords: dict[str, Any] = {"state": [*system.coordinates, *system.speeds]}
+    if len(recipe.t_eval):
+        coords["time"] = ("time", recipe.t_eval, {"units": "s"})
+    varied = recipe.varied()
+    taken = {*variables, *coords}
+    for key, name in netcdf_names(tuple(varied)).items():
+        free = key if key not in taken else f"{key}_given"
+        told = {"units": system.units[name], "long_name": name}
+        coords[free] = ("member", varied[name], told)
+    about = {"title": f"{system.name}, simulated by mechc", "warnings": list(warnings)}
+    return xarray_module().Dataset(variables, coords=coords, attrs=about)
+
+
+def _labels(recipe: Recipe, arrays: Mapping[str, Any]) -> dict[str, str]:
+    """Names of arrays -> names in a dataset."""
+    asked = {f"reduction_{i}": text for i, text in enumerate(recipe.reductions)}
+    asked |= {f"output_{i}": name for i, name in enumerate(recipe.outputs)}
+    own = tuple(name for name in arrays if name not in asked)
+    labels = {name: name for name in own}
+    escaped = netcdf_names(tuple(f"{text}" for text in asked.values()))
+    for name, key in zip(asked, escaped, strict=True):
+        labels[name] = key if key not in own else f"{key}_asked"
+    return labels
+
+
+def attributes(system: System, recipe: Recipe, name: str) -> dict[str, str]:
+    """Meaning and unit of a result."""
+    kind, _, index = name.rpartition("_")
+    if kind == "reduction":
+        reduction = read_reduction(system, recipe.reductions[int(index)])
+        return {"long_name": reduction.text, "units": reduction.unit}
+    if kind == "output":
+        return {"long_name": recipe.outputs[int(index)]}
+    told = {"long_name": ABOUT.get(name, name.replace("_", " "))}
+    return told | ({"units": UNITS[name]} if name in UNITS else {})

@@ -1,0 +1,135 @@
+"""The results of many members."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechc.batch.spec import Recipe
+from mechc.errors import UnknownNameError
+from mechc.simulation.status import CODES, Status, status_of
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+ENDED = ("finished", "stopped by an event")
+REACHED = (1, 109)  # the end, or the crossing asked for
+
+
+class Batch:
+    """The results of many members.
+
+    Attributes
+    ----------
+    system, recipe
+        What was simulated.
+    complete
+        False where Ctrl-C came first: the members left have the status ``"not run"``.
+    arrays
+        Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
+        reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
+        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.
+    """
+
+    def __init__(
+        self, system: System, recipe: Recipe, arrays: Mapping[str, Any], complete: bool = True
+    ) -> None:
+        self.system, self.recipe = system, recipe
+        self.model: Any = system
+        self.arrays, self.complete = arrays, complete
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Its numbers, and the model as that is pickled."""
+        arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
+        return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
+
+    def __len__(self) -> int:
+        return self.recipe.count
+
+    def __getitem__(self, name: str) -> Array:
+        """An array of ``arrays``, a reduction, or an output, by name."""
+        return np.asarray(self.arrays[self._key(name_of(name))])
+
+    def _key(self, name: str) -> str:
+        keys = {key: key for key in self.arrays}
+        keys |= {text: f"output_{i}" for i, text in enumerate(self.recipe.outputs)}
+        keys |= {
+            "".join(text.split()): f"reduction_{i}" for i, text in enumerate(self.recipe.reductions)
+        }
+        short = name if name in keys else "".join(name.split())
+        if short not in keys:
+            raise UnknownNameError("result", name, keys)
+        return keys[short]
+
+    @property
+    def y(self) -> Array:
+        """States at the end of each member's run (n, nq + nu)."""
+        return self["y"]
+
+    @property
+    def t(self) -> Array:
+        """Times reached (n,), s."""
+        return self["t"]
+
+    @property
+    def t_eval(self) -> Array:
+        """The times (nt,) of ``y_eval`` and of outputs, s."""
+        return self.recipe.t_eval
+
+    @cached_property
+    def ok(self) -> Array:
+        """Whether each member reached the end, or the crossing that ends it."""
+        return np.asarray(np.isin(self["status"], REACHED))
+
+    def status(self, member: int) -> Status:
+        """How one member ended, in words by ``str``."""
+        code, t = int(self["status"][member]), float(self["t"][member])
+        return status_of(code, t, "some speed", float(self["critical_gap"][member]))
+
+    @cached_property
+    def counts(self) -> dict[str, int]:
+        """Outcome in words -> how many members ended so."""
+        codes, counts = np.unique(self["status"], return_counts=True)
+        return {CODES[int(c)][0]: int(n) for c, n in zip(codes, counts, strict=True)}
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What a careful reader should know of the whole batch."""
+        told = []
+        met = int(np.count_nonzero(self["change_points"]))
+        if met:
+            told.append(
+                f"{met} members passed change points, where the links are in line and two motions "
+                "are possible: the ideal mechanism goes straight on, as computed"
+            )
+        failed = {what: n for what, n in self.counts.items() if what not in ENDED}
+        if failed:
+            words = ", ".join(f"{n} {what}" for what, n in failed.items())
+            told.append(f"not all members reached the end: {words}")
+        return tuple(told)
+
+    def to_xarray(self) -> Any:
+        """Everything as an ``xarray.Dataset`` over ``member``, ``state`` and ``time``.
+
+        Parameters, coordinates and speeds that differ between members are coordinates along
+        ``member``; reductions and outputs are called as they were asked for, with what files do
+        not take replaced by ``_``.
+        """
+        from mechc.batch.dataset import to_dataset
+
+        return to_dataset(self.system, self.recipe, self.arrays, self.warnings)
+
+    def __repr__(self) -> str:
+        words = ", ".join(f"{n} {what}" for what, n in self.counts.items())
+        return f"<mechc.Batch of {self.system.name}: {len(self)} members, {words or 'none'}>"
+
+
+def _unpickled(
+    kind: type[Batch], model: Any, recipe: Recipe, arrays: Mapping[str, Any], complete: bool
+) -> Batch:
+    batch = kind(model.system, recipe, arrays, complete)
+    batch.model = model
+    return batch

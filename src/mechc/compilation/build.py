@@ -1,0 +1,197 @@
+"""From a description to a system: found in the cache, or derived, compiled and kept there."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from threading import Event
+from typing import Any
+
+from mechc.compilation import cache, entries
+from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.compilation.pending import DeferredScene, Pending
+from mechc.compilation.processor import environment, native
+from mechc.errors import MechcError
+from mechc.inputs.driven_scene import scene_with_inputs
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
+
+Described = Callable[[], tuple[Any, Any]]  # the mechanism, and what is asked of it
+Seconds = dict[str, float]
+_compiled: dict[str, System] = {}
+
+
+def compile_described(
+    described: Described, reference: ModelReference, seconds: Seconds | None = None
+) -> System:
+    """Derive and emit; the texts name the cache entry."""
+    from mechc_codegen.extension.build import signature
+
+    started, described = time.perf_counter(), lru_cache(described)
+    scene = _built(described)
+    key = signature(scene, *environment())
+    return _system(key, lambda: scene, described, reference, seconds or {}, started)
+
+
+def compile_known(
+    digest: str, described: Described, reference: ModelReference, seconds: Seconds | None = None
+) -> System:
+    """What is named without deriving is looked up before anything is derived."""
+    from mechc_codegen.frontend.cache_key import compiler_signature, files_digest, files_stamp
+
+    started, described = time.perf_counter(), lru_cache(described)
+    files = cache.remembered("compiler", files_stamp(), files_digest)
+    key = compiler_signature(digest, *environment(), files)
+    return _system(key, lambda: _built(described), described, reference, seconds or {}, started)
+
+
+def without_c(
+    described: Described, reference: ModelReference, seconds: Seconds | None = None
+) -> System:
+    """Derived in this process, and kept nowhere: what is executed was written here."""
+    from mechc_codegen.compiler import build_listing
+
+    from mechc.numpy_backend.scene import NumpyScene
+
+    seconds = dict(seconds or {})
+    described = lru_cache(described)
+    mechanism, requested = timed(seconds, "describe", described)
+    listing, stages = build_listing(mechanism, requested)
+    scene = timed(seconds, "load", lambda: NumpyScene(listing))
+    return system_with(scene, reference, {**seconds, **stages}, described)
+
+
+def compiled_before(reference: ModelReference) -> System:
+    """A scene that is in this user's cache already, by its key.
+
+    Raises
+    ------
+    MechcError
+        If it is not there.
+    """
+    key = reference.key
+    if key not in _compiled:
+        if not cache.is_key(key):
+            raise MechcError(f"{key!r} is not the key of a compiled scene")
+        scene = entries.found(key)
+        if scene is None:
+            raise MechcError(
+                f"the mechanism {reference.mechanism!r} (cache key {key[:16]}) is not a shipped "
+                f"one and not in the cache {cache.cache_folder()} of this process: compile it "
+                "again (and give it too: mechc.open(path, model)), or let MECHC_CACHE_DIR name a "
+                "folder that all share"
+            )
+        _compiled[key] = system_with(scene, ModelReference("", custom=True, key=key))
+    found = _compiled[key]
+    return found.with_defaults(reference.defaults) if reference.defaults else found
+
+
+def system_with(
+    scene: Any,
+    reference: ModelReference,
+    seconds: Seconds | None = None,
+    described: Described | None = None,
+) -> System:
+    """The system of a scene; what the reference leaves open is filled in from its metadata."""
+    data = json.loads(scene.metadata)
+    state = tuple(q["name"] for kind in ("coordinates", "speeds") for q in data[kind])
+    found = replace(reference, mechanism=data["name"], state=state)
+    build: dict[str, Any] = {"custom": True} if found.custom else {}
+    build |= {"options": dict(found.options)} if found.options else {}
+    build |= {"key": found.key} if found.key else {}
+    build |= {"backend": found.backend} if found.backend != "c" else {}
+    build |= {} if seconds is None else {"seconds": seconds}
+    count = None if described is None else lambda: _operations_of_all(described)
+    return System(data, scene_with_inputs(scene, data), found, build, count)
+
+
+def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
+    """What ``run()`` gives; the seconds it took are noted."""
+    started = time.perf_counter()
+    done = run()
+    seconds[stage] = time.perf_counter() - started
+    return done
+
+
+@one_at_a_time
+def _operations_of_all(described: Described) -> dict[str, Any]:
+    """Operation counts with nothing fixed and every usual output."""
+    from mechc_codegen.compiler import operations_of_all
+
+    found: dict[str, Any] = operations_of_all(*described())
+    return found
+
+
+@one_at_a_time
+def _built(described: Described) -> Any:
+    """Described, derived and emitted, with the seconds that each stage took."""
+    from mechc_codegen.compiler import build_scene
+
+    seconds: Seconds = {}
+    mechanism, requested = timed(seconds, "describe", described)
+    scene = build_scene(mechanism, (native(),), requested)
+    return replace(scene, seconds={**seconds, **scene.seconds})
+
+
+def _system(
+    key: str,
+    built: Callable[[], Any],
+    described: Described,
+    reference: ModelReference,
+    seconds: Seconds,
+    started: float,
+) -> System:
+    """From the cache, or compiled: what it takes to begin with at once, the rest behind it."""
+    if key not in _compiled:
+        reference, seconds = replace(reference, key=key), dict(seconds)
+        scene = entries.found(key)
+        if scene is not None:
+            found = system_with(scene, reference, seconds, described)
+            seconds["load"] = time.perf_counter() - started
+        else:
+            found = _begun(lru_cache(built), described, reference, seconds, started)
+        _compiled[key] = found
+    return _compiled[key]
+
+
+def _begun(
+    built: Callable[[], Any],
+    described: Described,
+    reference: ModelReference,
+    seconds: Seconds,
+    started: float,
+) -> System:
+    """A system with its first unit, and the whole of it on the way.
+
+    The first unit is kept too: a program that never integrates never waits for the whole.  Of
+    processes that want the same at once, one derives and compiles it, and the others wait.
+    """
+    key = reference.key
+
+    def make(stage: str, unit: Callable[[Any, Path], None], folder: Path) -> None:
+        scene = built()
+        seconds.update(scene.seconds)
+        timed(seconds, stage, lambda: unit(scene, folder))
+
+    def whole() -> Any:
+        finished = entries.made(key, lambda folder: make("compile", entries.make_whole, folder))
+        ready.wait()
+        system.scene = scene_with_inputs(finished, system.data)
+        return finished
+
+    beside = cache.first_key(key)
+    first = entries.found(beside) or entries.made(
+        beside, lambda folder: make("first unit", entries.make_first_unit, folder)
+    )
+    compiled_now = "first unit" in seconds
+    if not compiled_now:
+        seconds["load"] = time.perf_counter() - started
+    ready = Event()
+    deferred = DeferredScene(first, Pending(whole, at_once=compiled_now))
+    system = system_with(deferred, reference, seconds, described)
+    ready.set()
+    return system

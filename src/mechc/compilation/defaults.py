@@ -1,0 +1,64 @@
+"""Default values of parameters: numbers stay out of what is compiled, so that no value decides it.
+
+What a number is given for is looked up by name when the model is there.  Defaults that follow
+other parameters are expressions, and compiled.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from mechc.errors import UnknownNameError
+from mechc.system.names import by_name, name_of, without_unused
+from mechc.system.system import System
+
+
+def split(
+    defaults: Mapping[Any, Any], states: Iterable[Any]
+) -> tuple[dict[Any, float], dict[Any, Any]]:
+    """(numbers, what has to be compiled: expressions, and the starts of states)."""
+    by_name(defaults, "defaults")  # each name once
+    kept = {name_of(state) for state in states}
+    numbers: dict[Any, float] = {}
+    compiled: dict[Any, Any] = {}
+    for key, value in defaults.items():
+        number = None if name_of(key) in kept else _number(value)
+        if number is None:
+            compiled[key] = value
+        else:
+            numbers[key] = number
+    return numbers, compiled
+
+
+def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[str]) -> System:
+    """The system with these values; ``read``: names of all symbols that the object holds.
+
+    Those that fell out of the equations are left out: without a word where the object holds them,
+    as it does the inertias about two axes of what moves in a plane, and with a warning where it
+    does not.
+
+    Raises
+    ------
+    UnknownNameError
+        For a text that names no symbol of the object.
+    """
+    idle = {*read, *system.data["fixed"]} - set(system.parameters)
+    told = {key: value for key, value in numbers.items() if name_of(key) not in idle}
+    values = without_unused(told, system.parameters, "defaults")
+    for name in values:
+        if name not in system.parameters:
+            raise UnknownNameError("parameter", name, system.parameters)
+    return system.with_defaults(values) if values else system
+
+
+def _number(value: Any) -> float | None:
+    """A finite number; None for anything else, which the compiler takes or refuses."""
+    if isinstance(value, str) or getattr(value, "free_symbols", None):
+        return None
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None

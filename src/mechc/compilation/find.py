@@ -1,0 +1,138 @@
+"""Systems by name: of the library, and of what a reference describes."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
+
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._driver import Scene
+from mechc.system.names import by_name
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
+
+BACKENDS = ("c", "numpy")
+
+
+def library_system(
+    name: str,
+    *,
+    instruction_set: str | None = None,
+    fix: Mapping[str, float] | None = None,
+    outputs: Iterable[str] | None = None,
+    backend: str = "c",
+    **options: Any,
+) -> System:
+    """A mechanism of the library or a variant of one; see :func:`mechc.load`."""
+    if name not in LIBRARY:
+        raise UnknownNameError("mechanism", name, LIBRARY)
+    if instruction_set is not None and not _is_word(instruction_set):
+        raise ValueError(f"no instruction set is called {brief(instruction_set)}")
+    asked = _asked(fix, outputs)
+    if checked_backend(backend) == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
+        return _installed(name, instruction_set)
+    return _variant(name, instruction_set, asked, backend, options)
+
+
+@one_at_a_time
+def _variant(
+    name: str,
+    instruction_set: str | None,
+    asked: Mapping[str, Any],
+    backend: str,
+    options: Mapping[str, Any],
+) -> System:
+    from mechc.compilation.library import beyond_default, variant
+
+    options = beyond_default(name, options) if options else options
+    if backend == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
+        return _installed(name, instruction_set)
+    if instruction_set is not None:
+        raise ValueError(
+            "backend='numpy' has no instruction sets: leave instruction_set out"
+            if backend == "numpy"
+            else "what is compiled on demand is for this processor alone: leave instruction_set out"
+        )
+    return variant(name, options, asked, backend)
+
+
+def system_of(reference: ModelReference, given: System | None = None) -> System:
+    """What a reference describes: the system given, one of the library, or one in the cache.
+
+    Raises
+    ------
+    MechcError
+        If it is not at hand, or the one given or found has other states.
+    """
+    if given is None and not reference.custom:
+        return library_system(
+            reference.mechanism,
+            instruction_set=reference.instruction_set,
+            backend=reference.backend,
+            **reference.options,
+        )
+    system = _from_cache(reference) if given is None else given
+    if reference.state and (*system.coordinates, *system.speeds) != reference.state:
+        raise MechcError(
+            f"it is of a mechanism with the states {', '.join(reference.state)}; the model "
+            f"{system.name!r} has others"
+        )
+    return system
+
+
+def _is_word(text: object) -> bool:
+    return isinstance(text, str) and text.isascii() and text.isalnum()
+
+
+def _number(name: object, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
+def checked_backend(backend: str) -> str:
+    """``"c"`` or ``"numpy"``."""
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS)
+    return backend
+
+
+@one_at_a_time
+def _from_cache(reference: ModelReference) -> System:
+    from mechc.compilation.build import compiled_before
+
+    return compiled_before(reference)
+
+
+@cache
+@one_at_a_time
+def _installed(name: str, instruction_set: str | None) -> System:
+    from mechc.compilation.build import system_with
+
+    module = importlib.import_module(f"mechc._scenes.{name}")
+    reference = ModelReference(
+        name, instruction_set=instruction_set, library_file=str(module.__file__)
+    )
+    return system_with(Scene(module.model, instruction_set), reference)
+
+
+def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
+    """What a variant is asked for beside its options, as names and numbers."""
+    asked: dict[str, Any] = {}
+    if fix:
+        given = by_name(fix, "parameters to fix", "{'g': 9.81}")
+        asked["fix"] = {str(k): _number(k, given[k]) for k in sorted(given, key=str)}
+    if outputs is not None:
+        names = [outputs] if isinstance(outputs, str) else list(outputs)
+        if not all(isinstance(each, str) for each in names):
+            raise TypeError(
+                "outputs of a shipped mechanism are asked for by name; expressions of one's own "
+                "are for mechc.compile"
+            )
+        asked["outputs"] = sorted(set(names))
+    return asked

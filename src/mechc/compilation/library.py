@@ -1,0 +1,134 @@
+"""Mechanisms of the library: their options and variants, their derivation, their C."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+from mechc.compilation.build import compile_described, compile_known, without_c
+from mechc.compilation.compiler import errors_of_compiler
+from mechc.errors import UnknownNameError
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
+
+
+def shipped_options(name: str) -> dict[str, str]:
+    """Option name -> what it does, of a mechanism of the library."""
+    from mechc_codegen import SHIPPED
+
+    return {option.name: option.about for option in SHIPPED[name].options}
+
+
+def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options that ask for more than a mechanism's default scene, counts as numbers.
+
+    Raises :class:`UnknownNameError` for an option that it does not have.
+    """
+    from mechc_codegen.library.catalogue import beyond_default
+
+    known = shipped_options(name)
+    for option in options:
+        if option not in known:
+            raise UnknownNameError(f"option of {name}", option, known)
+    errors_of_compiler()
+    found: dict[str, Any] = beyond_default(name, options)
+    return found
+
+
+def variant(
+    name: str, options: Mapping[str, Any], asked: Mapping[str, Any], backend: str = "c"
+) -> System:
+    """A mechanism of the library with options that are known to exist, compiled on demand.
+
+    ``asked``: parameters to ``fix`` and ``outputs``, by name.  What mechanism, options and
+    compiler package decide is looked up before anything is derived.
+    """
+    errors_of_compiler()
+    told = _told(options, asked)
+    plain = all(map(_is_plain, options.values()))
+    same = plain or _reads_again(options, told)
+    reference = ModelReference(name, told if same else {}, custom=not same, backend=backend)
+
+    def described() -> tuple[Any, Any]:
+        return _as_asked(name, options, asked)
+
+    if backend == "numpy":
+        return without_c(described, reference)
+    if plain:
+        return compile_known(_variant_digest(name, told), described, reference)
+    return compile_described(described, reference)
+
+
+def _as_asked(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> tuple[Any, Any]:
+    from mechc_codegen.frontend.read_request import read_request
+
+    mechanism = mechanism_of(name, options)
+    outputs = tuple(asked["outputs"]) if "outputs" in asked else None
+    return mechanism, read_request(mechanism, asked.get("fix", {}), outputs, of_object=False)
+
+
+def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
+    """What says the same to another process."""
+    kept = (bool, int)
+    return {k: v if isinstance(v, kept) else str(v) for k, v in options.items()} | dict(asked)
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, (bool, int, float, str))
+
+
+def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
+    """Whether the texts of the options, read again, are the options."""
+    from mechc_codegen.description.parser import parse_expression
+    from mechc_codegen.errors import CodegenError
+    from sympy.physics.mechanics import dynamicsymbols
+
+    try:
+        again = [
+            parse_expression(told[key], {"t": dynamicsymbols._t}) == value
+            for key, value in options.items()
+            if not _is_plain(value)
+        ]
+    except CodegenError:
+        return False
+    return all(again)
+
+
+def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
+    parts = ["shipped", name, repr(sorted(told.items()))]
+    return hashlib.sha256("".join(f"{len(p)}:{p}" for p in parts).encode()).hexdigest()
+
+
+def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
+                    latex: bool) -> str:  # fmt: skip
+    """The typeset derivation of a shipped mechanism, as HTML or LaTeX."""
+    from mechc_codegen.typeset.page import derivation, html_page, latex_document
+
+    mechanism = mechanism_of(name, options)
+    written = latex_document if latex else html_page
+    return str(written(derivation(mechanism), values))
+
+
+def derivation_notes(
+    name: str, options: Mapping[str, Any], values: Mapping[str, float]
+) -> list[tuple[str, str]]:
+    """What the mechanism says about parameter values: for the four-bar its Grashof class."""
+    mechanism = mechanism_of(name, options)
+    return list(mechanism.notes(values)) if mechanism.notes else []
+
+
+def generated_texts(name: str, options: Mapping[str, Any]) -> Mapping[str, str]:
+    """File name -> text of everything generated for a shipped mechanism."""
+    from mechc_codegen import build_scene
+
+    texts: Mapping[str, str] = build_scene(mechanism_of(name, options)).texts
+    return texts
+
+
+def mechanism_of(name: str, options: Mapping[str, Any]) -> Any:
+    """The mechanism as the compiler describes it."""
+    from mechc_codegen import shipped_mechanism
+
+    errors_of_compiler()
+    return shipped_mechanism(name, options)

@@ -1,0 +1,159 @@
+"""Saved solutions and batches, opened again."""
+
+from __future__ import annotations
+
+import copyreg
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from mechc.batch.results import Batch
+from mechc.errors import CompilerError, MechcError, MissingPackageError
+from mechc.model import Model
+from mechc.results.files import read, recipe_of, reference_in
+from mechc.results.solution import Solution
+from mechc.results.untrusted import mapping_of, printable, text_of
+from mechc.simulation.events import EventRecord
+from mechc.simulation.settings import Policy
+from mechc.simulation.status import CODES, ChangePoint, Status
+from mechc.system.parameters import Array
+
+LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may ask for
+ROWS_A_STEP = 12  # no method keeps more rows of states a step
+
+
+def open_saved(
+    path: str | Path, model: Model | None = None, *, max_bytes: int = LARGEST_RUN
+) -> Solution | Batch:
+    """A solution saved as ``.nc``, or a batch streamed to a folder, again.
+
+    The model is loaded and the motion simulated again from the saved start with the saved
+    settings, and compared with the saved states; so it has dense output.
+
+    Parameters
+    ----------
+    model
+        Needed for a mechanism of one's own that is not in this user's cache any more: the same,
+        compiled again.
+    max_bytes
+        What the states and the dense output of a solution may take when it is simulated again.
+        A file may come from anybody, and can ask for any number of steps.
+
+    Raises
+    ------
+    MechcError
+        If the file is not a saved solution or damaged, its mechanism is not at hand, or the
+        motion comes out different or too large.
+    """
+    path = Path(path)
+    if _is_folder(path):
+        from mechc.batch.store import open_batch
+
+        batch = open_batch(path, None if model is None else model.system)
+        batch.model = Model.of_system(batch.system)
+        return batch
+    try:
+        recipe, t, states = read(path)
+        sol = _again(_model(recipe, model), recipe, t, max_bytes)
+    except (FileNotFoundError, MissingPackageError, CompilerError):
+        raise
+    except (
+        MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
+        RecursionError, TypeError, ValueError,
+    ) as error:  # fmt: skip
+        told = printable(str(error) or type(error).__name__)
+        raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
+    _compare(path, sol, states)
+    return sol
+
+
+def _is_folder(path: Path) -> bool:
+    try:
+        return path.is_dir()
+    except OSError as error:
+        raise MechcError(f"{printable(str(path)[:200])}: {error.strerror}") from None
+
+
+def _model(told: Mapping[str, Any], given: Model | None) -> Model:
+    return Model.of_reference(reference_in(told, given=given is not None), given)
+
+
+def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> Solution:
+    """The run up to where it ended, with all that a file says checked as a user's input is."""
+    told = Policy(**mapping_of(recipe["policy"], "its policy"))
+    room = max_bytes // (8 * ROWS_A_STEP * model.system.scene.width)
+    policy = told._asdict() | {
+        "dense": True,
+        "first_step": told.first_step or None,
+        "method": "auto" if told.stiff_switch else told.method,
+        "max_steps": min(2 * int(recipe["steps"]) + 1000, room),  # cut short, the last differ
+        "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
+    }
+    del policy["stiff_switch"]
+    sol = model.simulate(
+        recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
+    )
+    if sol.status.code == "too many steps":
+        raise MechcError(
+            f"simulating it again takes more than {policy['max_steps']} steps; read the file with "
+            "xarray instead, or allow more: mechc.open(path, max_bytes=...)"
+        )
+    sol.policy = told._replace(dense=True, atol=sol.policy.atol)
+    sol.status = _status(mapping_of(recipe["status"], "its status"))
+    if not np.array_equal(sol._run.states()[0], t):
+        sol._times = t
+    sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    sol.change_points = tuple(
+        ChangePoint(float(c["t"]), tuple(map(float, c["q"])), float(c["gap"]))
+        for c in recipe["change_points"]
+    )
+    return sol
+
+
+def _pickled(sol: Solution) -> tuple[Any, ...]:
+    """What a solution is simulated again from, and its states to compare with."""
+    return _unpickled, (sol.model, recipe_of(sol), dict(sol.stats), sol.t, sol.y)
+
+
+def _unpickled(
+    model: Model, recipe: dict[str, Any], stats: dict[str, Any], t: Array, y: Array
+) -> Solution:
+    sol = _again(model, recipe, t, LARGEST_RUN)
+    sol.stats = MappingProxyType(stats)
+    _compare(Path("the pickled solution"), sol, y)
+    return sol
+
+
+copyreg.pickle(Solution, _pickled)
+
+
+def _status(told: Mapping[str, Any]) -> Status:
+    """An outcome as a file tells it: known, and with texts that are nothing but text."""
+    codes = {name for name, *_ in CODES.values()}
+    if told["code"] not in codes:
+        raise MechcError("its status is unknown")
+    return Status(
+        told["code"],
+        float(told["t"]),
+        text_of(told["cause"], "the cause of its end"),
+        text_of(told["advice"], "the advice about its end"),
+        tuple(text_of(text, "a warning") for text in told["warnings"]),
+    )
+
+
+def _event_record(model: Model, t: list[float], y: list[list[float]]) -> EventRecord:
+    return EventRecord(np.array(t, float), np.array(y, float).reshape(-1, model.system.scene.width))
+
+
+def _compare(path: Path, sol: Solution, states: Array) -> None:
+    again = sol.y
+    scale = 1.0 + np.abs(states).max(initial=0.0)
+    same = again.shape == states.shape and np.abs(again - states).max(initial=0.0) < 1e-6 * scale
+    if not same:
+        raise MechcError(
+            f"{path}: simulated again, the motion differs from the one saved (another version "
+            "or processor, at a motion this sensitive); read the file with xarray instead"
+        )

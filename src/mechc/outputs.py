@@ -1,0 +1,353 @@
+"""What a model can be asked at a state: its equations, energies, points, and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from mechc.analysis.jacobians import input_values, jacobian
+from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.inputs.accept import accepted
+from mechc.inputs.driven_scene import with_inputs
+from mechc.system.c_interface import CFunction, c_function, integrand
+from mechc.system.description import Description
+from mechc.system.names import name_of, names_of
+from mechc.system.parameters import Array, Parameters, doubles, is_table
+from mechc.system.system import System, Time
+
+
+class Momenta(NamedTuple):
+    """Linear momenta (kg m/s) and angular momenta about the origin (kg m^2/s).
+
+    Both of shape (..., bodies, 3), in the inertial frame.
+    """
+
+    linear: Array
+    angular: Array
+
+
+class Reactions(NamedTuple):
+    """Forces (N) and torques (N m) of every joint, by its parent on its child.
+
+    Both of shape (..., joints, 3), in the inertial frame; a torque is about the child's point of
+    the joint.
+    """
+
+    force: Array
+    torque: Array
+
+
+ONE_SET = "a C function has one set of parameters"
+
+
+class Outputs(Description):
+    """A system asked with parameters by name and states of any shape: checked, then evaluated.
+
+    Every output takes states of shape (..., nq + nu), parameters as a mapping of some names to
+    values or an array (..., np) of all, and a time; it is vectorised over the leading axes, which
+    broadcast against each other, and returns a fresh array.
+
+    Raises (all outputs)
+    --------------------
+    UnknownNameError
+        For a parameter that does not exist; the nearest names are offered.
+    ValueOutOfBoundsError
+        For a parameter outside its bounds or not finite.
+    """
+
+    def __init__(self, system: System) -> None:
+        super().__init__(system.data)
+        self.system = system
+
+    def _evaluate(self, name: str, y: Array, params: Parameters, t: Time) -> Array:
+        return self.system.evaluate(name, *self._checked(y, params), t)
+
+    def _checked(self, y: Array, params: Parameters) -> tuple[Array, Array]:
+        """States and all parameters, as the system takes them."""
+        return self._checked_states(y), self.system.parameter_set.resolve(params)
+
+    def _checked_states(self, y: Array) -> Array:
+        """States (..., nq + nu) as doubles, row after row in memory."""
+        states = doubles(y, "a state")
+        width = len(self.coordinates) + len(self.speeds)
+        if states.ndim == 0 or states.shape[-1] != width:
+            raise ValueError(
+                f"a state of {self.name} has {width} components (coordinates, then speeds) along "
+                f"its last axis; the array given has the shape {states.shape}"
+            )
+        return states
+
+    def _one_set(self, params: Parameters, what: str) -> Array:
+        """All parameters (np,), where only one set of them makes sense."""
+        p = self.system.parameter_set.resolve(params)
+        if p.ndim != 1:
+            raise ValueOutOfBoundsError(f"{what}, not an array {p.shape[:-1]} of them")
+        return p
+
+    def with_inputs(self, inputs: Mapping[str, Any]) -> Self:
+        """This model driven by inputs, for everything that it can be asked.
+
+        Parameters
+        ----------
+        inputs
+            Name or symbol -> a number, a :class:`mechc.Signal`, samples ``(times, values)``, an
+            interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of floats and arrays (nq,),
+            (nu,), one ``f(x, t)`` of the state, or a tuple of functions of t: value, rate, second
+            rate.  A tuple of inputs -> a function that gives all their values.
+            :attr:`inputs` names those that were left open when compiling.
+
+        Raises
+        ------
+        UnknownNameError, ValueOutOfBoundsError, MissingInputError
+            For inputs that do not exist, that cannot be what they are given for, or that are
+            left out.
+
+        Notes
+        -----
+        A function is called back from compiled code: a microsecond or so each time, some thousand
+        times a run; ``sol.status.warnings`` say how often and how long.  How smooth it is is not
+        known, so ``method="auto"`` takes the pair of order 8, whose error follows the tolerance
+        over kinks too.
+        """
+        driven = object.__new__(type(self))
+        driven.__dict__.update(self.__dict__)
+        slots = self.data.get("inputs", ())
+        given = accepted(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
+        driven.system = with_inputs(self.system, given)
+        return self if driven.system is self.system else driven
+
+    def rhs(
+        self,
+        t: Time,
+        y: Array,
+        params: Parameters = None,
+        out: Array | None = None,
+        *,
+        inputs: Mapping[str, Any] | None = None,
+    ) -> Array:
+        """State rates y' at the state as it is, shape (..., nq + nu).
+
+        Where closure holds these are the accelerations of the mechanism; off it, those that
+        J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
+        where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
+        all.  An ``out`` that shares memory with y holds what one apart would.  ``inputs`` as in
+        :meth:`with_inputs`.
+        """
+        if inputs is not None:
+            return self.with_inputs(inputs).rhs(t, y, params, out)
+        if out is None:
+            return self._evaluate("rates", y, params, t)
+        if not isinstance(out, np.ndarray):
+            raise TypeError(f"out is an array for the rates, not {brief(out)}")
+        values = self.system.parameter_set.resolve(params)
+        scene = self.system.scene
+        into = getattr(scene, "evaluate_into", None)
+        tables = is_table(y, scene.width) and is_table(out, scene.width)
+        same = values.ndim == 1 and np.ndim(t) == 0
+        apart = tables and not np.may_share_memory(y, out)
+        if into is not None and apart and same and len(y) == len(out):
+            into("rates", doubles([t], "the time"), y, values[None], out)
+        else:
+            out[...] = self.system.rates(self._checked_states(y), values, t)
+        return out
+
+    def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:
+        """The plain right-hand side ``f(t, y)`` for SciPy's integrators.
+
+        Unprojected: an integrator that uses it drifts off closure and, near a change point,
+        takes a wrong branch at any tolerance.  Fine for smooth scenes; :meth:`simulate` is
+        right for all.
+        """
+        values = self.system.parameter_set.resolve(params)
+        return lambda t, y: self.system.rates(self._checked_states(y), values, t)
+
+    def mass_matrix(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""
+        return self._evaluate("mass_matrix", y, params, t)
+
+    def forcing(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """F of M u' + J^T lambda = F, shape (..., nu)."""
+        return self._evaluate("forcing", y, params, t)
+
+    def constraints(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """Configuration constraints, zero where the loops close, shape (..., holonomic rows)."""
+        return self._evaluate("constraints", y, params, t)
+
+    def velocity_constraints(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """J u + b, zero where the speeds keep every constraint, shape (..., nc)."""
+        return self._evaluate("velocity_constraints", y, params, t)
+
+    def constraint_jacobian(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """J over the speeds, configuration constraints first, shape (..., nc, nu)."""
+        return self._evaluate("constraint_jacobian", y, params, t)
+
+    def multipliers(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """lambda of M u' + J^T lambda = F, shape (..., nc); grows like 1/distance at a crossing."""
+        return self._evaluate("multipliers", y, params, t)
+
+    def kinetic_energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """T in J, shape (...)."""
+        return self._evaluate("kinetic_energy", y, params, t)
+
+    def potential_energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """V in J of the loads that have a potential, shape (...)."""
+        return self._evaluate("potential_energy", y, params, t)
+
+    def energy(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """T + V in J, shape (...)."""
+        return self.system.energy(*self._checked(y, params), t)
+
+    def momenta(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Momenta:
+        """Linear and angular momenta of every body, each of shape (..., bodies, 3)."""
+        states, p = self._checked(y, params)
+        names = ("linear_momenta", "angular_momenta")
+        return Momenta(*(self.system.evaluate(name, states, p, t) for name in names))
+
+    def reactions(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Reactions:
+        """What each joint's parent exerts on its child, force and torque of (..., joints, 3) each.
+
+        In the order of :attr:`joint_names`, cut joints among them; compiled where
+        ``outputs=("reactions", ...)`` asks for them.  Everything that passes through the joint
+        and is no load: springs, friction and motors that are given as loads on the two bodies
+        are not in it, so along a free direction nothing is left of it, except what drives that
+        direction by a constraint on the joint's own speeds.
+
+        By Newton and Euler from the outermost bodies inwards, with the accelerations and
+        multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
+        balance the same motion: these are those of the multipliers of least norm.  Near a
+        crossing they grow like 1/distance.
+        """
+        states, p = self._checked(y, params)
+        names = ("reaction_forces", "reaction_torques")
+        return Reactions(*(self.system.evaluate(name, states, p, t) for name in names))
+
+    def points(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """Positions of the named points in m, shape (..., points, 3)."""
+        return self._evaluate("points", y, params, t)
+
+    def point_velocities(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """Velocities of the named points in m/s, shape (..., points, 3)."""
+        return self._evaluate("point_velocities", y, params, t)
+
+    def point_accelerations(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """Accelerations of the named points in m/s^2, shape (..., points, 3)."""
+        return self._evaluate("point_accelerations", y, params, t)
+
+    def state_jacobian(
+        self, y: Array, params: Parameters = None, t: Time = 0.0, *, of: str | None = None
+    ) -> Array:
+        """Derivative of :meth:`rhs` by the state, shape (..., nq + nu, nq + nu).
+
+        Of the rates as they are written down, which off the constraints say what J u' = gamma asks
+        for: along the constraints it is the mechanism's own.  Exact: M du' + J^T dlambda
+        = -d(M u' + J^T lambda - F), solved by compiled code.  ``of``: instead of an output of one's
+        own, shape (..., nq + nu).
+
+        Raises
+        ------
+        UnavailableOutputError
+            If the model was compiled without ``"state_jacobian"``.
+        UnknownNameError
+            If there is no such output of one's own.
+        """
+        return self._jacobian("state", y, params, t, of)
+
+    def parameter_jacobian(
+        self, y: Array, params: Parameters = None, t: Time = 0.0, *, of: str | None = None
+    ) -> Array:
+        """Derivative of :meth:`rhs` by the parameters at a fixed state, (..., nq + nu, np).
+
+        Each parameter by itself: defaults that follow others do not move.  ``of``: instead of an
+        output of one's own, shape (..., np).  Raises as :meth:`state_jacobian` does.
+        """
+        return self._jacobian("parameter", y, params, t, of)
+
+    def input_jacobian(
+        self, y: Array, params: Parameters = None, t: Time = 0.0, *, of: str | None = None
+    ) -> Array:
+        """Derivative of :meth:`rhs` by the inputs that a run is given, (..., nq + nu, n).
+
+        Columns in the order of :attr:`input_values`; there where ``"state_jacobian"`` is.
+        ``of``: instead of an output of one's own, shape (..., n).
+        """
+        return self._jacobian("input", y, params, t, of)
+
+    def _jacobian(self, by: str, y: Array, params: Parameters, t: Time, of: str | None) -> Array:
+        return jacobian(self.system, by, *self._checked(y, params), t, name_of(of))
+
+    @property
+    def input_values(self) -> tuple[str, ...]:
+        """Every input with the rates of it that the equations hold: ``("F", "r", "r'", "r''")``."""
+        return input_values(self.system)
+
+    @property
+    def knows_energy(self) -> bool:
+        """Whether kinetic and potential energy are among the outputs."""
+        return self.system.knows_energy
+
+    def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
+        """Any output by name, the user's own ones among them."""
+        return self._evaluate(name_of(name), y, params, t)
+
+    # -- for C --------------------------------------------------------------------------------
+
+    def c_function(self, output: str = "rates", params: Parameters = None) -> CFunction:
+        """An output as a C function; by default the state rates, unprojected as in :meth:`rhs`.
+
+        Waits until all of a model that is being compiled is there.
+
+        Parameters
+        ----------
+        output
+            ``"rates"``, or what :meth:`output` takes.
+        params
+            One value of each parameter, by name or all in an array; they are copied.
+
+        Raises
+        ------
+        UnknownNameError, UnavailableOutputError
+            If the model has no such output.
+        """
+        return c_function(self.system, output, self._one_set(params, ONE_SET))
+
+    def integrand(
+        self,
+        output: str,
+        along: str | Sequence[str],
+        y: Array,
+        params: Parameters = None,
+        *,
+        t: float = 0.0,
+        component: int = 0,
+    ) -> Any:
+        """A number of an output as a function of coordinates, for ``scipy.integrate.quad``.
+
+        The state is y (nq + nu,) but for what it runs along; nothing closes loops on the way.
+
+        Parameters
+        ----------
+        along
+            A coordinate, a speed or ``"t"``; several for ``nquad`` or the ``args`` of ``quad``.
+        component
+            Which number of the output, flattened.
+
+        Returns
+        -------
+        scipy.LowLevelCallable
+            Of the signature ``double (int, double *, void *)``.
+
+        Raises
+        ------
+        UnknownNameError, UnavailableOutputError
+            If the model has no such output, coordinate or speed.
+        ValueOutOfBoundsError
+            If the output has no such component.
+        """
+        p = self._one_set(params, ONE_SET)
+        names = names_of(along)
+        state = self._checked_states(np.array(y, dtype=np.float64))
+        if state.ndim != 1 or not names:
+            raise ValueError(f"one state of {self.name} and at least one name are needed")
+        return integrand(self.system, output, names, state, p, float(t), component)

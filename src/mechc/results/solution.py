@@ -1,0 +1,131 @@
+"""A trajectory as people use it: shown, drawn, saved, continued."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from pathlib import Path
+from typing import Any
+
+from mechc.errors import MechcError, RunError
+from mechc.simulation.simulate import continued
+from mechc.simulation.trajectory import Trajectory
+
+
+class Solution(Trajectory):
+    """A trajectory, and the model that made it.
+
+    Attributes
+    ----------
+    model
+        The :class:`mechc.Model` that was simulated, driven by its inputs where it has some.
+    params : (np,)
+        Its parameters.
+    status
+        :class:`mechc.Status`: how it ended, in prose by ``str``.
+    stats
+        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
+        the constraints and its time, wall time in s, method.
+    t : (nt,)
+        Times in s: ``t_eval``, or the accepted steps.
+    events
+        An :class:`mechc.EventRecord` (times, states) for each event asked for.
+    y : (nt, nq + nu)
+        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
+    """
+
+    def __init__(self, model: Any, trajectory: Trajectory) -> None:
+        self.__dict__.update(trajectory.__dict__)
+        self.model = model
+
+    @classmethod
+    def of_run(cls, model: Any, run: Callable[[], Trajectory]) -> Solution:
+        """The solution of a run; also the one that an error of the run holds."""
+        try:
+            return cls(model, run())
+        except RunError as error:
+            if isinstance(error.solution, Trajectory):
+                error.solution = cls(model, error.solution)
+            raise
+
+    def __copy__(self) -> Solution:
+        return type(self)(self.model, self)
+
+    def __deepcopy__(self, memo: Any) -> Solution:
+        """With arrays of its own; the run behind it never changes."""
+        other = copy(self)
+        other.params = self.params.copy()
+        for name in ("_record", "energy", "closure", "velocity_closure"):
+            other.__dict__.pop(name, None)
+        return other
+
+    def continue_to(
+        self,
+        t_end: float,
+        *,
+        max_steps: int | None = None,
+        on_change_point: str | None = None,
+        progress: Callable[[float], None] | None = None,
+    ) -> Solution:
+        """This motion and what follows it until ``t_end``, as one new Solution.
+
+        Goes on from where the run ended, whatever ended it, with the same method, tolerances
+        and events (a terminal one counts anew).  The states are the accepted steps, whatever
+        ``t_eval`` was.
+
+        Parameters
+        ----------
+        t_end
+            In s, beyond the end of the run in its direction.
+        max_steps, on_change_point, progress
+            As in :meth:`mechc.Model.simulate`; those of this run when None.
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            If t_end lies on the other side of the run's end.
+        MechcError
+            If the run was made with ``dense=False``.
+        """
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        return self.of_run(
+            self.model,
+            lambda: continued(
+                self, t_end, max_steps=max_steps, on_change_point=on_change_point, progress=progress
+            ),
+        )
+
+    # -- what people see ----------------------------------------------------------------------
+
+    def to_xarray(self) -> Any:
+        """Everything as an ``xarray.Dataset`` over time."""
+        from mechc.results.files import to_dataset
+
+        return to_dataset(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write to ``.nc`` (NetCDF, opened again by :func:`mechc.open`) or ``.csv``."""
+        from mechc.results.files import save
+
+        return save(self, Path(path))
+
+    def plot(self) -> Any:
+        """Coordinates, speeds, paths, energy and closure in one matplotlib figure."""
+        from mechc.results.figures import overview
+
+        return overview(self)
+
+    def animate(self, *, fps: float = 60.0) -> Any:
+        """The motion, as an object that displays itself and has ``save(path)``."""
+        from mechc.results.animation import animate
+
+        return animate(self, fps=fps)
+
+    def __repr__(self) -> str:
+        return f"<mechc.Solution of {self.system.name}: {len(self)} states, {self.status.headline}>"
+
+    def _repr_html_(self) -> str:
+        from mechc.results.summary import solution_html
+
+        return solution_html(self)

@@ -1,0 +1,128 @@
+"""What a scene says about itself: names, units, bounds, drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from itertools import product
+from types import MappingProxyType
+from typing import Any
+
+from mechc.errors import UnknownNameError
+from mechc.system.names import name_of
+from mechc.system.parameters import Quantity
+
+
+class Description:
+    """The metadata of a compiled scene.
+
+    Attributes
+    ----------
+    name, title
+        What code and people call it.
+    coordinates, speeds
+        Names, in the order of a state y = [q, u].
+    states
+        Those of the coordinates, the last ones, that have rates of their own and no speed:
+        activations, controllers.
+    parameters, inputs
+        Names, in order.
+    """
+
+    def __init__(self, data: Mapping[str, Any]) -> None:
+        self.data = data
+        self.name: str = data["name"]
+        self.title: str = data["title"]
+        self.coordinates: tuple[str, ...] = tuple(q["name"] for q in data["coordinates"])
+        self.speeds: tuple[str, ...] = tuple(u["name"] for u in data["speeds"])
+        self.parameters: tuple[str, ...] = tuple(p["name"] for p in data["parameters"])
+        self.inputs: tuple[str, ...] = tuple(slot["name"] for slot in data.get("inputs", ()))
+        self.states = self.coordinates[len(self.coordinates) - len(data.get("states", ())) :]
+        self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
+
+    @cached_property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """Every coordinate, speed and parameter by name."""
+        kinds = ("coordinates", "speeds", "parameters")
+        found = (Quantity.from_metadata(each) for kind in kinds for each in self.data[kind])
+        return MappingProxyType({quantity.name: quantity for quantity in found})
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """Unit of every coordinate, speed and parameter."""
+        return {name: q.unit for name, q in self.quantities.items()}
+
+    @property
+    def descriptions(self) -> Mapping[str, str]:
+        """One line on every coordinate, speed and parameter."""
+        return {name: q.description for name, q in self.quantities.items()}
+
+    @property
+    def bounds(self) -> Mapping[str, tuple[float, float]]:
+        """(lower, upper) of every coordinate, speed and parameter."""
+        return {name: (q.lower, q.upper) for name, q in self.quantities.items()}
+
+    @property
+    def point_names(self) -> tuple[str, ...]:
+        """Names of the points, in the order of :meth:`mechc.Model.points`."""
+        return tuple(self.data["points"])
+
+    @property
+    def body_names(self) -> tuple[str, ...]:
+        """Names of the bodies, in the order of :meth:`mechc.Model.momenta`."""
+        return tuple(self.data["bodies"])
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in the order of :meth:`mechc.Model.reactions`; empty without."""
+        return tuple(self.data["joints"])
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """Names of the constraint rows: configuration constraints first."""
+        return tuple(c["name"] for c in self.data["constraints"])
+
+    @property
+    def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """What is drawn: (label, names of the points of a polyline)."""
+        return tuple((label, tuple(points)) for label, points in self.data["links"])
+
+    @property
+    def ground(self) -> tuple[str, ...]:
+        """Names of the points drawn as pivots on the ground."""
+        return tuple(self.data["ground"])
+
+    @property
+    def traced(self) -> tuple[str, ...]:
+        """Names of the points whose path is drawn."""
+        return tuple(self.data["traced"])
+
+    @property
+    def view(self) -> tuple[str, str] | None:
+        """The axes of pictures, to the right and up, such as ("x", "-y"); None for the widest."""
+        right_up = self.data.get("view")
+        return (str(right_up[0]), str(right_up[1])) if right_up else None
+
+    @property
+    def start(self) -> Mapping[str, float]:
+        """Coordinates and speeds that ``mechc run`` starts from, SI units."""
+        return dict(self.data["start"])
+
+    @cached_property
+    def array_outputs(self) -> Mapping[str, tuple[int, ...]]:
+        """Outputs of one's own that are vectors, matrices or lists, and their shapes."""
+        found = self.data.get("arrays", {})
+        return MappingProxyType({name: tuple(shape) for name, shape in found.items()})
+
+    def array_elements(self, name: str) -> list[str]:
+        """Names of the elements of such an output, row after row."""
+        places = product(*map(range, self.array_outputs[name]))
+        return [f"{name}[{','.join(map(str, place))}]" for place in places]
+
+    def state_index(self, name: Any) -> int:
+        """Where a coordinate or speed, by name or symbol, stands in y."""
+        index = self._state_index.get(name)
+        index = self._state_index.get(name_of(name)) if index is None else index
+        if index is None:
+            raise UnknownNameError("coordinate or speed", name_of(name), self._state_index)
+        return index

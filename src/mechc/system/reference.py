@@ -1,0 +1,103 @@
+"""How another process, a saved file or a cluster's worker finds a compiled scene again."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mechc.errors import MechcError
+
+
+@dataclass(frozen=True)
+class ModelReference:
+    """A mechanism of the library with its options, or an entry of the cache.
+
+    Attributes
+    ----------
+    mechanism
+        Its name.
+    options
+        Of a mechanism of the library: its options, parameters to ``fix`` and ``outputs``.
+    custom
+        Whether it was compiled from the user's own mechanism: then its key alone finds it.
+    key
+        Of its entry in the cache; empty for what was compiled when mechc was installed.
+    state
+        Names of the coordinates and speeds, in order.
+    backend
+        ``"c"`` or ``"numpy"``.
+    defaults
+        Of a mechanism of the user's own: values of parameters where none are given.
+    instruction_set
+        Which compilation is wanted of those made when mechc was installed; None for the widest.
+    library_file
+        The file of what was compiled when mechc was installed, else empty.
+    """
+
+    mechanism: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    custom: bool = False
+    key: str = ""
+    state: tuple[str, ...] = ()
+    backend: str = "c"
+    instruction_set: str | None = None
+    library_file: str = ""
+    defaults: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def compiled(self) -> str:
+        """What tells this binary from any other: its key, or the hash of its file."""
+        if self.key or not self.library_file:
+            return self.key
+        return hashlib.sha256(Path(self.library_file).read_bytes()).hexdigest()
+
+    def exactly(self, instruction_set: str) -> ModelReference:
+        """The same binary, whatever processor a worker has."""
+        return replace(self, instruction_set=instruction_set if self.library_file else None)
+
+    def to_json(self) -> dict[str, Any]:
+        """For files: JSON data."""
+        told: dict[str, Any] = {
+            "mechanism": self.mechanism,
+            "options": dict(self.options),
+            "custom": self.custom,
+            "compiled": self.compiled,
+            "state": list(self.state),
+        }
+        told |= {} if self.backend == "c" else {"backend": self.backend}
+        return told | ({"defaults": dict(self.defaults)} if self.defaults else {})
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
+        """From a file, which nobody vouches for.
+
+        Raises
+        ------
+        MechcError
+            If it holds no reference.
+        """
+        options, state, custom = data.get("options"), data.get("state"), data.get("custom")
+        mechanism, key, backend = (data.get(k) for k in ("mechanism", "compiled", "backend"))
+        key, backend = key or "", backend or "c"
+        lists = isinstance(options, dict) and isinstance(state, list) and isinstance(custom, bool)
+        texts = [mechanism, key, backend, *(state or ())]
+        if not (lists and all(isinstance(text, str) for text in texts)):
+            raise MechcError("it does not say which mechanism it is of")
+        return cls(
+            str(mechanism), dict(options or {}), bool(custom), key if custom else "",
+            tuple(state or ()), backend, defaults=_numbers(data.get("defaults", {})),
+        )  # fmt: skip
+
+
+def _numbers(data: Any) -> dict[str, float]:
+    """Name -> finite number, from a file."""
+    if not isinstance(data, dict) or not all(type(value) is float for value in data.values()):
+        raise MechcError("its default values are no numbers")
+    if not all(map(math.isfinite, data.values())):
+        raise MechcError("its default values are not finite")
+    return {str(name): value for name, value in data.items()}

@@ -94,6 +94,12 @@ setup(
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
         Extension(
+            "mechc.native._codes",
+            ["src/mechc/native/_codes.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=headers("abi"),
+        ),
+        Extension(
             "mechc.native._driver",
             ["src/mechc/native/_driver.pyx"],
             include_dirs=[str(RUNTIME)],

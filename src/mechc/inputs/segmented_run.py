@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from mechc.native._codes import FINISHED, RUNNING
 from mechc.system.parameters import Array
-
-RUNNING, FINISHED = 0, 1
 
 
 class SegmentedRun:
@@ -48,8 +47,8 @@ class SegmentedRun:
         return int(self._run.count)
 
     @property
-    def passages(self) -> int:
-        return int(self._run.passages)
+    def crossings(self) -> int:
+        return int(self._run.crossings)
 
     def advance(self, steps: int) -> int:
         """At most so many attempted steps."""

@@ -498,20 +498,7 @@ cdef class Run:
 
     def stats(self):
         """Counters and the least conditioning met."""
-        cdef mechc_stats s = self.run.stats
-        return {
-            "steps": s.steps,
-            "rejected": s.rejected,
-            "rhs_evaluations": s.rhs_evaluations,
-            "closure_iterations": s.closure_iterations,
-            "least_singular": s.least_singular,
-            "least_singular_time": s.least_singular_time,
-            "coordinate": s.coordinate,
-            "examined": s.examined,
-            "critical_gap": s.critical_gap,
-            "critical_time": s.critical_time,
-            "rounding": s.rounding,
-        }
+        return self.run.stats  # the struct as a dict, by the names of its fields
 
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
@@ -525,7 +512,7 @@ cdef class Run:
         return t, y
 
     @property
-    def passages(self):
+    def crossings(self):
         """Number of change points passed."""
         return self.run.trajectory.crossing_count
 

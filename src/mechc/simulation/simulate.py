@@ -11,6 +11,14 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.native._codes import (
+    AT_CHANGE_POINT,
+    EVENT_FAILED,
+    INPUT_FAILED,
+    INTERRUPTED,
+    STOPPED_AT_CHANGE_POINT,
+    STOPPED_BY_EVENT,
+)
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.segments import Piece, Segments, Until
@@ -27,8 +35,6 @@ from mechc.system.system import System
 
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
-AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
 
 
 def run(
@@ -178,7 +184,7 @@ def _drive(
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     """What an engineer should know about change points passed."""
-    if not compiled.passages:
+    if not compiled.crossings:
         return ()
     times = compiled.change_points()[0]
     if stop is not None:

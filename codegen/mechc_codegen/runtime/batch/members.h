@@ -17,7 +17,6 @@
 #define MECHC_BATCH_PIECE 48 /* steps between drains */
 #define MECHC_BATCH_LOOK 256 /* components of states stepped on between looks at the stop flag */
 #define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
-#define MECHC_BATCH_COUNTS 5
 
 typedef struct {
     const mechc_unit *unit;
@@ -35,7 +34,7 @@ typedef struct {
     /* Out, a row a member. */
     double *y, *t, *at_times, *reduced, *least;
     int *status;
-    long *counts; /* steps, rejected, rhs evaluations, closure iterations, change points */
+    long *counts; /* columns: mechc_count; of `least`: mechc_least */
     ptrdiff_t next, done;
     int stop;
 } mechc_batch;
@@ -158,7 +157,8 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     const int stopped = !isnan(slot->reducer.stop);
     const double t = stopped ? slot->reducer.stop : run->t;
     double *y = batch->y + member * batch->width;
-    long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
+    long *counts = batch->counts + member * MECHC_COUNTS;
+    double *least = batch->least + member * MECHC_LEASTS;
     if (stopped)
         batch->unit->interpolate(batch->options.method, steps,
                                  batch->p + member * batch->parameters, batch->options.inputs, 1, &t, y);
@@ -167,13 +167,14 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
                (size_t)batch->width * sizeof(double));
     mechc_reducer_end(&slot->reducer, t, y, batch->reduced + member * batch->quantities);
     batch->t[member] = t;
-    batch->least[2 * member] = stats->least_singular;
-    batch->least[2 * member + 1] = stats->critical_gap;
-    counts[0] = stats->steps;
-    counts[1] = stats->rejected;
-    counts[2] = stats->rhs_evaluations;
-    counts[3] = stats->closure_iterations;
-    counts[4] = stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
+    least[MECHC_LEAST_SINGULAR] = stats->least_singular;
+    least[MECHC_LEAST_GAP] = stats->critical_gap;
+    counts[MECHC_COUNT_STEPS] = stats->steps;
+    counts[MECHC_COUNT_REJECTED] = stats->rejected;
+    counts[MECHC_COUNT_RHS] = stats->rhs_evaluations;
+    counts[MECHC_COUNT_CLOSURE] = stats->closure_iterations;
+    counts[MECHC_COUNT_CHANGE_POINTS] =
+        stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
 }
 
 static long mechc_batch_attempts(const mechc_run *run)

@@ -55,6 +55,10 @@ class DrivenScene:
         self.raise_failure()
         return out
 
+    def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
+        """As of :class:`mechc.native._driver.Scene`."""
+        out[...] = self.evaluate(name, t, y, p)
+
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))

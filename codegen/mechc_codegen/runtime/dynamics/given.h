@@ -1,6 +1,7 @@
 /* What a run is given, and what follows from it: parameters, constants made of them, inputs.
  *
  * Generic over `real`: each lane has parameters, inputs, time and state of its own. */
+#include <math.h>
 #include <string.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_GIVEN_VECTOR : !defined MECHC_GIVEN_SCALAR
@@ -41,7 +42,8 @@ MECHC_INLINE const mechc_inputs *FN(inputs_of)(const FN(given) *given)
 }
 
 #if MECHC_NI > 0
-/* Values first .. last - 1; u may be NULL where no input needs the speeds. */
+/* Values first .. last - 1, NaN where no inputs are given; u may be NULL where none needs the
+ * speeds. */
 MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(given) *given,
                                 int first, int last, real *values)
 {
@@ -50,12 +52,13 @@ MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(g
     for (int lane = 0; lane < RLANES; lane++) {
         const mechc_inputs *inputs = given->inputs[lane];
         double own_q[MECHC_NQ], own_u[MECHC_NU], own[MECHC_NI];
-        for (int i = 0; inputs->needs_state && i < MECHC_NQ; i++)
+        const int needs_state = inputs && inputs->needs_state;
+        for (int i = 0; needs_state && i < MECHC_NQ; i++)
             memcpy(own_q + i, (const double *)(q + i) + lane, sizeof(double));
-        for (int i = 0; inputs->needs_state && u && i < MECHC_NU; i++)
+        for (int i = 0; needs_state && u && i < MECHC_NU; i++)
             memcpy(own_u + i, (const double *)(u + i) + lane, sizeof(double));
-        inputs->evaluate(inputs, first, last, times[lane], own_q, u ? own_u : 0, own);
-        for (int i = first; i < last; i++) found[i - first][lane] = own[i - first];
+        if (inputs) inputs->evaluate(inputs, first, last, times[lane], own_q, u ? own_u : 0, own);
+        for (int i = 0; i < last - first; i++) found[i][lane] = inputs ? own[i] : NAN;
     }
     for (int i = 0; i < last - first; i++) memcpy(values + i, found[i], sizeof found[i]);
 }

@@ -227,9 +227,9 @@ def test_names_made_to_look_like_other_expressions_are_other_scenes():
     """What is written down for the key cannot be forged by a name."""
 
     def digest(*expressions):
-        from mechc_codegen.convert.fingerprint import Walk
+        from mechc_codegen.convert.fingerprint import Fingerprint
 
-        text = Walk(ReferenceFrame("N"))
+        text = Fingerprint(ReferenceFrame("N"))
         for expression in expressions:
             text.expression(expression)
         return text.digest()
@@ -250,7 +250,7 @@ EVIL = "__import__('os').system('touch PWNED')"
         {"outputs": ({"x": EVIL},)},
         {"configuration_constraints": [EVIL]},
         {"inputs": {"F": EVIL}},
-        {"outputs": ({"x": [q, u]},)},
+        {"outputs": ({"x": [q, EVIL]},)},
     ],
 )
 def test_a_text_is_never_evaluated(asked):

@@ -17,8 +17,11 @@ from tests.support.fuzzing import run_cases
 pytestmark = pytest.mark.slow
 
 t = dynamicsymbols._t
-PIECES = ["t", "2", "0.5", "1e3", "pi", "+", "-", "*", "/", "**", "^", "(", ")", "sin(", "exp(", "log(",
-          "sqrt(", "abs(", "tan(", "1e999", "x", "__import__", ".", ",", "'", "[", "\0", "名", " "]  # fmt: skip
+PIECES = [
+    *("t", "2", "0.5", "1e3", "pi", "+", "-", "*", "/", "**", "^", "(", ")", "sin(", "exp("),
+    *("log(", "sqrt(", "abs(", "tan(", "1e999", "x", "__import__", ".", ",", "'", "[", "\0"),
+    *("名", " "),
+]
 OWN = {"abs": abs, "pi": math.pi} | {
     name: getattr(math, name) for name in FUNCTIONS if name != "abs"
 }  # as math has them
@@ -90,9 +93,11 @@ def _moved(text, by):
     return exactly(text.replace("t", f"(t+{by!r})") if "t(" not in text else text) or 0.0
 
 
-WORDS = ["max", "min", "mean", "range", "final", "first", "abs", "norm", "(", ")", "[", "]", ",", "0",
-         "1", "99", "theta_0", "omega_2", "energy", "points", "multipliers", ">", "<", "=", "180deg",
-         "1e999", "-1", " ", "\n", "x", "名", "", "m", "__class__", "%"]  # fmt: skip
+WORDS = [
+    *("max", "min", "mean", "range", "final", "first", "abs", "norm", "(", ")", "[", "]", ","),
+    *("0", "1", "99", "theta_0", "omega_2", "energy", "points", "multipliers", ">", "<", "="),
+    *("180deg", "1e999", "-1", " ", "\n", "x", "名", "", "m", "__class__", "%"),
+]
 
 
 def test_reductions_and_values(seed, thorough):

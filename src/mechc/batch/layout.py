@@ -185,7 +185,10 @@ def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
 def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
     """An array whose metadata are those of the layout; raises :class:`MechcError` otherwise."""
     check(path, layout)
-    return zarr.open_array(str(path), mode=mode, zarr_format=3)
+    try:
+        return zarr.open_array(str(path), mode=mode, zarr_format=3)
+    except OSError as error:
+        raise MechcError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
 def digest(values: Array) -> str:

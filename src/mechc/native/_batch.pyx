@@ -91,6 +91,24 @@ cdef extern from "batch/close_loops.h":
     int mechc_close_work(mechc_closing *) noexcept nogil
 
 
+cdef extern from "abi/large_stack.h":
+    size_t mechc_stack_of(int) noexcept nogil
+    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
+
+ctypedef struct sharing:
+    mechc_batch *batch
+    mechc_closing *closing
+    int made
+
+cdef void work_on_batch(void *given) noexcept nogil:
+    cdef sharing *job = <sharing *>given
+    job.made = mechc_batch_work(job.batch)
+
+cdef void work_on_closing(void *given) noexcept nogil:
+    cdef sharing *job = <sharing *>given
+    job.made = mechc_close_work(job.closing)
+
+
 cdef class Unit:
     """A compiled scene in one instruction set, for batches."""
 
@@ -255,10 +273,12 @@ cdef class Runs(Job):
         return self.batch.done
 
     def work(self):
-        cdef int made
+        cdef sharing job
+        cdef int given
+        job.batch, job.made = &self.batch, 0
         with nogil:
-            made = mechc_batch_work(&self.batch)
-        if not made:
+            given = mechc_with_stack(mechc_stack_of(self.batch.width), work_on_batch, &job)
+        if not given or not job.made:
             raise MemoryError()
 
     def stop(self):
@@ -315,10 +335,12 @@ cdef class Closings(Job):
         return self.job.done
 
     def work(self):
-        cdef int made
+        cdef sharing job
+        cdef int given
+        job.closing, job.made = &self.job, 0
         with nogil:
-            made = mechc_close_work(&self.job)
-        if not made:
+            given = mechc_with_stack(mechc_stack_of(self.job.width), work_on_closing, &job)
+        if not given or not job.made:
             raise MemoryError()
 
     def stop(self):

@@ -16,7 +16,6 @@ from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
-
 from mechc.native._inputs cimport Inputs, mechc_inputs
 
 
@@ -105,6 +104,10 @@ cdef extern from "abi/model.h":
         const mechc_unit *(*select)(const char *) noexcept nogil
         int inputs
 
+cdef extern from "abi/large_stack.h":
+    size_t mechc_stack_of(int) noexcept nogil
+    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
+
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
         int states, width
@@ -151,6 +154,110 @@ cdef void release_bound(object capsule) noexcept:
 
 cdef void release_along(object capsule) noexcept:
     mechc_let_go(<mechc_along *>PyCapsule_GetContext(capsule))
+
+
+ctypedef struct evaluation:
+    mechc_output output
+    ptrdiff_t left, piece
+    mechc_rows t, y, p
+    const mechc_inputs *inputs
+    double *out
+
+ctypedef struct advancing:
+    const mechc_unit *unit
+    mechc_run *run
+    long left
+    ptrdiff_t piece
+    int status
+
+ctypedef struct interpolation:
+    const mechc_unit *unit
+    int method, width
+    const mechc_trajectory *trajectory
+    const double *p
+    const mechc_inputs *inputs
+    ptrdiff_t left, piece
+    const double *t
+    double *out
+
+ctypedef struct beginning:
+    const mechc_unit *unit
+    mechc_run *run
+    const mechc_options *options
+
+ctypedef struct projection:
+    const mechc_unit *unit
+    double t
+    double *state
+    const double *p
+    const mechc_inputs *inputs
+    double *moved
+    int status
+
+
+cdef void evaluate_a_while(void *given) noexcept nogil:
+    cdef evaluation *job = <evaluation *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef ptrdiff_t some
+    while job.left and now - started < LOOK:
+        some, before = min(job.piece, job.left), now
+        job.output.evaluate(some, job.t, job.y, job.p, job.inputs, job.out)
+        job.t.data += some * job.t.stride
+        job.y.data += some * job.y.stride
+        if job.p.stride:
+            job.p.data += some * job.p.stride
+        job.out += some * job.output.width
+        job.left -= some
+        now = seconds_now()
+        job.piece = -(-next_piece(job.piece, now - before) // LANES) * LANES
+
+
+cdef void advance_a_while(void *given) noexcept nogil:
+    cdef advancing *job = <advancing *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef long some
+    while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
+        some, before = min(job.piece, job.left), now
+        job.status = job.unit.advance(job.run, some)
+        job.left -= some
+        now = seconds_now()
+        job.piece = next_piece(job.piece, now - before)
+
+
+cdef void interpolate_a_while(void *given) noexcept nogil:
+    cdef interpolation *job = <interpolation *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef ptrdiff_t some
+    while job.left and now - started < LOOK:
+        some, before = min(job.piece, job.left), now
+        job.unit.interpolate(
+            job.method, job.trajectory, job.p, job.inputs, some, job.t, job.out
+        )
+        job.t += some
+        job.out += some * job.width
+        job.left -= some
+        now = seconds_now()
+        job.piece = next_piece(job.piece, now - before)
+
+
+cdef void begin(void *given) noexcept nogil:
+    cdef beginning *job = <beginning *>given
+    job.unit.start(job.run, job.options)
+
+
+cdef void project_state(void *given) noexcept nogil:
+    cdef projection *job = <projection *>given
+    job.status = job.unit.project(job.t, job.state, job.p, job.inputs, job.moved)
+
+
+cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *data) except -1:
+    """Work without the lock of Python's, on a stack that is large enough."""
+    cdef int done
+    with nogil:
+        done = mechc_with_stack(bytes, work, data)
+    if not done:
+        raise MemoryError("no stack for a scene of this size")
+    return 0
 
 
 def capsule_of(path):
@@ -207,6 +314,7 @@ cdef class Scene:
     cdef dict indices
     cdef readonly object capsule
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
+    cdef size_t stack  # bytes that work on it needs beyond those of any thread
 
     def __init__(self, capsule, instruction_set=None):
         self.capsule = capsule
@@ -227,6 +335,7 @@ cdef class Scene:
         self.coordinates = self.model.coordinates
         self.speeds = self.model.speeds
         self.width = self.coordinates + self.speeds
+        self.stack = mechc_stack_of(self.width)
         self.rows = self.model.rows
         self.holonomic = self.model.holonomic
         self.parameters = self.model.parameters
@@ -296,31 +405,18 @@ cdef class Scene:
         if out.shape[0] != count or out.shape[1] != output.width:
             raise ValueError("wrong shape of the array for the results")
         cdef mechc_rows times, states, parameters
-        cdef const mechc_inputs *driven = address_of(inputs)
         if count == 0:
             return
         times.data, times.stride = &t[0], t.shape[0] > 1
         states.data, states.stride = &y[0, 0], self.width
         parameters.data = &p[0, 0] if self.parameters else NULL
         parameters.stride = self.parameters if p.shape[0] > 1 else 0
-        cdef double *into = &out[0, 0]
-        cdef ptrdiff_t done = 0, piece = LANES, some
-        cdef double started, before, now
-        while done < count:
-            with nogil:
-                started = before = seconds_now()
-                while done < count and before - started < LOOK:
-                    some = min(piece, count - done)
-                    output.evaluate(some, times, states, parameters, driven, into)
-                    times.data += some * times.stride
-                    states.data += some * states.stride
-                    if parameters.stride:
-                        parameters.data += some * parameters.stride
-                    into += some * output.width
-                    done += some
-                    now = seconds_now()
-                    piece = -(-next_piece(piece, now - before) // LANES) * LANES
-                    before = now
+        cdef evaluation job
+        job.output, job.left, job.piece = output, count, LANES
+        job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
+        job.inputs = address_of(inputs)
+        while job.left:
+            with_stack(self.stack, evaluate_a_while, &job)
             PyErr_CheckSignals()
 
     cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
@@ -393,13 +489,14 @@ cdef class Scene:
         if y.shape[0] != self.width or p.shape[0] != self.parameters:
             raise ValueError("wrong number of state components or parameters")
         memcpy(&state[0], &y[0], self.width * sizeof(double))
-        status = self.unit.project(
-            t, &state[0], &p[0] if self.parameters else NULL, address_of(inputs), moved
-        )
+        cdef projection job
+        job.unit, job.t, job.state, job.moved = self.unit, t, &state[0], moved
+        job.p, job.inputs = &p[0] if self.parameters else NULL, address_of(inputs)
+        with_stack(self.stack, project_state, &job)
         for i in range(self.width):
             if not isfinite(y[i]):
                 moved[0] = NAN
-        return status, out, moved[0], moved[1]
+        return job.status, out, moved[0], moved[1]
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
@@ -433,7 +530,9 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
-        self.unit.start(run.run, &options)
+        cdef beginning job
+        job.unit, job.run, job.options = self.unit, run.run, &options
+        with_stack(self.stack, begin, &job)
         return run
 
 
@@ -459,20 +558,13 @@ cdef class Run:
         Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the run
         stays usable.
         """
-        cdef int status = MECHC_RUNNING
-        cdef double started, before, now
-        cdef long some
-        with nogil:
-            started = before = seconds_now()
-            while status == MECHC_RUNNING and steps > 0 and before - started < LOOK:
-                some = min(self.piece, steps)
-                status = self.unit.advance(self.run, some)
-                steps -= some
-                now = seconds_now()
-                self.piece = next_piece(self.piece, now - before)
-                before = now
+        cdef advancing job
+        job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
+        job.status = MECHC_RUNNING
+        with_stack(self.scene.stack, advance_a_while, &job)
+        self.piece = job.piece
         PyErr_CheckSignals()
-        return status
+        return job.status
 
     def extend(self, double t1, Inputs inputs not None):
         """Go on to t1, from the end of the run or while it is under way, with other inputs."""
@@ -551,21 +643,14 @@ cdef class Run:
         cdef double[:, ::1] view = out
         cdef double[::1] p = self.p
         cdef const double *parameters = &p[0] if self.scene.parameters else NULL
-        cdef const mechc_inputs *driven = address_of(self.inputs if self.whole is None else self.whole)
-        cdef ptrdiff_t done = 0, piece = 1, count = t.shape[0], some
-        cdef double started, before, now
-        while done < count:
-            with nogil:
-                started = before = seconds_now()
-                while done < count and before - started < LOOK:
-                    some = min(piece, count - done)
-                    self.unit.interpolate(
-                        self.method, &self.run.trajectory, parameters, driven, some, &t[done],
-                        &view[done, 0],
-                    )
-                    done += some
-                    now = seconds_now()
-                    piece = next_piece(piece, now - before)
-                    before = now
+        cdef interpolation job
+        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
+        job.p, job.left, job.piece = parameters, t.shape[0], 1
+        job.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        if job.left:
+            job.t, job.out = &t[0], &view[0, 0]
+        job.width = self.scene.width
+        while job.left:
+            with_stack(self.scene.stack, interpolate_a_while, &job)
             PyErr_CheckSignals()
         return out

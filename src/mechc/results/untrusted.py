@@ -28,9 +28,9 @@ def read_regular(path: Path, most: int) -> bytes:
     Raises
     ------
     MechcError
-        If it is something else, or larger.
-    OSError
-        If it cannot be read; ``FileNotFoundError`` if there is none.
+        If it is something else, larger, or cannot be read.
+    FileNotFoundError
+        If there is none.
     """
     flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     try:
@@ -47,6 +47,8 @@ def read_regular(path: Path, most: int) -> bytes:
             raise MechcError(f"{path} is damaged: {status.st_size} bytes, {most} at most")
         with open(descriptor, "rb", closefd=False) as file:
             return file.read(most)
+    except OSError as error:
+        raise MechcError(f"{path} cannot be read: {error.strerror}") from None
     finally:
         os.close(descriptor)
 
@@ -99,6 +101,8 @@ def read_arrays(path: Path) -> dict[str, Array]:
                 member.filename.removesuffix(".npy"): _array(held, member, path.stat().st_size)
                 for member in held.infolist()
             }
+    except OSError as error:
+        raise MechcError(f"{path} cannot be read: {error.strerror or error}") from None
     except (zipfile.BadZipFile, ValueError, EOFError, NotImplementedError, RuntimeError) as error:
         raise MechcError(f"{path} is damaged: {printable(str(error))}") from None
 

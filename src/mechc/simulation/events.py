@@ -13,7 +13,14 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.system.parameters import Array
 
-SAMPLES = 16  # a step; where the function only comes near zero, the dip itself is looked at too
+SAMPLES = 16  # a step, at least; a function that changes faster is looked at more often
+MOST_SAMPLES = 4096  # a step
+BENT = 0.1  # of all change over a step: a sample farther off the chord beside it is coarse
+COARSE = 0.25  # of the samples: where more are, the function changes faster than it is looked at
+# Fractions of a step, all unevenly spaced: a function in step with even samples would seem slow.
+_NUMBERS = np.arange(SAMPLES + 1)
+FRACTIONS = (_NUMBERS + 0.8 * ((_NUMBERS**2 * math.sqrt(2.0)) % 1.0 - 0.5)) / SAMPLES
+FRACTIONS[0], FRACTIONS[-1] = 0.0, 1.0
 EventFunction = Callable[[float, Array], float]
 
 
@@ -67,6 +74,7 @@ class EventFinder:
         self.looked_at = first
         self.start = float(run.times(first)[0])
         self.failure: FunctionFailedError | None = None
+        self.too_fast: dict[int, float] = {}  # event: time from which it changes too fast to follow
 
     def look(self) -> float | None:
         """Search the steps added since the last look; the time of a terminal event, if any."""
@@ -88,9 +96,10 @@ class EventFinder:
 
     def _search(self, start: float, end: float) -> float | None:
         """All zeros within one step; what comes after a terminal one did not happen."""
-        grid = np.linspace(start, end, SAMPLES + 1)
+        grid = start + (end - start) * FRACTIONS
+        grid[-1] = end
         states = self.run.interpolate(grid)
-        roots = [self._zeros(event, grid, states) for event in self.events]
+        roots = [self._zeros(n, grid, states) for n in range(len(self.events))]
         forwards = end > start
         stops = [
             times[int(event.terminal) - len(found) - 1]
@@ -102,8 +111,14 @@ class EventFinder:
             found += [t for t in times if stop is None or (t <= stop) == forwards or t == stop]
         return stop
 
-    def _zeros(self, event: Event, grid: Array, states: Array) -> list[float]:
+    def _zeros(self, number: int, grid: Array, states: Array) -> list[float]:
+        event = self.events[number]
         points = [(t, _evaluated(event, t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
+        while _changes_fast(points):
+            if len(points) > MOST_SAMPLES:
+                self.too_fast.setdefault(number, points[0][0])
+                break
+            points = self._twice_as_many(event, points)
         points = sorted(points + self._dips(event, points), reverse=bool(grid[-1] < grid[0]))
         roots = []
         for (t0, before), (t1, after) in pairwise(points):
@@ -113,12 +128,36 @@ class EventFinder:
         # what ended the run that this one continues is not found again
         return [t for t in roots if abs(t - self.start) > located(t)]
 
+    def _twice_as_many(
+        self, event: Event, points: list[tuple[float, float]]
+    ) -> list[tuple[float, float]]:
+        """The points, and one in the middle of each two."""
+        times = np.array([t for t, _ in points])
+        middles = 0.5 * (times[1:] + times[:-1])
+        states = self.run.interpolate(middles)
+        added = [_evaluated(event, t, y) for t, y in zip(middles.tolist(), states, strict=True)]
+        between = zip(middles.tolist(), added, strict=True)
+        return [
+            *(point for both in zip(points, between, strict=False) for point in both), points[-1]
+        ]  # fmt: skip
+
+    def notes(self) -> tuple[str, ...]:
+        """What to know of events whose zeros could not all be told apart."""
+        return tuple(
+            f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples a "
+            "step do not follow it: zeros may be missing. Shorten the steps with max_step"
+            for number, t in self.too_fast.items()
+        )
+
     def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
         """Where three samples of one sign dip towards zero: the vertex of their parabola."""
         found = []
         for (t0, a), (t1, b), (t2, c) in zip(points, points[1:], points[2:], strict=False):
-            if min(a * b, b * c) > 0 and abs(b) <= min(abs(a), abs(c)) and a - 2 * b + c != 0:
-                vertex = t1 + 0.25 * (t2 - t0) * (a - c) / (a - 2 * b + c)
+            if min(a * b, b * c) > 0 and abs(b) <= min(abs(a), abs(c)):
+                left, right = (t1 - t0) * (b - c), (t2 - t1) * (b - a)
+                if left + right == 0:
+                    continue
+                vertex = t1 - 0.5 * ((t1 - t0) * left - (t2 - t1) * right) / (left + right)
                 found.append((vertex, self._value(event, vertex)))
         return found
 
@@ -144,6 +183,17 @@ class EventFinder:
 
     def _value(self, event: Event, t: float) -> float:
         return _evaluated(event, t, self.run.interpolate(np.array([t]))[0])
+
+
+def _changes_fast(points: list[tuple[float, float]]) -> bool:
+    """Whether samples lie too far off the chords between their neighbours."""
+    t, values = np.array(points).T
+    change = float(np.ptp(values))
+    if not 0.0 < change < math.inf or np.abs(values).min() > 4.0 * change:  # far from zero
+        return False
+    share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
+    bend = np.abs(values[1:-1] - (1.0 - share) * values[:-2] - share * values[2:])
+    return float(np.mean(bend > BENT * change)) > COARSE
 
 
 def located(t: float) -> float:

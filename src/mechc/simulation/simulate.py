@@ -97,7 +97,11 @@ def _driven(
         compiled.t if stop is None else stop,
         system.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
-        (*_warnings(compiled, code, stop), *(driven.notes() if driven else ())),
+        (
+            *_warnings(compiled, code, stop),
+            *(driven.notes() if driven else ()),
+            *(finder.notes() if finder else ()),
+        ),
     )
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None

@@ -62,6 +62,11 @@ class Trajectory:
         if self._times is not None:
             times = self._reached(self._times)
             return times, self._run.interpolate(times)
+        return self._steps
+
+    @property
+    def _steps(self) -> tuple[Array, Array]:
+        """Times and states of the accepted steps; of the last one, until the run was stopped."""
         t, y = self._run.states()
         if self._stop is None:
             return t, y
@@ -150,12 +155,15 @@ class Trajectory:
     def energy_drift(self) -> float:
         """Largest departure of the energy from its first value, relative to the largest T.
 
-        NaN where it is not known the energy.
+        Over all accepted steps, whichever times are reported.  NaN where the model does not know
+        the energy.
         """
         if not self.system.knows_energy:
             return float("nan")
-        largest = float(self.system.kinetic_energy(self.y, self.params, self.t).max(initial=0.0))
-        departure = float(np.abs(self.energy - self.energy[:1]).max(initial=0.0))
+        t, y = self._steps if self._times is not None else self._record
+        energy = self.system.energy(y, self.params, t)
+        largest = float(self.system.kinetic_energy(y, self.params, t).max(initial=0.0))
+        departure = float(np.abs(energy - energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 
     @cached_property

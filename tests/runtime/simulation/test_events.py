@@ -47,6 +47,22 @@ def test_a_pair_of_zeros_between_two_samples_is_found(model, start):
     assert sol.events[0].t == pytest.approx([1.2344, 1.2346], abs=1e-9)
 
 
+@pytest.mark.parametrize("rate", [300.0, 1000.0, 7777.0])
+def test_an_event_that_changes_faster_than_the_motion_is_followed(model, start, rate):
+    sol = model.simulate(4.0, start, {"l_3": 3.5}, events=[lambda t, y: np.sin(rate * t)])
+    exact = np.arange(1, int(4.0 * rate / np.pi) + 1) * np.pi / rate
+    assert len(sol.events[0].t) == len(exact)
+    assert np.abs(sol.events[0].t - exact).max() < 1e-11
+    assert not sol.status.warnings
+
+
+def test_an_event_too_fast_to_follow_is_told(model, start):
+    sol = model.simulate(1.0, start, {"l_3": 3.5}, events=[lambda t, y: np.sin(1e6 * t)])
+    (told,) = sol.status.warnings
+    assert told.startswith("Event 0 changes so fast from t = 0 s on")
+    assert "max_step" in told
+
+
 def test_states_at_events_close_the_loop(model, start):
     crossing = lambda t, y: math.sin(5 * y[0])  # noqa: E731
     sol = model.simulate(10, start, PARAMS, events=[crossing])

@@ -90,15 +90,17 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
 
 /* Closure that a critical configuration may leave beside what it leaves along its normal, in units
  * of rounding: more is the gap of another row. */
-#define MECHC_CLOSED_BESIDE 8.0
+#define MECHC_CLOSED_BESIDE 4.0
 
 /* Is it one, with every gap closed but the one along its normal? */
 MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc_critical *c)
 {
     mechc_scalar_place place;
+    double rounding;
     mechc_place_at(t, c->q, span->given, &place);
+    mechc_scalar_gap(&place, c->q, &rounding);
     for (int i = 0; i < MECHC_NH; i++)
-        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * c->rounding))
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * rounding))
             return 0;
     return 1;
 }

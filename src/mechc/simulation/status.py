@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mechc.native import _codes as codes
+
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """A crossing: the motion went through a point where the configuration curve crosses itself.
+    """A crossing of a configuration where the configuration curve crosses itself.
 
     Attributes
     ----------
@@ -25,7 +27,7 @@ class ChangePoint:
     gap: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Status:
     """The outcome of a simulation.
 
@@ -47,6 +49,17 @@ class Status:
     advice: str = ""
     warnings: tuple[str, ...] = ()
 
+    def __init__(
+        self,
+        code: str,
+        t: float,
+        cause: str = "",
+        advice: str = "",
+        warnings: tuple[str, ...] = (),
+    ) -> None:
+        # Every run makes one, and the constructor of a frozen dataclass takes twice as long.
+        vars(self).update(code=code, t=t, cause=cause, advice=advice, warnings=warnings)
+
     @property
     def ok(self) -> bool:
         """Whether the end time, or a terminal event, was reached."""
@@ -67,90 +80,98 @@ class Status:
 
 
 CODES = {
-    1: ("finished", "", ""),
-    2: (
+    codes.FINISHED: ("finished", "", ""),
+    codes.NOT_CLOSED: (
         "not closed",
         "the loops could not be closed any further: the step led to a configuration that the "
         "lengths do not allow",
         "Check the state with model.constraints(y); start from model.assemble(...)",
     ),
-    3: (
+    codes.STEP_TOO_SMALL: (
         "step too small",
         "the step size fell below the spacing of doubles: the solution is singular here, or "
         "the tolerance is beyond what doubles give",
         "Loosen rtol, or look at sol.stats['least_singular']: near zero the constraints are "
         "nearly dependent",
     ),
-    4: (
+    codes.NOT_FINITE: (
         "not finite",
         "the equations gave infinity or NaN",
         "Look at the last state and the parameters: an expression may be outside its domain",
     ),
-    5: (
+    codes.SINGULAR_MASS: (
         "singular mass matrix",
         "the mass matrix is not positive definite in the direction of {coordinate}",
         "Give every body that moves with it a positive mass or inertia",
     ),
-    6: (
+    codes.TOO_MANY_STEPS: (
         "too many steps",
         "max_steps attempted steps were used up",
         "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
     ),
-    7: ("no memory", "the trajectory did not fit into memory", "Pass dense=False and t_eval"),
-    8: (
+    codes.NO_MEMORY: (
+        "no memory",
+        "the trajectory did not fit into memory",
+        "Pass dense=False and t_eval",
+    ),
+    codes.UNDECIDED: (
         "undecided",
         "the links come so nearly in line that doubles cannot decide on which side they pass: the "
         "gap at the change point is {gap:.1e} m",
         "The branch of the motion depends on digits below rounding. Change a length by more "
         "than that, or make it exact",
     ),
-    9: (
+    codes.AT_CHANGE_POINT: (
         "at a change point",
         "the start is a change point, where several branches of the motion cross, and the "
         "speeds determine none",
         "Take speeds along one branch, as model.assemblies(..., speeds=...) gives them, or start a "
         "little away from it",
     ),
-    10: (
+    codes.STOPPED_AT_CHANGE_POINT: (
         "stopped at a change point",
         "a change point is next, and on_change_point is 'stop'",
         "sol.change_points has its time and configuration; continue through it with "
         "on_change_point='continue'",
     ),
-    11: (
+    codes.NEARLY_DEPENDENT: (
         "undecided",
         "the constraints become nearly dependent here: a change point, or a near miss of one, is "
         "near, and backend='numpy' does not pass these",
         "Install a C compiler and compile without backend; sol.stats['least_singular'] measures "
         "how near it is",
     ),
-    109: ("stopped by an event", "", ""),
-    110: (
+    codes.STOPPED_BY_EVENT: ("stopped by an event", "", ""),
+    codes.EVENT_FAILED: (
         "event failed",
         "an event function raised an error or gave NaN",
         "Correct the function: it is called at states between the steps too, not only at events",
     ),
-    113: (
+    codes.INPUT_FAILED: (
         "input failed",
         "the function of an input raised an error or returned no finite number",
         "Correct the function: it is called at states between the steps too",
     ),
-    0: (
+    codes.NOT_RUN: (
         "not run",
         "the batch was stopped before this member began",
         "Call again; with out=..., finished chunks are not repeated",
     ),
-    112: (
+    codes.NOT_ASSEMBLED: (
         "not assembled",
         "the loops cannot close with this start and these lengths",
         "The variable 'miss' of the batch is the remaining closure error in metres",
     ),
-    111: (
+    codes.OPEN_AT_START: (
         "open at the start",
         "the start is not finite, its loops are open, or its speeds open one",
         "Use mechc.Assembly(...), which closes the loops of each member",
     ),
-    108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
+    codes.INTERRUPTED: (
+        "interrupted",
+        "the run was interrupted",
+        "What was computed until then is kept",
+    ),
 }
 
 

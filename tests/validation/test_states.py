@@ -300,7 +300,7 @@ def test_a_configuration_constraint_may_hold_no_state():
         configuration_constraints=[follows], velocity_constraints=[follows.diff(t)],
     )  # fmt: skip
     kane.kanes_equations([Particle("block", block, 1)], [])
-    with pytest.raises(mechc.MechcError, match="'constraint 1' holds a state"):
+    with pytest.raises(mechc.MechcError, match="'constraint 1' contains a state"):
         mechc.compile(kane, states={z: -z})
 
 

@@ -191,7 +191,7 @@ def test_constraints_that_contradict_each_other_are_refused() -> None:
 
 def test_loads_that_hold_accelerations_are_refused_by_name() -> None:
     added_mass = slider(lambda q, u, N: -Symbol("m_a") * u[0].diff(t) * N.x)
-    with pytest.raises(MechanismError, match=r"load on P holds the acceleration .*v"):
+    with pytest.raises(MechanismError, match=r"load on P contains the acceleration .*v"):
         mechanism(added_mass)
 
 

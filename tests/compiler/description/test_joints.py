@@ -118,7 +118,7 @@ def test_a_name_twice_is_refused() -> None:
 
 
 def test_what_is_no_joint_is_refused() -> None:
-    with pytest.raises(MechanismError, match="is no joint"):
+    with pytest.raises(MechanismError, match="is not a joint"):
         from_joints("nothing", [Point("P")])
 
 

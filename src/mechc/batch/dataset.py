@@ -1,4 +1,4 @@
-"""Batches as xarray datasets: what each axis and each result is called."""
+"""Batches as xarray datasets: names of axes and results."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ ABOUT = {
     "y_eval": "states at t_eval",
     "t": "time reached",
     "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
-    "miss": "by how much the loops cannot close",
-    "change_points": "change points passed",
+    "miss": "remaining closure error of loops that cannot close",
+    "change_points": "change points crossed",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
 }

@@ -11,10 +11,10 @@ RUNNING, FINISHED = 0, 1
 
 
 class SegmentedRun:
-    """A compiled run over ``times[-1] - times[0]``, of which no step leads over an inner time.
+    """A compiled run over ``times[-1] - times[0]``, in which no step crosses an inner time.
 
-    It is one run, extended from segment to segment with what its inputs are there: ``inputs(k)``
-    between ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
+    It is one run, extended from segment to segment with the inputs of each: ``inputs(k)`` between
+    ``times[k]`` and ``times[k + 1]``, ``whole`` for reading from the run.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class SegmentedRun:
 
     def _next(self) -> None:
         self._segment += 1
-        self._at = self._inputs(self._segment)  # lives while the run does
+        self._at = self._inputs(self._segment)  # must live as long as the run
         self._run.extend(self._times[self._segment + 1], self._at.number)
 
     @property

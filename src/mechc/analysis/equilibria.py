@@ -8,6 +8,7 @@ import numpy as np
 
 from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
 from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -134,7 +135,7 @@ def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
     for q in even_points(STARTS, width) * reach:
         state = np.concatenate([q, np.zeros(len(system.speeds))])
         status, y, _, _ = system.scene.project(t, state, values)
-        if status == 0:
+        if status == RUNNING:
             y[width:] = 0.0
             starts.append(y)
     return starts
@@ -198,7 +199,7 @@ def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> 
     trial[:width] += system.rates(with_speeds, values, t)[:width]
     status, moved, _, _ = system.scene.project(t, trial, values)
     moved[width:] = 0.0
-    return np.asarray(moved) if status == 0 else None
+    return np.asarray(moved) if status == RUNNING else None
 
 
 def _is_stable(system: System, y: Array, values: Array, t: float) -> bool:

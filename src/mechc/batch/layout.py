@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.run import COUNTERS
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
+from mechc.native._codes import COUNTERS
 from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
 from mechc.system.system import System

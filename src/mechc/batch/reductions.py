@@ -19,13 +19,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
+from mechc.native._codes import (
+    ABSOLUTE,
+    COMPONENT,
+    FIRST_CROSSING,
+    LAST,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    NORM,
+)
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, Quantity
 from mechc.system.system import System
 from mechc.system.units import read_value
 
-MINIMUM, MAXIMUM, MEAN, FIRST, LAST = range(5)
-PLAIN, ABSOLUTE, NORM = range(3)
 KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
@@ -121,13 +129,15 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
-    return Reduction(short, "s", Kind.TIME, (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
+    return Reduction(
+        short, "s", Kind.TIME, (quantity.primitive(FIRST_CROSSING, DIRECTIONS[sign], value),)
+    )
 
 
 def _quantity(system: System, text: str) -> _Quantity:
     call = _CALL.fullmatch(text)
     if call is None:
-        return _entry(system, text, PLAIN)
+        return _entry(system, text, COMPONENT)
     function, inside = call.groups()
     if function not in ("abs", "norm"):
         raise UnknownNameError("function of a quantity", function, ("abs", "norm"))
@@ -152,10 +162,10 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
     known = (*system.coordinates, *system.speeds, "energy", *order)
     told = Quantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
     if name == "energy" and "kinetic_energy" in order:
-        if indices is not None or form != PLAIN:
+        if indices is not None or form != COMPONENT:
             raise MechcError("energy is one number: write energy")
         kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
-        return _Quantity(PLAIN, kinetic, potential, 0, told)
+        return _Quantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:
         raise UnknownNameError("quantity", name, known)
     shape = system.data["shapes"].get(name, [system.scene.outputs[name]])

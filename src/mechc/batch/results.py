@@ -10,13 +10,14 @@ import numpy as np
 
 from mechc.batch.spec import Recipe
 from mechc.errors import UnknownNameError
+from mechc.native._codes import FINISHED, STOPPED_BY_EVENT
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 ENDED = ("finished", "stopped by an event")
-REACHED = (1, 109)  # the end, or the crossing requested
+REACHED = (FINISHED, STOPPED_BY_EVENT)  # the end, or the crossing requested
 
 
 class Batch:

@@ -12,16 +12,15 @@ import numpy as np
 
 from mechc.assembly.speeds import DEAD
 from mechc.batch.assemble import configurations
-from mechc.batch.reductions import LAST, read_reduction, read_stop
+from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs, Unit
+from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
 from mechc.simulation.initialise import OFF_BY_ROUNDING
-from mechc.simulation.settings import METHODS
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
 LOCKSTEP = "dop853"  # the method that runs members in lockstep, a lane each
 Report = Callable[[int], None]
 
@@ -56,8 +55,8 @@ def run_members(
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
-    results |= dict(zip(COUNTERS, runs.counts.T.astype(np.int64), strict=True))
-    results |= {"least_singular": runs.least[:, 0], "critical_gap": runs.least[:, 1]}
+    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
+    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
     if miss is not None:
         results["miss"] = miss
     first = 0
@@ -99,7 +98,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "dense": reduces or len(recipe.t_eval) > 0,
         "lockstep": policy.method == LOCKSTEP,
         "may_stiffen": policy.stiff_switch,
-        "on_change_point": policy.on_change_point != "continue",
+        "on_change_point": CHANGE_POINT_POLICIES[policy.on_change_point],
     }
 
 

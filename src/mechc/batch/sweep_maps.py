@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction
+from mechc.native._codes import NOT_ASSEMBLED
 from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
 from mechc.results.panels import _plain
 from mechc.results.sampling import clean_text, pretty_name
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from mechc.batch.results import Batch
     from mechc.batch.sweep import Plan
 
-NOT_ASSEMBLED = 112
 WIDE = 1e3  # ratio of values beyond which the colour scale is logarithmic
 CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
 

@@ -43,7 +43,7 @@ class DrivenScene:
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
         """As of :class:`mechc.native._driver.Scene`."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, _beside(p, 0.0)))
+            return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
         if name.endswith("state_jacobian") and values.caller.takes_state:
             raise MechcError(
@@ -51,15 +51,18 @@ class DrivenScene:
                 "derivative by it: compile with expressions for them"
             )
         values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
-        out = np.asarray(self._scene.evaluate(name, t, y, _beside(p, self._whole.number)))
+        out = np.asarray(self._scene.evaluate(name, t, y, p, self._whole))
         self.raise_failure()
         return out
+
+    def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
+        """As of :class:`mechc.native._driver.Scene`."""
+        out[...] = self.evaluate(name, t, y, p)
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))
-        passed = _beside(p, self._whole.number)
-        found: tuple[int, Array, float, float] = self._scene.project(t, y, passed)
+        found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
         self.raise_failure()
         return found
 
@@ -74,19 +77,19 @@ class DrivenScene:
             return values.compiled(times[segment], times[segment + 1])
 
         first = inputs(0)
-        run = self._scene.start(t0, t1, y0, _beside(p, first.number), *policy)
+        run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
         """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
-        found: tuple[Any, ...] = self._scene.bound(name, _beside(p, 0.0))
+        found: tuple[Any, ...] = self._scene.bound(name, p)
         return found
 
     def bound_along(self, name: str, p: Array, *along: Any) -> Any:
         """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
-        return self._scene.bound_along(name, _beside(p, 0.0), *along)
+        return self._scene.bound_along(name, p, *along)
 
     def _refuse_in_c(self, name: str) -> None:
         if name not in self._free:
@@ -161,10 +164,3 @@ def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:
             raise UnknownNameError("input", name, system.inputs)
         return system
     return system.replaced_scene(system.driven.with_inputs(inputs))
-
-
-def _beside(p: Array, number: float) -> Array:
-    """Parameters (..., np), followed by a number that identifies the inputs."""
-    passed = np.empty((*p.shape[:-1], p.shape[-1] + 1))
-    passed[..., :-1], passed[..., -1] = p, number
-    return passed

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from mechc.native._codes import FINISHED, RUNNING
 from mechc.system.parameters import Array
-
-RUNNING, FINISHED = 0, 1
 
 
 class SegmentedRun:
@@ -22,14 +21,13 @@ class SegmentedRun:
     ) -> None:
         self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
         self._segment = -1
-        run.read_with(whole.number)
+        run.read_with(whole)
         if len(times) > 2:
             self._next()
 
     def _next(self) -> None:
         self._segment += 1
-        self._at = self._inputs(self._segment)  # must live as long as the run
-        self._run.extend(self._times[self._segment + 1], self._at.number)
+        self._run.extend(self._times[self._segment + 1], self._inputs(self._segment))
 
     @property
     def _last(self) -> bool:
@@ -49,8 +47,8 @@ class SegmentedRun:
         return int(self._run.count)
 
     @property
-    def passages(self) -> int:
-        return int(self._run.passages)
+    def crossings(self) -> int:
+        return int(self._run.crossings)
 
     def advance(self, steps: int) -> int:
         """At most so many attempted steps."""

@@ -4,33 +4,38 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 from weakref import WeakValueDictionary
 
 import numpy as np
 
-from mechc.analysis import constraint_rank, equilibria, inverse_dynamics, linearize
 from mechc.assembly import positions
 from mechc.assembly.initial_values import checked_numbers, filled_start
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
-from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.errors import AssemblyError, MechcError
 from mechc.outputs import Outputs
-from mechc.results import model_report, summary
 from mechc.results.solution import Solution
-from mechc.simulation.events import Event
-from mechc.simulation.expression_events import function_of, is_expression
+from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
-from mechc.simulation.settings import checked_policy, checked_span, checked_times
+from mechc.simulation.settings import checked_policy, checked_span_and_times
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
+if TYPE_CHECKING:
+    from mechc.analysis.constraint_rank import Redundancy
+    from mechc.analysis.equilibria import Equilibrium
+    from mechc.analysis.inverse_dynamics import InverseDynamics
+    from mechc.analysis.linearize import Linearization
+    from mechc.results.model_report import Report
+
 ONE_SET = "takes one set of parameters at a time"
+SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
@@ -97,7 +102,7 @@ class Model(Outputs):
         """
         return self.system.scene.capsule
 
-    def report(self, *, compare: bool = True) -> model_report.Report:
+    def report(self, *, compare: bool = True) -> Report:
         """What was kept, what was left out and why, in operations; the seconds of each stage.
 
         Parameters
@@ -111,7 +116,9 @@ class Model(Outputs):
         Report
             A text; in a notebook, tables.
         """
-        return model_report.model_report(self.system, compare=compare)
+        from mechc.results.model_report import model_report
+
+        return model_report(self.system, compare=compare)
 
     # -- configurations -----------------------------------------------------------------------
 
@@ -200,9 +207,7 @@ class Model(Outputs):
             checked_numbers(speeds, self.speeds, "speed"),
         )
 
-    def equilibria(
-        self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[equilibria.Equilibrium, ...]:
+    def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
         """Configurations that stay at rest under the loads at time t, the stable ones first.
 
         Found by Newton's method on the accelerations along the manifold from points spread over
@@ -215,7 +220,9 @@ class Model(Outputs):
         MechcError
             If the model has states besides coordinates and speeds.
         """
-        return equilibria.equilibria(self.system, self._one_set(params, ONE_SET), t)
+        from mechc.analysis.equilibria import equilibria
+
+        return equilibria(self.system, self._one_set(params, ONE_SET), t)
 
     def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
         """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
@@ -228,14 +235,13 @@ class Model(Outputs):
         UnknownNameError
             If there is no such coordinate.
         """
-        coordinate = name_of(coordinate)
-        if coordinate not in self.coordinates:
-            raise UnknownNameError("coordinate", coordinate, self.coordinates)
-        return equilibria.limits(self.system, coordinate, self._one_set(params, ONE_SET))
+        from mechc.analysis.equilibria import limits
+
+        return limits(self.system, name_of(coordinate), self._one_set(params, ONE_SET))
 
     def redundant_constraints(
         self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[constraint_rank.Redundancy, ...]:
+    ) -> tuple[Redundancy, ...]:
         """Rows that are redundant on every closed configuration, in the order of the constraints.
 
         Found by the rank of J at closed configurations spread over the whole range of the
@@ -247,7 +253,9 @@ class Model(Outputs):
         AssemblyError
             If no closed configuration is found.
         """
-        return constraint_rank.redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
+        from mechc.analysis.constraint_rank import redundant_constraints
+
+        return redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
 
     # -- along a motion -----------------------------------------------------------------------
 
@@ -259,7 +267,7 @@ class Model(Outputs):
         *,
         inputs: Sequence[str],
         t: float | Array = 0.0,
-    ) -> inverse_dynamics.InverseDynamics:
+    ) -> InverseDynamics:
         """The inputs r with which M u' + J^T lambda = F(r), for given states and accelerations.
 
         Parameters
@@ -286,6 +294,8 @@ class Model(Outputs):
         UnknownNameError
             If there is no such parameter.
         """
+        from mechc.analysis.inverse_dynamics import inverse_dynamics
+
         states, p = self._checked(y, params)
         rates = np.asarray(accelerations, dtype=np.float64)
         wanted = (*states.shape[:-1], len(self.speeds))
@@ -295,7 +305,7 @@ class Model(Outputs):
                 f"{', '.join(self.speeds)} at every state; they have {rates.shape}"
             )
         named_inputs = tuple(names_of(inputs))
-        return inverse_dynamics.inverse_dynamics(self.system, states, rates, p, named_inputs, t)
+        return inverse_dynamics(self.system, states, rates, p, named_inputs, t)
 
     def linearize(
         self,
@@ -306,7 +316,7 @@ class Model(Outputs):
         inputs: Sequence[str] = (),
         outputs: Sequence[str] | None = None,
         independent: Sequence[str] | None = None,
-    ) -> linearize.Linearization:
+    ) -> Linearization:
         """The linear model about a state on the constraints, an equilibrium or on a trajectory.
 
         The state's directions along the constraints are spanned by independent coordinates and
@@ -340,11 +350,13 @@ class Model(Outputs):
         UnknownNameError, AssemblyError, ValueError
             For names that do not exist, a state off the constraints, independent ones that are not.
         """
+        from mechc.analysis.linearize import linearize
+
         p = self._one_set(params, ONE_SET)
         state = state_as_given(self.system, y, p, t)
         chosen = None if outputs is None else tuple(names_of(outputs))
         kept = None if independent is None else names_of(independent)
-        return linearize.linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
+        return linearize(self.system, state, p, t, tuple(names_of(inputs)), chosen, kept)
 
     # -- simulation ---------------------------------------------------------------------------
 
@@ -425,24 +437,19 @@ class Model(Outputs):
         until then.
         """
         model = self if inputs is None else self.with_inputs(inputs)
-        system, p = model.system, self._one_set(params, f"simulate {ONE_SET}")
-        single = callable(events) or isinstance(events, Event) or is_expression(events)
-        chosen = [_event(event, system, p) for event in ([events] if single else events)]
-        if np.ndim(t_span) == 1 and len(t_span) > 2 and t_eval is None:
-            t_span, t_eval = (t_span[0], t_span[-1]), t_span
-        span = checked_span(t_span)
-        times = None if t_eval is None else checked_times(t_eval, span)
+        system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
+        chosen = checked_events(events, system, p) if events else ()
+        span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
             on_change_point=on_change_point,
         )  # fmt: skip
-        if isinstance(y0, Mapping):
+        if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
-        return Solution.of_run(
-            model, lambda: run(system, span, state, p, policy, times, chosen, progress, y0)
-        )
+        made = partial(Solution, model)
+        return run(made, system, span, state, p, policy, times, chosen, progress, y0)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state that coordinates and speeds in one mapping say."""
@@ -498,16 +505,9 @@ class Model(Outputs):
         return f"<mechc.Model {self.system.headline}>"
 
     def _repr_html_(self) -> str:
-        return summary.model_html(self.system)
+        from mechc.results.summary import model_html
 
-
-def _event(given: Any, system: System, p: Array) -> Any:
-    """An event as the run takes it: expressions become functions of t and y."""
-    if is_expression(given):
-        return function_of(given, system, p)
-    if isinstance(given, Event) and is_expression(given.function):
-        return replace(given, function=function_of(given.function, system, p))
-    return given
+        return model_html(self.system)
 
 
 def _found_again(

@@ -13,7 +13,6 @@ import numpy as np
 from mechc.batch.results import Batch
 from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
-from mechc.results.files import read, recipe_of, reference_in
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, text_of
 from mechc.simulation.events import EventRecord
@@ -48,6 +47,8 @@ def open_saved(
         If the file is not a saved solution or damaged, its mechanism is not at hand, or the
         motion comes out different or too large.
     """
+    from mechc.results.files import read
+
     path = Path(path)
     if _is_folder(path):
         from mechc.batch.store import open_batch
@@ -78,6 +79,8 @@ def _is_folder(path: Path) -> bool:
 
 
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:
+    from mechc.results.files import reference_in
+
     return Model.of_reference(reference_in(told, given=given is not None), given)
 
 
@@ -115,6 +118,8 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> So
 
 def _pickled(sol: Solution) -> tuple[Any, ...]:
     """What a solution is simulated again from, and its states to compare with."""
+    from mechc.results.files import recipe_of
+
     return _unpickled, (sol.model, recipe_of(sol), dict(sol.stats), sol.t, sol.y)
 
 

@@ -11,6 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.native._codes import (
+    AT_CHANGE_POINT,
+    EVENT_FAILED,
+    INPUT_FAILED,
+    INTERRUPTED,
+    STOPPED_AT_CHANGE_POINT,
+    STOPPED_BY_EVENT,
+)
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.segments import Piece, Segments, Until
@@ -29,8 +37,6 @@ CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
 FINEST = 1e-12  # below it, of this rtol
-AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -189,7 +195,7 @@ def _drive(
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     """What an engineer should know about change points passed."""
-    if not compiled.passages:
+    if not compiled.crossings:
         return ()
     times = compiled.change_points()[0]
     if stop is not None:

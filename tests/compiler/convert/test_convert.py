@@ -227,7 +227,7 @@ def test_specified_inputs_are_left_open_or_expressions_that_may_hold_the_state()
     assert made.open_inputs == (force,)
     texts = build_scene(made, None, request).texts
     assert "#define MECHC_NI 1 " in texts["scene_sizes.h"]
-    assert "FN(read_inputs)(t, q, u, p, 0, 1, inputs)" in texts["scene_program.h"]
+    assert "FN(read_inputs)(t, q, u, given, 0, 1, inputs)" in texts["scene_program.h"]
     for key in ("F_0", force):
         made, request = described(pushed, inputs={key: 3 * sin(t) - 2 * v + Symbol("k") * x})
         assert {p.symbol.name for p in made.parameters} == {"m", "k"}

@@ -15,6 +15,5 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 /* Constants made of parameters, and last the number of rows that count: see generic_rank.h. */
 #define MECHC_CONSTANTS (MECHC_NK + 1)
-#define MECHC_PASSED (MECHC_NP + (MECHC_NI > 0)) /* numbers handed on as parameters */
 
 #endif

@@ -35,7 +35,7 @@ typedef struct {
     double horizon;            /* steps ahead that crossings are looked for */
     double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
     double refused_t, refused_step, refused_error; /* the last step that its error refused */
-    double p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
+    mechc_scalar_given given;
     double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */
     double time_compensation;
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];

@@ -172,12 +172,12 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
 }
 
 /* The critical configuration near q: the one known from before where nothing spoke against it. */
-MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
+MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
 {
     if (monitor->has_known && !monitor->tries
-        && mechc_still_critical(t, q, p, k, reach, &monitor->known, c)) return 1;
-    if (!mechc_find_critical(t, q, p, k, monitor->rank, reach, c)) return 0;
+        && mechc_still_critical(t, q, given, reach, &monitor->known, c)) return 1;
+    if (!mechc_find_critical(t, q, given, monitor->rank, reach, c)) return 0;
     monitor->known = *c;
     monitor->has_known = 1;
     return 1;
@@ -190,7 +190,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    mechc_place_at(span->t, span->start, span->p, span->k, &place);
+    mechc_place_at(span->t, span->start, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
     if (before.rank < monitor->rank) mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
@@ -199,7 +199,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
-    if (!mechc_find_near(span->t, monitor->q, span->p, span->k, monitor, reach, &critical)) {
+    if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, 0.5, 0);

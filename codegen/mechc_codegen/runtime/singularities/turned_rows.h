@@ -97,7 +97,7 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
 {
     mechc_scalar_place place;
     double rounding;
-    mechc_place_at(t, c->q, span->p, span->k, &place);
+    mechc_place_at(t, c->q, span->given, &place);
     mechc_scalar_gap(&place, c->q, &rounding);
     for (int i = 0; i < MECHC_NH; i++)
         if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * rounding))
@@ -114,7 +114,7 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_p
     const double *q = span->path->q[node], t = span->t + span->path->fraction[node] * span->h;
     mechc_critical found;
     const int is_one =
-        mechc_find_critical_of(t, q, span->p, span->k, piece->at[0]->rank, k, reach, &found)
+        mechc_find_critical_of(t, q, span->given, piece->at[0]->rank, k, reach, &found)
         && mechc_is_critical(span, t, &found);
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_CROSSING;
 }

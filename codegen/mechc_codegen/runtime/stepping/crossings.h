@@ -38,8 +38,8 @@ MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_sp
         mechc_scalar_place place;
         mechc_weakest weakest;
         by[j] = 1e-2;
-        mechc_displace(run->head.t, run->y, span->p, span->k, by, q);
-        if (mechc_scalar_close_loops(run->head.t, q, span->p, span->k, &place, &unused)
+        mechc_displace(run->head.t, run->y, span->given, by, q);
+        if (mechc_scalar_close_loops(run->head.t, q, span->given, &place, &unused)
             != MECHC_RUNNING)
             continue;
         mechc_weakest_of(&place, 0, &weakest);
@@ -53,7 +53,7 @@ MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_sp
 MECHC_STATIC void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH > 0
-    const mechc_span span = {.p = run->p, .k = run->k};
+    const mechc_span span = {.given = &run->given};
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->monitor.rank = weakest.rank;
@@ -79,8 +79,7 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
         .start_rates = MECHC_RATE(run, 0),
         .end = end,
         .end_rates = end_rates,
-        .p = run->p,
-        .k = run->k,
+        .given = &run->given,
         .low = run->low,
         .best = run->best,
         .high = run->high,
@@ -153,7 +152,7 @@ MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double 
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
-    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->p, span->k, &place, &unused)
+    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
         == MECHC_RUNNING)
         memcpy(q, closed, sizeof closed);
 }

@@ -27,7 +27,7 @@ def parts() -> dict[str, float]:
     policy = model.simulate(INSTANT, y0, params).policy
 
     def compiled() -> None:
-        begin(model, (0.0, INSTANT), y0, values, policy).advance(1000)
+        begin(model.system, (0.0, INSTANT), y0, values, policy).advance(1000)
 
     bare = each(compiled)
     return {
@@ -38,14 +38,14 @@ def parts() -> dict[str, float]:
         ),
         "  of it: parameters by name": each(lambda: model.system.parameter_set.resolve(params)),
         "  of it: tolerances and method": each(lambda: _policy(model)),
-        "  of it: the state, projected": each(lambda: checked_state(model, y0, values, 0.0)),
+        "  of it: the state, projected": each(lambda: checked_state(model.system, y0, values, 0.0)),
         "the compiled run of one step": bare,
     }
 
 
 def _policy(model: mechc.Model) -> object:
     return checked_policy(
-        model, rtol=1e-9, atol=None, method="auto", first_step=None, max_step=np.inf,
+        model.system, rtol=1e-9, atol=None, method="auto", first_step=None, max_step=np.inf,
         max_steps=10_000_000, dense=True, on_change_point="continue",
     )  # fmt: skip
 

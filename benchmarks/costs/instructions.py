@@ -160,7 +160,7 @@ def _trajectories(model: Any, y: Any, values: Any, method: str) -> Callable[[int
     policy = model.simulate(INSTANT, y, PARAMS, rtol=RTOL, method=method, dense=False).policy
 
     def trajectory() -> None:
-        begin(model, (0.0, SECONDS), y, values, policy).advance(10**9)
+        begin(model.system, (0.0, SECONDS), y, values, policy).advance(10**9)
 
     return partial(_repeat, trajectory)
 
@@ -173,7 +173,7 @@ def _of_the_calls(model: Any) -> Iterator[Section]:
     policy = model.simulate(INSTANT, y, PARAMS).policy
 
     def bare() -> None:
-        begin(model, (0.0, INSTANT), y, values, policy).advance(1000)
+        begin(model.system, (0.0, INSTANT), y, values, policy).advance(1000)
 
     calls = {
         "simulate, one step": lambda: model.simulate(INSTANT, y, PARAMS),

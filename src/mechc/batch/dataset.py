@@ -1,4 +1,4 @@
-"""Batches as xarray datasets: what each axis and each result is called."""
+"""Batches as xarray datasets: names of axes and results."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ ABOUT = {
     "t": "time reached",
     "status": f"how it ended: {FINISHED} finished, {STOPPED_BY_EVENT} stopped by an event, "
     f"{NOT_RUN} not run, else a failure",
-    "miss": "by how much the loops cannot close",
-    "change_points": "change points passed",
+    "miss": "remaining closure error of loops that cannot close",
+    "change_points": "change points crossed",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
 }

@@ -1,4 +1,4 @@
-"""What stands for a whole trajectory, as people type it: ``max(theta_2)``, ``first(omega_0 < 0)``.
+"""Reductions of a trajectory to a number, from text: ``max(theta_2)``, ``first(omega_0 < 0)``.
 
 The grammar::
 
@@ -41,7 +41,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[int, int, int, int, int, int, float, int]  # as the compiled loop takes it
+Primitive = tuple[int, int, int, int, int, int, float, int]  # the argument of the compiled loop
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,9 @@ class Reduction:
     Attributes
     ----------
     text
-        As it was typed, without spaces.
+        The text as given, without spaces.
     unit, kind
-        Those of the number, where known.
+        Unit and kind of the number, where known.
     primitives
         What the compiled loop computes; ``range`` needs two.
     """
@@ -108,7 +108,7 @@ def read_reduction(system: System, text: str) -> Reduction:
 
 
 def read_stop(system: System, text: str) -> Primitive:
-    """Parse ``first(theta_0 > 360deg)``, or what stands in its brackets, as an end of runs.
+    """Parse ``first(theta_0 > 360deg)``, or the text in its brackets, as an end of runs.
 
     Raises
     ------
@@ -163,7 +163,7 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
     told = Quantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
     if name == "energy" and "kinetic_energy" in order:
         if indices is not None or form != COMPONENT:
-            raise MechcError("energy is one number: write it as it is")
+            raise MechcError("energy is one number: write energy")
         kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
         return _Quantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:
@@ -173,16 +173,16 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
 
 
 def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
-    """The entry asked for, counted in C order."""
+    """The entry requested, counted in C order."""
     if form == NORM:
         if indices is not None:
-            raise MechcError(f"norm({name}) takes all its entries: leave the index out")
+            raise MechcError(f"norm({name}) takes all its entries: omit the index")
         return 0
     given = [int(i) for i in indices.split(",")] if indices else []
     inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
     if not inside:
         words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
-        raise MechcError(f"{words}: ask for one entry of it, as in {_sample(name, shape)}")
+        raise MechcError(f"{words}: request one entry of it, as in {_sample(name, shape)}")
     return int(np.ravel_multi_index(given, shape)) if shape else 0
 
 

@@ -20,7 +20,7 @@ from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-LOOK = 0.1  # s between looks at how far the threads are
+LOOK = 0.1  # s between checks of the threads' progress
 LOCKSTEP = "dop853"  # the method that runs members in lockstep, a lane each
 Report = Callable[[int], None]
 
@@ -35,12 +35,12 @@ def cores() -> int:
 def run_members(
     system: System, recipe: Recipe, threads: int, report: Report | None = None
 ) -> tuple[dict[str, Array], bool]:
-    """Run every member; what was asked for, by name, and whether it is complete.
+    """Run every member; the results requested, by name, and whether they are complete.
 
-    Each is the very run that ``model.simulate`` makes, so the states are the same to the last
-    bit whatever the number of threads.  Ctrl-C keeps what is done.
+    Each is the same run as ``model.simulate``, so the states are the same to the last bit for any
+    number of threads.  Ctrl-C keeps the finished members.
     """
-    # what is still being compiled is waited for here; outputs are counted in it from then on
+    # waits for the background compilation; from here on outputs have its numbering
     unit = _unit(system.scene.capsule, system.instruction_set)
     values = parameter_rows(system, unit, recipe)
     length = system.parameter_set.lengths(values)
@@ -70,7 +70,7 @@ def run_members(
 
 @cache
 def _unit(capsule: object, instruction_set: str) -> Any:
-    """The compiled scene as the loop takes it."""
+    """The compiled scene, for the loop over members."""
     return Unit(capsule, instruction_set)
 
 
@@ -105,7 +105,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
 def _starts(
     system: System, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
-    """Start states (n, nq + nu), which members have one, by how much the others miss."""
+    """Start states (n, nq + nu), which members have one, and the gap of the others."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
@@ -140,12 +140,12 @@ def _with_speeds(
 
 
 def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
-    """What is wanted at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
+    """Results at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
         history = system.evaluate(name, states, values[:, None, :], times)
-        history[np.isnan(states[:, :, 0])] = np.nan  # also what does not depend on the state
+        history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found
 
@@ -157,7 +157,7 @@ def drive(job: Any, threads: int, report: Report | None = None) -> bool:
     def work() -> None:
         try:
             job.work()
-        except BaseException as error:  # to be raised where it is seen
+        except BaseException as error:  # raised again in the main thread
             failures.append(error)
 
     workers = [threading.Thread(target=work, daemon=True) for _ in range(max(threads, 1))]

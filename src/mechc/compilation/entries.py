@@ -13,7 +13,7 @@ from mechc.native._driver import Scene, capsule_of
 
 
 def found(key: str) -> Scene | None:
-    """The scene of an entry that is there and can be loaded."""
+    """The scene of an entry that exists and can be loaded."""
     path = cache.find(key)
     try:
         return None if path is None else scene_in(path)
@@ -23,7 +23,7 @@ def found(key: str) -> Scene | None:
 
 
 def made(key: str, make: Callable[[Path], None]) -> Scene:
-    """The scene of an entry, made if need be; again if it is removed before it is loaded."""
+    """The scene of an entry, made if it is missing, or if it is removed before it is loaded."""
     try:
         return scene_in(cache.entry(key, make))
     except ImportError:
@@ -33,9 +33,9 @@ def made(key: str, make: Callable[[Path], None]) -> Scene:
         return scene_in(path)
     except ImportError as error:
         raise CacheError(
-            f"what was just compiled cannot be loaded: {error}. If programs may not run from "
+            f"the compiled scene cannot be loaded: {error}. If programs may not run from "
             f"{path.parents[1]} (a file system mounted noexec), set MECHC_CACHE_DIR to a folder "
-            "elsewhere; else it is the compiler that does not work for this machine"
+            "elsewhere; otherwise the compiler does not work for this machine"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""A compiled scene with the inputs that it is driven by."""
+"""A compiled scene with the values of its inputs."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mechc.system.system import System
 
 
 class DrivenScene:
-    """A scene that has inputs: what needs them gets them, or says which are missing.
+    """A scene that has inputs: calls that need their values get them, or an error names them.
 
-    Everything else that a scene can do is passed on.
+    All other calls are passed on.
     """
 
     def __init__(
@@ -81,13 +81,13 @@ class DrivenScene:
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
-        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
         found: tuple[Any, ...] = self._scene.bound(name, p)
         return found
 
     def bound_along(self, name: str, p: Array, *along: Any) -> Any:
-        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
         return self._scene.bound_along(name, p, *along)
 
@@ -95,11 +95,11 @@ class DrivenScene:
         if name not in self._free:
             raise MechcError(
                 f"{name} needs {', '.join(slot.name for slot in self._slots)}, which are given "
-                "with a run: a C function has parameters alone. Compile with expressions for "
+                "with a run: a C function takes parameters only. Compile with expressions for "
                 "them: mechc.compile(..., inputs={...})"
             )
 
-    # -- functions that are called back ------------------------------------------------------
+    # -- Python functions ----------------------------------------------------------------------
 
     @property
     def called(self) -> bool:
@@ -113,7 +113,7 @@ class DrivenScene:
 
     @property
     def interrupted(self) -> bool:
-        """Whether what failed was Ctrl-C within a function; it is forgotten then."""
+        """Whether Ctrl-C interrupted a function; this is then reset."""
         if self._values is None or not self.failed:
             return False
         caller = self._values.caller
@@ -126,7 +126,7 @@ class DrivenScene:
         """Which function failed, when and how."""
         assert self._values is not None
         name, t, error = self._values.caller.failure
-        why = "gave no finite number" if error is None else f"{type(error).__name__}: {error}"
+        why = "returned no finite number" if error is None else f"{type(error).__name__}: {error}"
         return f"the input {name} failed at t = {t:.9g} s: {why}"
 
     def raise_failure(self, solution: object = None) -> None:
@@ -138,11 +138,11 @@ class DrivenScene:
         self._values.caller.failure = None
         if error is not None and not isinstance(error, Exception):
             raise error
-        kept = "; error.solution has the motion until there" if solution is not None else ""
+        kept = "; error.solution is the motion until then" if solution is not None else ""
         raise InputError(f"{told}{kept}", solution) from error
 
     def notes(self) -> tuple[str, ...]:
-        """What functions have cost in the last run."""
+        """The cost of Python functions in the last run."""
         return () if self._values is None else self._values.notes()
 
     def _needed(self) -> GivenInputs:
@@ -152,7 +152,7 @@ class DrivenScene:
 
 
 def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with room for inputs where its metadata name any."""
+    """The scene, with inputs if its metadata name any."""
     slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
     return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
 

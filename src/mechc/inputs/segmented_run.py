@@ -10,10 +10,10 @@ from mechc.system.parameters import Array
 
 
 class SegmentedRun:
-    """A compiled run over ``times[-1] - times[0]``, of which no step leads over an inner time.
+    """A compiled run over ``times[-1] - times[0]``, in which no step crosses an inner time.
 
-    It is one run, extended from segment to segment with what its inputs are there: ``inputs(k)``
-    between ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
+    It is one run, extended from segment to segment with the inputs of each: ``inputs(k)`` between
+    ``times[k]`` and ``times[k + 1]``, ``whole`` for reading from the run.
     """
 
     def __init__(

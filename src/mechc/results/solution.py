@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mechc.errors import MechcError, RunError
+from mechc.errors import MechcError
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
 
@@ -34,22 +35,14 @@ class Solution(Trajectory):
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
 
-    def __init__(self, model: Any, trajectory: Trajectory) -> None:
-        self.__dict__.update(trajectory.__dict__)
+    def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
-
-    @classmethod
-    def of_run(cls, model: Any, run: Callable[[], Trajectory]) -> Solution:
-        """The solution of a run; also the one that an error of the run holds."""
-        try:
-            return cls(model, run())
-        except RunError as error:
-            if isinstance(error.solution, Trajectory):
-                error.solution = cls(model, error.solution)
-            raise
+        super().__init__(*run)
 
     def __copy__(self) -> Solution:
-        return type(self)(self.model, self)
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
 
     def __deepcopy__(self, memo: Any) -> Solution:
         """With arrays of its own; the run behind it never changes."""
@@ -89,12 +82,10 @@ class Solution(Trajectory):
         """
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        return self.of_run(
-            self.model,
-            lambda: continued(
-                self, t_end, max_steps=max_steps, on_change_point=on_change_point, progress=progress
-            ),
-        )
+        return continued(
+            self, t_end, partial(Solution, self.model),
+            max_steps=max_steps, on_change_point=on_change_point, progress=progress,
+        )  # fmt: skip
 
     # -- what people see ----------------------------------------------------------------------
 

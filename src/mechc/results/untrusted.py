@@ -6,15 +6,17 @@ import json
 import math
 import os
 import stat
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.errors import MechcError
 from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    import zipfile
 
 LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers that no person typed
 LARGEST_COUNT = 40  # of links and the like: more takes long to derive
@@ -93,6 +95,8 @@ def read_arrays(path: Path) -> dict[str, Array]:
     FileNotFoundError
         If there is none.
     """
+    import zipfile  # half of what importing this module would take
+
     if not stat.S_ISREG(path.lstat().st_mode):
         raise MechcError(f"{path} is damaged: it is not a file")
     try:
@@ -108,7 +112,9 @@ def read_arrays(path: Path) -> dict[str, Array]:
 
 
 def _array(held: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> Array:
-    if member.compress_type != zipfile.ZIP_STORED or member.file_size > most:
+    from zipfile import ZIP_STORED
+
+    if member.compress_type != ZIP_STORED or member.file_size > most:
         raise ValueError(f"{member.filename!r} is compressed")
     with held.open(member) as file:
         shape, in_columns, kind = _header(file)

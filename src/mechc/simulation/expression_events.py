@@ -3,14 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from mechc.errors import UnknownNameError
+from mechc.simulation.events import Event
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 EventFunction = Callable[[float, Array], float]
+
+
+def checked_events(given: Any, system: System, p: Array) -> list[Any]:
+    """Events, or one by itself, as a run takes them: expressions are functions of t and y."""
+    if not isinstance(given, (tuple, list)) and _is_one(given):
+        given = [given]
+    return [_as_function(event, system, p) for event in given]
+
+
+def _is_one(given: Any) -> bool:
+    return callable(given) or isinstance(given, Event) or is_expression(given)
+
+
+def _as_function(event: Any, system: System, p: Array) -> Any:
+    if is_expression(event):
+        return function_of(event, system, p)
+    if isinstance(event, Event) and is_expression(event.function):
+        return replace(event, function=function_of(event.function, system, p))
+    return event
 
 
 def is_expression(event: Any) -> bool:

@@ -8,7 +8,6 @@ from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
 from mechc.simulation.segments import Piece, Segments
 from mechc.simulation.settings import Policy
-from mechc.simulation.singular_start import singular_start
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -31,6 +30,8 @@ def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
 ) -> Piece | None:
     """The motion off a change point along the branch that the speeds follow, if they do."""
+    from mechc.simulation.singular_start import singular_start
+
     first = singular_start(system, state, values, span)
     if first is None or first.t == span[1]:
         return first

@@ -12,6 +12,7 @@ from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
+SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # rtol beyond this asks for nothing
 
 
@@ -74,10 +75,24 @@ def _chosen_method(system: System, method: str) -> str:
     return method
 
 
+def checked_span_and_times(
+    t_span: Any, t_eval: Array | None
+) -> tuple[tuple[float, float], Array | None]:
+    """(t0, t1) and the times to report at; a span of more than two times is those too."""
+    if t_eval is None and _has_several(t_span):
+        t_span, t_eval = (t_span[0], t_span[-1]), t_span
+    span = checked_span(t_span)
+    return span, None if t_eval is None else checked_times(t_eval, span)
+
+
+def _has_several(t_span: Any) -> bool:
+    return isinstance(t_span, SEQUENCES) and getattr(t_span, "ndim", 1) == 1 and len(t_span) > 2
+
+
 def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
     """(t0, t1), finite, in s; a number alone is t1."""
     try:
-        first, last = t_span if isinstance(t_span, (tuple, list, np.ndarray)) else (0.0, t_span)
+        first, last = t_span if isinstance(t_span, SEQUENCES) else (0.0, t_span)
         t0, t1 = float(first), float(last)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(

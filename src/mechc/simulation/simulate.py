@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -35,9 +35,13 @@ from mechc.system.system import System
 
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
+COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
+FINEST = 1e-12  # below it, of this rtol
+Made = TypeVar("Made", bound=Trajectory)
 
 
 def run(
+    made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
     state: Array,
@@ -47,12 +51,12 @@ def run(
     events: Sequence[Any] = (),
     progress: Callable[[float], None] | None = None,
     typed: Array | None = None,
-) -> Trajectory:
+) -> Made:
     """Integrate; every stage and every accepted state is on the constraints.
 
     All that is given was checked before: ``state`` (nq + nu,) is on the constraints, ``values``
     (np,) are all parameters, ``times`` lie within the span.  ``typed`` is the state before it was
-    projected.
+    projected.  ``made`` takes what :class:`Trajectory` takes: it, or a trajectory of a model.
 
     Raises
     ------
@@ -64,13 +68,14 @@ def run(
     if compiled.status == AT_CHANGE_POINT:
         first = state if typed is None else typed
         compiled = leave_change_point(system, span, first, values, policy) or compiled
-    sol = _driven(system, span, compiled, values, policy, times, events, progress, started)
+    sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
     return sol
 
 
 def _driven(
+    made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
     compiled: Piece,
@@ -81,7 +86,7 @@ def _driven(
     progress: Callable[[float], None] | None,
     started: float,
     first: int = 0,
-) -> Trajectory:
+) -> Made:
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
     finder = EventFinder(events, compiled, system.scene.width, first) if events else None
     code, stop = _drive(compiled, span, finder, progress)
@@ -99,6 +104,7 @@ def _driven(
         stats["critical_gap"],
         (
             *_warnings(compiled, code, stop),
+            *_coarse_angles(system, compiled, policy.rtol),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
@@ -109,7 +115,7 @@ def _driven(
         status = replace(status, cause=driven.failure_in_words())
     if failure is not None:
         status = replace(status, cause=str(failure))
-    sol = Trajectory(system, values, policy, compiled, status, stats, times, found, stop)
+    sol = made(system, values, policy, compiled, status, stats, times, found, stop)
     sol._asked = tuple(events)
     if failure is not None:
         told = f"{failure}; error.solution has the motion until there"
@@ -120,13 +126,14 @@ def _driven(
 
 
 def continued(
-    sol: Trajectory,
+    sol: Made,
     t_end: float,
+    made: Callable[..., Made],
     *,
     max_steps: int | None = None,
     on_change_point: str | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Trajectory:
+) -> Made:
     """A run and what follows it until ``t_end``, as one; see :meth:`mechc.Solution.continue_to`."""
     started = time.perf_counter()
     start, end = sol.span
@@ -145,8 +152,8 @@ def continued(
     state = before.states()[1][-1]
     chain = Segments(before, begin(sol.system, (end, last), state, sol.params, policy))
     whole = _driven(
-        sol.system, (end, last), chain, sol.params, policy, None, sol._asked, progress, started,
-        before.count - 1,
+        made, sol.system, (end, last), chain, sol.params, policy, None, sol._asked, progress,
+        started, before.count - 1,
     )  # fmt: skip
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
@@ -201,6 +208,22 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
         f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
         "with any play or tolerance in its lengths, has to be guided",
+    )
+
+
+def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
+    """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    states = compiled.states()[1]
+    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
+    largest = int(np.argmax(angles)) if len(angles) else 0
+    if not len(angles) or not np.spacing(angles[largest]) > COARSE * max(rtol, FINEST):
+        return ()
+    return (
+        f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "
+        f"{np.spacing(angles[largest]):.1g} rad apart: loops close and energy stays to no better, "
+        "beside change points to much less, and no rtol helps. Leave whole turns out of the start, "
+        "or go on in shorter runs",
     )
 
 

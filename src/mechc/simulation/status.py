@@ -27,7 +27,7 @@ class ChangePoint:
     gap: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Status:
     """The outcome of a simulation.
 
@@ -48,6 +48,17 @@ class Status:
     cause: str = ""
     advice: str = ""
     warnings: tuple[str, ...] = ()
+
+    def __init__(
+        self,
+        code: str,
+        t: float,
+        cause: str = "",
+        advice: str = "",
+        warnings: tuple[str, ...] = (),
+    ) -> None:
+        # Every run makes one, and the constructor of a frozen dataclass takes twice as long.
+        vars(self).update(code=code, t=t, cause=cause, advice=advice, warnings=warnings)
 
     @property
     def ok(self) -> bool:

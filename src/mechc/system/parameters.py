@@ -103,7 +103,7 @@ class ParameterSet:
             if self.missing:
                 self._refuse_missing(self.defaults)
             return self.defaults
-        if isinstance(params, Mapping):
+        if isinstance(params, (dict, Mapping)):
             return self._from_names(params)
         return self._from_array(doubles(params, "an array of parameters").copy())
 
@@ -119,10 +119,11 @@ class ParameterSet:
         return np.where(largest > 0, largest, 1.0)
 
     def _from_names(self, params: Mapping[str, Any]) -> Array:
+        usual = self._from_floats(params)
+        if usual is not None:
+            return usual
         if {*map(type, params)} != {str}:
             params = without_unused(params, self.names, "params")
-        if {*map(type, params.values())} == {float}:
-            return self._from_floats(params)
         given = {name: self.checked(name, value) for name, value in params.items()}
         shape = np.broadcast_shapes(*(value.shape for value in given.values()))
         values, flags = np.zeros((*shape, len(self.names))), np.zeros(len(self.names), np.uint8)
@@ -131,13 +132,13 @@ class ParameterSet:
             flags[self.index[name]] = 1
         return self._completed(values, flags)
 
-    def _from_floats(self, params: Mapping[str, float]) -> Array:
-        """The usual case, fast."""
+    def _from_floats(self, params: Mapping[str, Any]) -> Array | None:
+        """The usual case, fast: names and floats, all within their bounds."""
         values, flags = np.zeros(len(self.names)), np.zeros(len(self.names), np.uint8)
         for name, value in params.items():
             i = self.index.get(name, -1)
-            if i < 0 or not self._open[i][0] < value < self._open[i][1]:
-                self.checked(name, value)
+            if i < 0 or type(value) is not float or not self._open[i][0] < value < self._open[i][1]:
+                return None
             values[i] = value
             flags[i] = 1
         return self._completed(values, flags)

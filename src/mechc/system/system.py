@@ -31,6 +31,8 @@ class System(Description):
     ----------
     scene
         The compiled functions: a :class:`mechc.native._driver.Scene`, or what does the same.
+    driven
+        The scene where it has inputs that are given with a run, else None.
     parameter_set
         Defaults, bounds and order of the parameters.
     reference
@@ -52,7 +54,7 @@ class System(Description):
         operations_of_all: Callable[[], dict[str, Any]] | None = None,
     ) -> None:
         super().__init__(data)
-        self.scene = scene
+        self._set_scene(scene)
         self.reference = reference
         self.build = MappingProxyType(dict(build or {}))
         self.operations_of_all = operations_of_all
@@ -66,11 +68,6 @@ class System(Description):
         self.default_coordinates[first:] = data.get("states", ())
         self._no_lengths = np.ones(len(kinds)) if self.dimensionless.all() else None
         self._shapes: Mapping[str, list[int]] = data["shapes"]
-
-    @property
-    def driven(self) -> Any:
-        """The scene where it has inputs that are given with a run, else None."""
-        return self.scene if self.inputs else None
 
     @property
     def instruction_set(self) -> str:
@@ -103,8 +100,12 @@ class System(Description):
         """The same system with other compiled functions."""
         other = object.__new__(System)
         other.__dict__.update(self.__dict__)
-        other.scene = scene
+        other._set_scene(scene)
         return other
+
+    def _set_scene(self, scene: Any) -> None:
+        self.scene = scene
+        self.driven = scene if self.inputs else None
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]

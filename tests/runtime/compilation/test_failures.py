@@ -151,7 +151,7 @@ def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(fresh):
 
 def test_a_killed_compiler_is_told_and_the_next_attempt_works(fresh, monkeypatch):
     monkeypatch.setenv("CC", compiler_script(fresh, "kill -9 $$"))
-    with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for want of memory"):
+    with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for lack of memory"):
         rate(3.0)
     assert not list(cache.cache_folder().glob(".new-*"))
     compiler_script(fresh, 'exec gcc "$@"')

@@ -1,4 +1,4 @@
-"""What goes on while the n-th call fails: ``python -m tests.support.fault_scenarios NAME FOLDER``.
+"""What goes on while the n-th call fails: ``python -m ...trust.fault_scenarios NAME FOLDER``.
 
 Runs below ``LD_PRELOAD`` of the library that ``faults.c`` makes.  Every n is a process forked from
 one that has imported all; it prints a JSON line for each: n, the call that failed, how it ended.

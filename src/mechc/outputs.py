@@ -137,7 +137,7 @@ class Outputs(Description):
             return self.with_inputs(inputs).rhs(t, y, params, out)
         if out is None:
             return self._evaluate("rates", y, params, t)
-        if not isinstance(out, np.ndarray):
+        if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray):
             raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self.system.parameter_set.resolve(params)
         scene = self.system.scene

@@ -45,7 +45,7 @@ def emit(
         "scene_sizes.h": sizes_header(functions),
         "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
         "scene_model.c": model_source(functions, metadata, sets),
-        "scene_first.c": template("first.c.in").substitute(unit=sets[-1].name),
+        "scene_outputs_only.c": template("outputs_only.c.in").substitute(unit=sets[-1].name),
     }
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}

@@ -13,7 +13,7 @@ import numpy as np
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
 from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
 from mechc.system.names import name_of, names_of
@@ -142,7 +142,17 @@ def _reductions(reduce: Any) -> list[str]:
         isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
     )
     several = [reduce] if one else reduce
-    return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
+    return [_reduction(each) for each in several]
+
+
+def _reduction(each: Any) -> str:
+    if isinstance(each, str):
+        return each
+    if not isinstance(each, tuple) or len(each) != 2:
+        raise ValueOutOfBoundsError(
+            f"a reduction is a text such as 'max(theta_2)' or ('max', symbol), not {brief(each)}"
+        )
+    return f"{each[0]}({name_of(each[1])})"
 
 
 def _checked_threads(threads: int | None) -> int:

@@ -185,7 +185,7 @@ def _begun(
 
     beside = cache.first_key(key)
     first = entries.found(beside) or entries.made(
-        beside, lambda folder: make("first unit", entries.make_first_unit, folder)
+        beside, lambda folder: make("first unit", entries.make_outputs_only, folder)
     )
     compiled_now = "first unit" in seconds
     if not compiled_now:

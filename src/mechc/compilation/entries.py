@@ -44,15 +44,15 @@ def scene_in(path: Path) -> Scene:
     return Scene(capsule_of(str(path)), None)
 
 
-def make_first_unit(scene: Any, folder: Path) -> None:
+def make_outputs_only(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension.flags import FIRST_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
-    flags, includes = [*FIRST_FLAGS, *scene.first_flags], (str(RUNTIME), str(work))
+    flags, includes = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags], (str(RUNTIME), str(work))
     target = folder / cache.SHARED_OBJECT
-    toolchain.compile_shared(work, "scene_first.c", flags, includes, target)
+    toolchain.compile_shared(work, "scene_outputs_only.c", flags, includes, target)
     shutil.rmtree(work)
 
 

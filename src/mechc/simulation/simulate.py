@@ -214,6 +214,8 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
 def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
     """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
     states = compiled.states()[1]
+    if not len(states):  # without memory not even the start was kept
+        return ()
     size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0

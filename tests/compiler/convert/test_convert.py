@@ -189,12 +189,6 @@ def test_constraints_that_contradict_each_other_are_refused() -> None:
         mechanism(kane)
 
 
-def test_loads_that_hold_accelerations_are_refused_by_name() -> None:
-    added_mass = slider(lambda q, u, N: -Symbol("m_a") * u[0].diff(t) * N.x)
-    with pytest.raises(MechanismError, match=r"load on P contains the acceleration .*v"):
-        mechanism(added_mass)
-
-
 def test_reading_leaves_the_points_of_the_user_as_they_are() -> None:
     """A load where two bodies meet: SymPy would keep a velocity there, and warn that it chose."""
     system = four_bar_system()

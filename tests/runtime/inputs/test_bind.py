@@ -306,8 +306,28 @@ def test_what_is_no_input_is_refused(pushed, value):
         pushed.simulate(1.0, [0.0, 0.0], inputs={"F": value})
 
 
+def test_rates_of_a_driven_model_go_into_an_array(pushed):
+    """By the compiled table of rows as by any other way: m u' = F - k q."""
+    y, out = np.array([[0.3, 0.7], [0.1, -0.2]]), np.empty((2, 2))
+    driven = pushed.with_inputs({"F": lambda t: 5.0 + t})
+    assert driven.rhs(1.0, y, out=out) is out
+    np.testing.assert_allclose(out, np.column_stack([y[:, 1], [6.0 / MASS] * 2]), rtol=1e-14)
+    np.testing.assert_array_equal(driven.rhs(1.0, y), out)
+
+
+def test_compiled_code_without_inputs_gives_no_number(pushed):
+    """Whatever calls it below the model: NaN, never what happens to lie in memory."""
+    scene = pushed.system.scene._scene
+    y, p = np.zeros((3, 2)), np.array([[MASS, 0.0]])
+    rates = scene.evaluate("rates", np.zeros(1), y, p)
+    assert np.isnan(rates[:, 1]).all()
+    np.testing.assert_array_equal(rates[:, 0], 0.0)
+
+
 def test_a_function_of_other_arguments_is_refused(pushed):
     with pytest.raises(mechc.ValueOutOfBoundsError, match=r"of t, or of t, q and u; it takes \(a"):
+        pushed.with_inputs({"F": lambda a, b, c, d: 0.0})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="which of them is the time cannot be"):
         pushed.with_inputs({"F": lambda a, b: 0.0})
 
 

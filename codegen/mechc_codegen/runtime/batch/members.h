@@ -122,7 +122,8 @@ static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
     }
     if (*reached > first)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, batch->options.inputs, *reached - first,
+                                 batch->p + member * batch->parameters,
+                                 batch->options.inputs, *reached - first,
                                  batch->t_eval + first,
                                  batch->at_times + (member * batch->times + first) * batch->width);
 }
@@ -161,7 +162,8 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     double *least = batch->least + member * MECHC_LEASTS;
     if (stopped)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, batch->options.inputs, 1, &t, y);
+                                 batch->p + member * batch->parameters,
+                                 batch->options.inputs, 1, &t, y);
     else
         memcpy(y, steps->y + (steps->count - 1) * batch->width,
                (size_t)batch->width * sizeof(double));

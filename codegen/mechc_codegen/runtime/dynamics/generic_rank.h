@@ -19,7 +19,7 @@
 #include "simd/lanes.h"
 
 #if MECHC_NC > 0
-/* Of the longest row: a row with less is a redundant one, or the start lies beside a change point. */
+/* Of the longest row: a shorter one is redundant, or the start lies beside a change point. */
 #define MECHC_NO_ROW 1e-6
 /* How far each speed is moved to configurations near the start, and how much farther these may be
  * once their loops are closed: there may be other ways to assemble the mechanism. */
@@ -37,13 +37,14 @@ MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given
     if (!(rows.norm[0] < HUGE_VAL)) return MECHC_NC;
     for (; rank < MECHC_NC; rank++) {
         scale *= rows.scale[rank - 1];
-        if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * rows.norm[0] * (scale * scale))) break;
+        if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * rows.norm[0] * (scale * scale)))
+            break;
     }
     return rank;
 }
 
 #if MECHC_NH > 0
-/* The rank where speed j has moved a little and the loops are closed again; 0 where they cannot be. */
+/* The rank where speed j has moved a little and the loops are closed again; 0: they cannot be. */
 MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar_given *given,
                                    int j)
 {

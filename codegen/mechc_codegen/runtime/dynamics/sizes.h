@@ -5,7 +5,7 @@
 #include "scene_sizes.h"
 
 #ifndef MECHC_NI
-#define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
+#define MECHC_NI 0 /* values of inputs that a run is given */
 #endif
 
 #ifndef MECHC_STATES

@@ -76,7 +76,8 @@ MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *ou
     const real x = arm[0] * inertia[5] - arm[1] * inertia[4]; /* arm x the lines of the forces */
     const real y = arm[0] * inertia[8] - arm[1] * inertia[7];
     const real coupling[2] = {inertia[1] + x, inertia[2] + y};
-    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1]) - arm[1] * (inertia[1] + coupling[0]);
+    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1])
+            - arm[1] * (inertia[1] + coupling[0]);
     for (int j = 0; j < 2; j++) {
         out[1 + j] += coupling[j];
         out[3 * (1 + j)] += coupling[j];

@@ -162,8 +162,8 @@ MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
     return MECHC_NH > 0 && run->monitor.ahead < fabs(h);
 }
 
-/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
- * which the projection of the end takes away; elsewhere it is motion. */
+/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into
+ * reactions, which the projection of the end takes away; elsewhere it is motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -206,7 +206,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
-        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT) return MECHC_RUNNING;
+        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT)
+            return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0) {
             const int noise = change <= mechc_gauss_floor(run, h);
             if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
@@ -302,7 +303,8 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
  * crossing. */
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
-    return error <= run->allowed || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
+    return error <= run->allowed
+        || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
 }
 
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */

@@ -18,7 +18,8 @@
 #include "singularities/weakest.h"
 
 /* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
-MECHC_STATIC double mechc_conditioning(const mechc_integration *run, const mechc_scalar_place *place)
+MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
+                                       const mechc_scalar_place *place)
 {
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))

@@ -1,9 +1,9 @@
 /* Critical configurations: where the configuration rows lose rank beyond what they lose everywhere.
  *
  * find: the nearby configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap closed but the one
- * along w; what is left, g = w . gap(q*), is the distance of the scene's lengths from a change point.   Only g tells
- * a change point (the curve of configurations crosses itself) from a near miss (two curves that
- * pass each other); how small a singular value became does not.
+ * along w; what is left, g = w . gap(q*), is how far the lengths are from those of a change point.
+ * Only g tells a change point (the curve of configurations crosses itself) from a near miss (two
+ * curves that pass each other); how small a singular value became does not.
  */
 #ifndef MECHC_CRITICAL_H
 #define MECHC_CRITICAL_H
@@ -135,7 +135,8 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         b[r] = c->gap * normal - mechc_dot(basis, place->gap, MECHC_NH);
         for (int j = 0; j < MECHC_NU; j++) {
             double entry = 0.0;
-            for (int i = 0; i < MECHC_NH; i++) entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+            for (int i = 0; i < MECHC_NH; i++)
+                entry += basis[i] * place->jacobian[i * MECHC_NU + j];
             a[r * n + j] = entry;
             a[(rank + j) * n + MECHC_NU + r] = entry;
         }
@@ -155,7 +156,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     return length;
 }
 
-/* Times what samples of the gap differ by: where many rows meet in it, a sample moves few of them. */
+/* Times the spread of samples of the gap: where many rows meet, a sample moves few of them. */
 #define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
 
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
@@ -172,7 +173,8 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = mechc_max(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
     c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
 }
@@ -237,14 +239,16 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
         const double turns = nearbyint((q[i] - known->q[i]) / turn);
         if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
-        square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);
+        const double speed = MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0;
+        square += pow((q[i] - c->q[i]) * speed, 2);
     }
     if (!(square <= reach * reach)) return 0;
     mechc_place_at(t, c->q, given, &place);
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
         largest = mechc_max(largest, fabs(place.jacobian[i]));
     for (int i = 0; i < MECHC_NH; i++)
-        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding)) return 0;
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding))
+            return 0;
     for (int j = 0; j < MECHC_NU; j++) {
         double pull = 0.0;
         for (int i = 0; i < MECHC_NH; i++)

@@ -130,8 +130,9 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor, int between,
-                                         int turned, int too_near, mechc_finding *out)
+MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor,
+                                         int between, int turned, int too_near,
+                                         mechc_decision *out)
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
@@ -158,7 +159,8 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     }
     if (!span->bridge) {
         const double ahead = out->fraction * fabs(span->h);
-        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= monitor->patience) {
+        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1
+            && ahead <= monitor->patience) {
             monitor->patience = 0.7 * ahead;
             monitor->wanted = fabs(span->h);
             mechc_retry(out, out->fraction / span->best, 1);
@@ -184,7 +186,7 @@ MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_g
 }
 
 /* Judge a step whose conditioning dipped. */
-MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_finding *out)
+MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_decision *out)
 {
     mechc_weakest before, after;
     mechc_critical critical;
@@ -193,7 +195,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_place_at(span->t, span->start, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
-    if (before.rank < monitor->rank) mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
+    if (before.rank < monitor->rank)
+        mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
     const double reach =

@@ -42,10 +42,10 @@ typedef struct {
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
-} mechc_finding;
+} mechc_decision;
 
 #if MECHC_NH > 0
-MECHC_STATIC void mechc_retry(mechc_finding *out, double factor, int bridge)
+MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
 {
     out->action = MECHC_RETRY;
     out->factor = factor;

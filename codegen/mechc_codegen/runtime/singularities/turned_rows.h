@@ -138,9 +138,10 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
 }
 
 /* Follow the step's nodes: 1 where `out` says that the step cannot stand.  A direction that turned
- * over at a near miss has leapt it; a step over several crossings is to end between the first two. */
+ * over at a near miss has leapt over it; a step over several crossings is to end between the first
+ * two. */
 MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor *monitor,
-                                    double reach, mechc_finding *out)
+                                    double reach, mechc_decision *out)
 {
     const double *fraction = span->path->fraction;
     mechc_weakest places[2];

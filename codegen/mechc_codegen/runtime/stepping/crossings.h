@@ -175,10 +175,10 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
 }
 #endif
 
-/* Judge a step that its error allows; finding.action MECHC_RETRY where it is taken back. */
+/* Judge a step that its error allows; decision.action MECHC_RETRY where it is taken back. */
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
-    run->finding.action = MECHC_STANDS;
+    run->decision.action = MECHC_STANDS;
 #if MECHC_NH > 0
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
     mechc_path path;
@@ -186,19 +186,19 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     mechc_path_of(run, &span, &path);
     span.path = &path;
     mechc_stats *stats = &run->head.stats;
-    run->finding.gap = HUGE_VAL;
-    mechc_examine(&span, &run->monitor, &run->finding);
+    run->decision.gap = HUGE_VAL;
+    mechc_examine(&span, &run->monitor, &run->decision);
     stats->examined++;
-    if (fabs(run->finding.gap) < stats->critical_gap) {
-        stats->critical_gap = fabs(run->finding.gap);
+    if (fabs(run->decision.gap) < stats->critical_gap) {
+        stats->critical_gap = fabs(run->decision.gap);
         stats->critical_time = run->head.t;
     }
-    if (run->finding.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
-    if (run->finding.action == MECHC_RETRY) {
-        const int bridge = run->finding.bridge && !run->method->holds_crossing;
+    if (run->decision.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
+    if (run->decision.action == MECHC_RETRY) {
+        const int bridge = run->decision.bridge && !run->method->holds_crossing;
         run->monitor.tries++;
         stats->rejected++;
-        run->step = fabs(h) * run->finding.factor;
+        run->step = fabs(h) * run->decision.factor;
         run->refused = run->monitor.wanted == 0.0;
         run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
     }
@@ -215,7 +215,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
     double y[MECHC_NX], sum = 0.0;
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
-        sum += (y[i] - run->finding.q[i]) * along[i];
+        sum += (y[i] - run->decision.q[i]) * along[i];
     return sum;
 }
 
@@ -223,7 +223,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
 MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
 {
     const double near = 1e-3;
-    double s = run->finding.fraction, before[MECHC_NX], along[MECHC_NX];
+    double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
     for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
@@ -235,7 +235,8 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
         s -= here / slope;
     }
     const double t = run->head.t + s * h;
-    if (!mechc_append_crossing(&run->head.trajectory, t, run->finding.gap, run->finding.q, MECHC_NQ))
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, run->decision.q,
+                               MECHC_NQ))
         return MECHC_NO_MEMORY;
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
                                                      : MECHC_RUNNING;

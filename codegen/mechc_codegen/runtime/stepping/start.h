@@ -54,7 +54,8 @@ MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
     mechc_scalar_give_inputs(&run->given, 0, inputs);
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
-    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--) /* the last may have been cut short */
+    /* of two steps: the last may have been cut short */
+    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--)
         run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
     head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
 }

@@ -6,7 +6,7 @@ import numpy as np
 
 from mechc.errors import AssemblyError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Array, Quantity
+from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
 
 ITERATIONS = 60
@@ -151,7 +151,7 @@ def wrap(angle: Array) -> Array:
     return np.asarray(np.pi - (np.pi - angle) % (2 * np.pi))
 
 
-def in_words(coordinate: Quantity, value: float) -> str:
+def in_words(coordinate: NamedQuantity, value: float) -> str:
     """A coordinate with its value, angles in degrees."""
     if coordinate.kind is Kind.ANGLE:
         return f"{coordinate.name} = {np.degrees(value):.6g} deg"

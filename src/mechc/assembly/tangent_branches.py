@@ -25,7 +25,7 @@ EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class ChangePoint:
+class SingularConfiguration:
     """A configuration q (nq,) whose Jacobian has the left null vectors ``normals`` (k, nc).
 
     ``excess``: how many of them it does not have at configurations around.
@@ -36,7 +36,7 @@ class ChangePoint:
     excess: int
 
 
-def find(system: System, y: Array, values: Array, t: float) -> ChangePoint | None:
+def find(system: System, y: Array, values: Array, t: float) -> SingularConfiguration | None:
     """The change point that the configuration of a state is, to half the digits; else None."""
     if not system.scene.holonomic or len(system.coordinates) != len(system.speeds):
         return None
@@ -66,7 +66,9 @@ def _size(jacobian: Array) -> float:
     return float(np.linalg.norm(jacobian, 2))
 
 
-def _refined(system: System, y: Array, values: Array, t: float, generic: int) -> ChangePoint | None:
+def _refined(
+    system: System, y: Array, values: Array, t: float, generic: int
+) -> SingularConfiguration | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""
     width = len(system.coordinates)
     still = np.append(y[:width], np.zeros(len(system.speeds)))
@@ -97,7 +99,7 @@ def _refined(system: System, y: Array, values: Array, t: float, generic: int) ->
         return None
     rounding = 4 * np.spacing(np.maximum(1.0, np.abs(y[:width])))
     q = np.where(np.abs(still[:width] - y[:width]) <= rounding, y[:width], still[:width])
-    return ChangePoint(q, normals, generic - rank)
+    return SingularConfiguration(q, normals, generic - rank)
 
 
 def _jacobian_at(system: System, y: Array, k: int, step: float, values: Array, t: float) -> Array:
@@ -106,7 +108,9 @@ def _jacobian_at(system: System, y: Array, k: int, step: float, values: Array, t
     return system.constraint_jacobian(moved, values, t)
 
 
-def second_order(system: System, at: ChangePoint, u: Array, values: Array, t: float) -> Array:
+def second_order(
+    system: System, at: SingularConfiguration, u: Array, values: Array, t: float
+) -> Array:
     """w . d/dt (J u + b) for speeds u (..., nu), by central differences of eighth order."""
     u = np.asarray(u)
     weights = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -123,7 +127,7 @@ def second_order(system: System, at: ChangePoint, u: Array, values: Array, t: fl
 
 
 def speeds_on_branches(
-    system: System, at: ChangePoint, given: dict[int, float], values: Array, t: float
+    system: System, at: SingularConfiguration, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
     """All possible speeds (n, nu) with the values given; None where these do not determine them.
 
@@ -152,7 +156,13 @@ class _Quadric:
     """The second-order closure at u + a . free as quadratic polynomials in a."""
 
     def __init__(
-        self, system: System, at: ChangePoint, u: Array, free: Array, values: Array, t: float
+        self,
+        system: System,
+        at: SingularConfiguration,
+        u: Array,
+        free: Array,
+        values: Array,
+        t: float,
     ) -> None:
         self.size = float(np.linalg.norm(u))
         free = free * self.size

@@ -30,7 +30,7 @@ from mechc.native._codes import (
     NORM,
 )
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Array, Quantity
+from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_value
 
@@ -74,7 +74,7 @@ class _Quantity:
     output: int
     second: int
     component: int
-    meaning: Quantity
+    meaning: NamedQuantity
 
     def primitive(self, kind: int, direction: int = 0, level: float = 0.0) -> Primitive:
         return (
@@ -160,7 +160,7 @@ def _entry(system: System, text: str, form: int) -> _Quantity:
 def _output(system: System, name: str, indices: str | None, form: int) -> _Quantity:
     order = list(system.scene.outputs)
     known = (*system.coordinates, *system.speeds, "energy", *order)
-    told = Quantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
+    told = NamedQuantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
     if name == "energy" and "kinetic_energy" in order:
         if indices is not None or form != COMPONENT:
             raise MechcError("energy is one number: write energy")

@@ -19,7 +19,7 @@ from mechc.batch.spec import Assembly
 from mechc.errors import MechcError, UnknownNameError
 from mechc.system.description import Description
 from mechc.system.kinds import shown_in
-from mechc.system.parameters import Array, Quantity
+from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_value, split_assignment
 
@@ -244,7 +244,7 @@ def _where(system: System, place: Mapping[str, float]) -> str:
     )
 
 
-def _as_read(value: float, meaning: Quantity | Reduction) -> str:
+def _as_read(value: float, meaning: NamedQuantity | Reduction) -> str:
     """A number with its unit; angles in degrees."""
     shown, factor = shown_in(meaning.kind, meaning.unit)
     gap = "" if shown.startswith("°") else " "

@@ -32,7 +32,7 @@ class Place(NamedTuple):
     tree: TreeData | None
 
 
-class Equations:
+class ArrayEquations:
     """A listing of :mod:`mechc_codegen.emit.numpy` as functions of arrays."""
 
     def __init__(self, listing: Any) -> None:

@@ -36,7 +36,7 @@ SHARE = 0.03  # of the tolerance that one step may use: local errors accumulate 
 MOST_GROWTH, LEAST_SHRINK, SAFETY = 6.0, 0.2, 0.9
 
 
-class Settings(NamedTuple):
+class RunLimits(NamedTuple):
     """Span, tolerances and limits of steps."""
 
     t1: float
@@ -69,13 +69,13 @@ class NumpyRun:
 
     def __init__(
         self, manifold: Manifold, t0: float, y0: Array, scale: Array, first_step: float,
-        settings: Settings,
+        limits: RunLimits,
     ) -> None:  # fmt: skip
-        self.manifold, self.settings, self.pair = manifold, settings, _Pair()
+        self.manifold, self.limits, self.pair = manifold, limits, _Pair()
         self.width = manifold.listing.coordinates
         self.t, self.status, self.failure = float(t0), RUNNING, RUNNING
         self.y = np.array(y0, dtype=np.float64)
-        self.direction = 1.0 if settings.t1 >= t0 else -1.0
+        self.direction = 1.0 if limits.t1 >= t0 else -1.0
         self.rates = np.zeros((RATES, len(self.y)))
         self.counts = {"steps": 0, "rejected": 0, "rhs_evaluations": 0, "closure_iterations": 0}
         self.speed, self.refused = -1, False
@@ -87,7 +87,7 @@ class NumpyRun:
             return
         self.scale = self._first_scale(np.asarray(scale))
         self.step = first_step or self._first_step()
-        if t0 == settings.t1:
+        if t0 == limits.t1:
             self.status = FINISHED
 
     # -- stages ------------------------------------------------------------------------------
@@ -127,10 +127,10 @@ class NumpyRun:
     # -- errors and steps ----------------------------------------------------------------------
 
     def _tolerance(self, end: Array) -> Array:
-        settings, size = self.settings, np.maximum(np.abs(self.y), np.abs(end))
-        asked = settings.rtol * self.scale
-        if settings.atol is not None:
-            asked = settings.atol + settings.rtol * size
+        limits, size = self.limits, np.maximum(np.abs(self.y), np.abs(end))
+        asked = limits.rtol * self.scale
+        if limits.atol is not None:
+            asked = limits.atol + limits.rtol * size
         return np.maximum(SHARE * asked, EPS * size)
 
     def _error(self, h: float, end: Array) -> float:
@@ -151,7 +151,7 @@ class NumpyRun:
 
     def _first_step(self) -> float:
         """After Hairer, Norsett & Wanner (1993), section II.4."""
-        span, most = abs(self.settings.t1 - self.t), self.settings.max_step
+        span, most = abs(self.limits.t1 - self.t), self.limits.max_step
         tolerance = self._tolerance(self.y)
         state = float(np.sum((self.y / tolerance) ** 2))
         first = float(np.sum((self.rates[0] / tolerance) ** 2))
@@ -169,7 +169,7 @@ class NumpyRun:
 
     def _next_step(self) -> tuple[float, bool]:
         """The signed step to attempt, and whether it is the last."""
-        left, step = self.settings.t1 - self.t, min(self.step, self.settings.max_step)
+        left, step = self.limits.t1 - self.t, min(self.step, self.limits.max_step)
         if abs(left) <= 1.01 * step:
             return left, True
         return (0.5 * left if abs(left) < 2 * step else self.direction * step), False
@@ -179,7 +179,7 @@ class NumpyRun:
         for _ in range(steps):
             if self.status != RUNNING:
                 break
-            if self.counts["steps"] + self.counts["rejected"] >= self.settings.max_steps:
+            if self.counts["steps"] + self.counts["rejected"] >= self.limits.max_steps:
                 self.status = TOO_MANY_STEPS
             else:
                 self.status = self._attempt()
@@ -187,7 +187,7 @@ class NumpyRun:
 
     def _attempt(self) -> int:
         h, last = self._next_step()
-        if abs(h) < 16 * EPS * max(abs(self.t), abs(self.settings.t1 - self.t)) and not last:
+        if abs(h) < 16 * EPS * max(abs(self.t), abs(self.limits.t1 - self.t)) and not last:
             return self._too_small()
         self.watch.begin_step()
         self.step = abs(h)
@@ -220,12 +220,12 @@ class NumpyRun:
         return self.failure or STEP_TOO_SMALL
 
     def _accept(self, h: float, end: Array, factor: float, last: bool) -> int:
-        if self.settings.dense:
+        if self.limits.dense:
             status, _ = self._rates(STAGES + 1, RATES - 1, h)
             if status != RUNNING:
                 return self._refuse(0.5, last)
             self._dense.append(self._dense_rows(h, end))
-        self.t = self.settings.t1 if last else self.t + h
+        self.t = self.limits.t1 if last else self.t + h
         self.y, self.rates[0] = end, self.rates[STAGES]
         self.step *= max(LEAST_SHRINK, min(1.0 if self.refused else MOST_GROWTH, factor))
         self.refused, self.failure = False, RUNNING

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.native._codes import NOT_CLOSED, NOT_FINITE, RUNNING, SINGULAR_MASS
-from mechc.numpy_backend.equations import Equations, Place, accelerations, rows_of
+from mechc.numpy_backend.equations import ArrayEquations, Place, accelerations, rows_of
 from mechc.numpy_backend.linear import EPS, Rows, diagonal, times
 from mechc.system.parameters import Array
 
@@ -27,7 +27,7 @@ class Closed(NamedTuple):
 class Manifold:
     """The constraints of a scene with one set of parameters (np,)."""
 
-    def __init__(self, equations: Equations, p: Array) -> None:
+    def __init__(self, equations: ArrayEquations, p: Array) -> None:
         self.equations, self.listing = equations, equations.listing
         self.p = np.array(p, dtype=np.float64).reshape(1, -1)
         self.k = equations.constants(self.p)

@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.numpy_backend.equations import Equations, accelerations
+from mechc.numpy_backend.equations import ArrayEquations, accelerations
 from mechc.numpy_backend.jacobian import jacobian
 from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
@@ -31,7 +31,7 @@ class NumpyScene:
     methods = ("dop853",)
 
     def __init__(self, listing: Any) -> None:
-        self.equations = Equations(listing)
+        self.equations = ArrayEquations(listing)
         self.metadata: str = listing.metadata
         self.coordinates, self.speeds = listing.coordinates, listing.speeds
         self.rows, self.holonomic = listing.rows, listing.holonomic
@@ -110,7 +110,7 @@ class NumpyScene:
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
     ) -> Any:  # fmt: skip
         """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
-        from mechc.numpy_backend.integrator import NumpyRun, Settings
+        from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
-        settings = Settings(t1, rtol, atol, max_step, max_steps, dense)
-        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, settings)
+        limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense)
+        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, limits)

@@ -33,7 +33,7 @@ STAGES = {
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A table with a head, or without one pairs of what and how."""
 
     heading: str
@@ -53,11 +53,11 @@ class Section:
 class Report(str):
     """Text; in a notebook, tables."""
 
-    sections: tuple[Section, ...]
+    sections: tuple[ReportSection, ...]
     heading: str
 
     @classmethod
-    def of(cls, title: str, sections: Iterable[Section]) -> Report:
+    def of(cls, title: str, sections: Iterable[ReportSection]) -> Report:
         kept = tuple(sections)
         report = cls(
             "\n".join([clean_text(title, LONGEST), *(line for s in kept for line in s.text())])
@@ -104,7 +104,7 @@ def _whole(system: System) -> Whole:
     return system.operations_of_all() if system.operations_of_all is not None and other else None
 
 
-def _operations(system: System, whole: Whole) -> Section:
+def _operations(system: System, whole: Whole) -> ReportSection:
     counts = system.data["operations"]
     named = {n: c for n, c in counts["outputs"].items() if n not in PARTS}
     own = set(system.data["own"])
@@ -118,10 +118,10 @@ def _operations(system: System, whole: Whole) -> Section:
         free = [str(whole["outputs"].get(name, ("", ""))[1]) for name in named]
         rows = [(r[0], n, *r[1:]) for r, n in zip(rows, [*free, ""], strict=True)]
         head = ("output", "with nothing fixed", *head[1:])
-    return Section("operations an evaluation (functions included)", tuple(rows), head)
+    return ReportSection("operations an evaluation (functions included)", tuple(rows), head)
 
 
-def _calls(system: System) -> Section:
+def _calls(system: System) -> ReportSection:
     """Values computed once per run, and those of every right-hand side."""
     counts, rows = system.data["operations"], len(system.constraint_names)
     solved = f"{len(system.speeds)} accelerations"
@@ -138,10 +138,10 @@ def _calls(system: System) -> Section:
         ("solution", solved),
         *given,
     )  # fmt: skip
-    return Section("a right-hand side", facts)
+    return ReportSection("a right-hand side", facts)
 
 
-def _fallen(system: System, whole: Whole) -> Section:
+def _fallen(system: System, whole: Whole) -> ReportSection:
     """Parts that the scene does not need."""
     data = system.data
     facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
@@ -153,7 +153,7 @@ def _fallen(system: System, whole: Whole) -> Section:
     if data["skipped"]:
         names = ", ".join(data["skipped"])
         facts.append(("not in this scene", names + _saved_outputs(data, whole)))
-    return Section("what is omitted", tuple(facts))
+    return ReportSection("what is omitted", tuple(facts))
 
 
 def _loads(loads: Mapping[str, int]) -> str:
@@ -197,7 +197,7 @@ def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
     return f"; {sum(absent.values())} operations" if absent else ""
 
 
-def _redundant(system: System) -> Section:
+def _redundant(system: System) -> ReportSection:
     """Which constraints follow from others, and from which."""
     what = "redundant constraints"
     try:
@@ -209,16 +209,16 @@ def _redundant(system: System) -> Section:
     else:
         facts = [(what, "multipliers are those of least norm" if found else "none")]
         facts += [("", str(each)) for each in found]
-    return Section("constraints", tuple(facts))
+    return ReportSection("constraints", tuple(facts))
 
 
-def _build(system: System) -> Section:
+def _build(system: System) -> ReportSection:
     seconds = dict(system.build["seconds"])
     known = [name for name in STAGES if name in seconds]
     facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
     if "first unit" in seconds:
         facts.append(("until the whole was compiled", LAST_DIGITS))
-    return Section("the build", tuple(facts))
+    return ReportSection("the build", tuple(facts))
 
 
 def _told(fact: Row) -> str:

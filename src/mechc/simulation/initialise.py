@@ -6,7 +6,7 @@ import numpy as np
 
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
-from mechc.simulation.segments import Piece, Segments
+from mechc.simulation.segments import Segment, Segments
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -16,9 +16,9 @@ OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits i
 
 def begin(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece:
+) -> Segment:
     """The compiled integrator, at the start of the span."""
-    begun: Piece = system.scene.start(
+    begun: Segment = system.scene.start(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
@@ -28,7 +28,7 @@ def begin(
 
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece | None:
+) -> Segment | None:
     """The motion from a change point along the branch of the speeds, if they are on one."""
     from mechc.simulation.singular_start import singular_start
 

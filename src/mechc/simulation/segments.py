@@ -12,7 +12,7 @@ ADDED = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "examined
 LEAST = {"least_singular": "least_singular_time", "critical_gap": "critical_time"}
 
 
-class Piece(Protocol):
+class Segment(Protocol):
     """The interface of a run: compiled, or that of :mod:`mechc.simulation.singular_start`."""
 
     @property
@@ -34,7 +34,7 @@ class Piece(Protocol):
 class Until:
     """A piece up to a time within it, where an event ended it."""
 
-    def __init__(self, piece: Piece, t: float) -> None:
+    def __init__(self, piece: Segment, t: float) -> None:
         times = piece.times(0)
         self.piece, self.t, self.status = piece, t, piece.status
         self.start = float(times[0])
@@ -72,7 +72,7 @@ class Until:
 class Segments:
     """Pieces of one motion, each from where the last one ended; only the last still advances."""
 
-    def __init__(self, first: Piece, last: Piece) -> None:
+    def __init__(self, first: Segment, last: Segment) -> None:
         self.first, self.last = first, last
         self.joint = float(first.t)
 

@@ -21,7 +21,7 @@ from mechc.native._codes import (
 )
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
-from mechc.simulation.segments import Piece, Segments, Until
+from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
     checked_change_point,
@@ -78,7 +78,7 @@ def _driven(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    compiled: Piece,
+    compiled: Segment,
     values: Array,
     policy: Policy,
     times: Array | None,
@@ -148,7 +148,7 @@ def continued(
         max_steps=checked_count("max_steps", most),
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
-    before: Piece = sol._run if sol._stop is None else Until(sol._run, sol._stop)
+    before: Segment = sol._run if sol._stop is None else Until(sol._run, sol._stop)
     state = before.states()[1][-1]
     chain = Segments(before, begin(sol.system, (end, last), state, sol.params, policy))
     whole = _driven(

@@ -30,7 +30,7 @@ EPS = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class SingularStart:
-    """A finished run over a short span, as :class:`mechc.simulation.segments.Piece`."""
+    """A finished run over a short span, as :class:`mechc.simulation.segments.Segment`."""
 
     system: System
     t0: float
@@ -111,7 +111,11 @@ def singular_start(
 
 
 def _supported(
-    system: System, at: branches.ChangePoint, y0: Array, values: Array, span: tuple[float, float]
+    system: System,
+    at: branches.SingularConfiguration,
+    y0: Array,
+    values: Array,
+    span: tuple[float, float],
 ) -> bool:
     speeds = len(system.speeds)
     still = np.append(at.q, np.zeros(speeds))
@@ -127,7 +131,7 @@ def _supported(
 
 
 def _branch(
-    system: System, at: branches.ChangePoint, u: Array, values: Array, t: float
+    system: System, at: branches.SingularConfiguration, u: Array, values: Array, t: float
 ) -> _Curve | None:
     """The branch through the change point with the tangent u, x from -REACH to REACH."""
     scale = system.scale(values)[: len(system.coordinates)]
@@ -149,8 +153,8 @@ def _branch(
 
 
 def _closed(
-    system: System, at: branches.ChangePoint, tangent: Array, scale: Array, x: float, q: Array,
-    values: Array, t: float,
+    system: System, at: branches.SingularConfiguration, tangent: Array, scale: Array, x: float,
+    q: Array, values: Array, t: float,
 ) -> Array | None:  # fmt: skip
     """The closed configuration at the distance x along the tangent, near q."""
     best, least = q, np.inf

@@ -10,7 +10,7 @@ from typing import Any
 
 from mechc.errors import UnknownNameError
 from mechc.system.names import name_of
-from mechc.system.parameters import Quantity
+from mechc.system.parameters import NamedQuantity
 
 
 class Description:
@@ -41,10 +41,10 @@ class Description:
         self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
 
     @cached_property
-    def quantities(self) -> Mapping[str, Quantity]:
+    def quantities(self) -> Mapping[str, NamedQuantity]:
         """Every coordinate, speed and parameter by name."""
         kinds = ("coordinates", "speeds", "parameters")
-        found = (Quantity.from_metadata(each) for kind in kinds for each in self.data[kind])
+        found = (NamedQuantity.from_metadata(each) for kind in kinds for each in self.data[kind])
         return MappingProxyType({quantity.name: quantity for quantity in found})
 
     @property

@@ -25,7 +25,7 @@ Parameters = Mapping[str, Any] | Array | None
 
 
 @dataclass(frozen=True)
-class Quantity:
+class NamedQuantity:
     """A named number: unit, description, bounds (finite ones excluded unless ``closed``), kind."""
 
     name: str
@@ -37,7 +37,7 @@ class Quantity:
     kind: Kind = Kind.OTHER
 
     @classmethod
-    def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
+    def from_metadata(cls, data: Mapping[str, Any]) -> NamedQuantity:
         lower = -math.inf if data["lower"] is None else data["lower"]
         upper = math.inf if data["upper"] is None else data["upper"]
         texts = (data["name"], data["unit"], data["description"])
@@ -75,7 +75,10 @@ class ParameterSet:
     """
 
     def __init__(
-        self, quantities: Sequence[Quantity], scene: Any, preset: Mapping[str, float] | None = None
+        self,
+        quantities: Sequence[NamedQuantity],
+        scene: Any,
+        preset: Mapping[str, float] | None = None,
     ) -> None:
         self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)

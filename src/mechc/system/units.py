@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Quantity
+from mechc.system.parameters import NamedQuantity
 
 TURN = math.pi / 180
 UNITS: dict[Kind, dict[str, float]] = {
@@ -29,7 +29,7 @@ def split_assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def read_value(text: str, quantity: Quantity) -> float:
+def read_value(text: str, quantity: NamedQuantity) -> float:
     """A typed number in SI units; without a unit it is in the quantity's unit.
 
     Raises
@@ -51,7 +51,9 @@ def read_value(text: str, quantity: Quantity) -> float:
 
 def read_seconds(text: str) -> float:
     """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
-    return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME))
+    return read_value(
+        text, NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
+    )
 
 
 def _choices(units: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""Source -> Mechanism: what a SymPy object holds, as a mechanism with names and values.
+"""Source -> Mechanism: the contents of a SymPy object, as a mechanism with names and values.
 
 Input: a Source and the user's settings.  Output: a validated mechanism whose M, F and J are then
 derived from bodies, loads and constraints.  Invariant: nothing is guessed; an error names the
@@ -105,7 +105,7 @@ def _kinematics(source: Source) -> tuple[Expr, ...]:
 def _constraints(
     source: Source, settings: ConversionSettings, rates: Rates, kinematics: Sequence[Expr]
 ) -> tuple[tuple[Expr, ...], tuple[Expr, ...], tuple[str, ...]]:
-    """(configuration constraints, constraints on the speeds alone, omitted constraints)."""
+    """(configuration constraints, constraints on the speeds only, omitted constraints)."""
     time = dynamicsymbols._t
     replaced = {q.diff(time): r for q, r in zip(source.q, kinematics, strict=True)}
     replaced |= dict.fromkeys(source.auxiliary, S.Zero)
@@ -139,8 +139,8 @@ def _refuse_integrable(motion: Sequence[Expr], rates: Rates, source: Source) -> 
             f"velocity constraints of this {source.kind} are rates of configuration constraints "
             "that were not given, so positions cannot be recovered from it: add "
             "configuration_constraints=[...] to the KanesMethod (with q_dependent), or to "
-            "mechc.compile. configuration_constraints=[] says that the velocity constraints are "
-            "all there is; positions then keep what they start with"
+            "mechc.compile. configuration_constraints=[] means that there are no others; "
+            "positions then keep the closure that they start with"
         )
 
 

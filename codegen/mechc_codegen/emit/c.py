@@ -1,7 +1,7 @@
 """Stage 5: Program -> C.
 
 Input: an optimised program and its metadata.  Output: the text of the scene's files.  Invariant:
-C identifiers are made here; what a user named appears only inside escaped string literals and, as
+C identifiers are made here; names of users appear only inside escaped string literals and, as
 letters, digits and a few signs, in comments.
 """
 
@@ -217,5 +217,5 @@ def argument_names(signature: str) -> list[str]:
 
 
 def plain_words(text: str) -> str:
-    """For a comment: all signs are replaced that could end it or form a trigraph."""
+    """For a comment: signs that could end it or form a trigraph are replaced."""
     return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

@@ -1,6 +1,6 @@
 """User-defined outputs that are vectors, matrices and lists -> named scalars and their shapes.
 
-An element is an output of its own: ``tip[0]``, ``inertia[1,2]``, row after row.
+An element is a separate output: ``tip[0]``, ``inertia[1,2]``, row after row.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Shape = tuple[int, ...]
 def scalar_outputs(
     outputs: Iterable[Any], frame: ReferenceFrame
 ) -> tuple[tuple[Any, ...], dict[str, Shape]]:
-    """The outputs with every element by itself, and the shape of each that has several.
+    """The outputs with every element separately, and the shape of each that has several.
 
     Vectors become their components in ``frame`` (3,), dyadics (3, 3), matrices keep their rows and
     columns, lists and tuples of any of these have one axis more.  What stands in a dict within is
@@ -31,7 +31,7 @@ def scalar_outputs(
     Raises
     ------
     MechanismError
-        For rows of different lengths, and for what is no expression.
+        For rows of different lengths, and for anything but an expression.
     """
     shapes: dict[str, Shape] = {}
     scalars: list[Any] = []
@@ -70,7 +70,7 @@ def element_names(name: str, shape: Shape) -> Iterator[str]:
 
 def _refuse_twice(name: str, taken: Mapping[Any, Any]) -> None:
     if name in taken:
-        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose another")
 
 
 def _elements(value: Any, place: str, frame: ReferenceFrame) -> tuple[Shape, list[Expr]]:

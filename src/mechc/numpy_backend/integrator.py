@@ -1,12 +1,12 @@
 """One trajectory without C: Dormand & Prince of order 8(5,3), every stage on the constraints.
 
-A stage closes the loops and steadies the speeds before accelerations are taken; step control after
-Hairer, Norsett & Wanner (1993), section II.4, as in the compiled pair (explicit_rk.h).
+A stage closes the loops and projects the speeds before accelerations are evaluated; step control
+after Hairer, Norsett & Wanner (1993), section II.4, as in the compiled pair.
 
-What it does not have is the passage of change points.  It watches the conditioning of the rows
-instead: a step over which their smallest singular value changes by more than twice what is left of
-it may hide a zero, and is halved; where less than a thousandth of the value at ordinary
-configurations is left, the run ends.  So the motion is never led onto another branch unnoticed.
+It does not pass change points.  It monitors the conditioning of the rows instead: a step over which
+their smallest singular value changes by more than twice its least value may hide a zero, and is
+halved; where the value is less than a thousandth of that at ordinary configurations, the run ends.
+So the motion never takes another branch unnoticed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MOST_GROWTH, LEAST_SHRINK, SAFETY = 6.0, 0.2, 0.9
 
 
 class RunLimits(NamedTuple):
-    """How far and how exactly."""
+    """Span, tolerances and limits of steps."""
 
     t1: float
     rtol: float
@@ -93,7 +93,7 @@ class NumpyRun:
     # -- stages ------------------------------------------------------------------------------
 
     def _stage(self, t: float, y: Array, rate: int) -> int:
-        """Move y onto the constraints, in place, and take its rates."""
+        """Move y onto the constraints, in place, and evaluate its rates."""
         time = np.array([t])
         settled, closed = self.manifold.settle(time, y[None])
         self.counts["rhs_evaluations"] += 1
@@ -108,7 +108,7 @@ class NumpyRun:
         return self._fail(NOT_FINITE, closed.place.mass[0])
 
     def _fail(self, status: int, mass: Array) -> int:
-        """A mass matrix that is not positive definite is told apart, with its speed."""
+        """The status: a mass matrix that is not positive definite has its own, with the speed."""
         if status == NOT_CLOSED or not np.isfinite(mass).all():
             return status
         self.speed = massless(mass)
@@ -134,13 +134,13 @@ class NumpyRun:
         return np.maximum(SHARE * asked, EPS * size)
 
     def _error(self, h: float, end: Array) -> float:
-        """Root mean square of the step's error over what is tolerated."""
+        """Root mean square of the step's error over the tolerance."""
         errors = h * (self.pair.errors @ self.rates[: STAGES + 1]) / self._tolerance(end)
         first, second = np.mean(errors**2, axis=1).tolist()
         return float(first / np.sqrt(first + 0.01 * second)) if first > 0 else 0.0
 
     def _first_scale(self, scale: Array) -> Array:
-        """Of the speeds: what the first accelerations reach within one unit of the coordinate."""
+        """Scale of the speeds: what the first accelerations reach in one unit of a coordinate."""
         found, speeds = scale.copy(), slice(self.width, None)
         reached = np.sqrt(np.abs(self.rates[0, speeds]) * scale[speeds])
         found[speeds] = np.maximum(np.abs(self.y[speeds]), reached)
@@ -238,7 +238,7 @@ class NumpyRun:
         self._states.append(end.copy())
         return FINISHED if last else RUNNING
 
-    # -- what it holds -------------------------------------------------------------------------
+    # -- results -------------------------------------------------------------------------------
 
     def _dense_rows(self, h: float, end: Array) -> Array:
         rows = np.empty((DENSE_ROWS, len(end)))
@@ -250,7 +250,7 @@ class NumpyRun:
 
     @property
     def count(self) -> int:
-        """Number of accepted states, the start among them."""
+        """Number of accepted states, the start included."""
         return len(self._times)
 
     def times(self, first: int) -> Array:
@@ -262,7 +262,7 @@ class NumpyRun:
         return np.array(self._times), np.array(self._states)
 
     def change_points(self) -> tuple[Array, Array, Array]:
-        """None is ever passed."""
+        """Always empty."""
         return np.zeros(0), np.zeros((0, self.width)), np.zeros(0)
 
     def stats(self) -> dict[str, Any]:

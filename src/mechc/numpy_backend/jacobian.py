@@ -1,4 +1,4 @@
-"""Jacobians of the motion, and of outputs that hold it, without C.
+"""Jacobians of the motion, and of outputs that depend on it, without C.
 
 With R = M u' + J^T lambda - F and S = J u' - gamma: M du' + J^T dlambda = -dR and J du' = -dS.
 """
@@ -52,7 +52,7 @@ def _response(
 def _of_own(
     which: str, equations: ArrayEquations, state: State, motion: Motion, response: Array
 ) -> Array:
-    """Outputs of one's own: at a given motion, and by the motion times its response."""
+    """User-defined outputs: derivatives at a given motion, and by the motion times its response."""
     count, moving, columns = response.shape
     partials = equations.written(f"own_by_{which}", *state, motion)
     partials = partials.reshape(count, -1, columns + moving)

@@ -15,8 +15,7 @@ ITERATIONS = 20
 
 
 class Closed(NamedTuple):
-    """Configurations (n, nq) with what is known there; status: ``RUNNING`` where the loops
-    close."""
+    """Configurations (n, nq) and their quantities; status: ``RUNNING`` where the loops close."""
 
     q: Array
     place: Place
@@ -93,19 +92,19 @@ class Manifold:
         return status, y, gap if finite else np.nan, drift
 
     def moved(self, t: float, q: Array, changes: Array) -> Closed:
-        """Configurations a little beside one (nq,), each closed again: changes (n, nu)."""
+        """Configurations near one (nq,), each closed again: changes (n, nu)."""
         rows = np.repeat(q[None], len(changes), axis=0)
         time = np.array([t])
         return self.close(time, rows + self._displacement(time, rows, changes))
 
     def _gap_values(self, place: Place) -> Array:
-        """What the rows are to change by; constraints on the motion are not for closing."""
+        """The changes of the rows; velocity constraints do not take part in closing."""
         values = np.zeros((len(place.gap), self.listing.rows))
         values[:, : self.listing.holonomic] = -place.gap
         return values
 
     def _displacement(self, t: Array, q: Array, step: Array) -> Array:
-        """What a step of the speeds (n, nu) is for the coordinates (n, nq)."""
+        """The step of the coordinates (n, nq) for one of the speeds (n, nu)."""
         if self.listing.identity_kinematics:
             return step
         still = np.zeros((len(q), self.listing.speeds))
@@ -119,7 +118,7 @@ def residual(place: Place, u: Array) -> Array:
 
 
 def _gap(place: Place, q: Array) -> tuple[Array, Array]:
-    """The largest gap (n,), and the rounding that it is measured against."""
+    """The largest gap (n,), and the rounding that it is compared with."""
     size = place.gap.shape[1]
     terms = np.abs(place.jacobian[:, :size]).sum(axis=2).max(axis=1)
     turn = np.maximum(1.0, np.abs(q).max(axis=1))

@@ -1,7 +1,7 @@
-"""A scene without C, for machines that have no compiler: ``backend="numpy"``.
+"""A scene without C, for machines without a compiler: ``backend="numpy"``.
 
 It does what :class:`mechc.native._driver.Scene` does for compiled code: outputs, projection,
-integration.  It passes no change points: see :mod:`mechc.numpy_backend.integrator`.
+integration.  It does not pass change points: see :mod:`mechc.numpy_backend.integrator`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ BLOCK = 1024  # states at a time: what is computed on the way stays in the proce
 class NumpyScene:
     """A scene, by a listing of :mod:`mechc_codegen.emit.numpy`.
 
-    Its methods take and give what those of :class:`mechc.native._driver.Scene` do.
+    Its methods have the arguments and results of those of :class:`mechc.native._driver.Scene`.
     """
 
     instruction_set = "numpy"
@@ -63,7 +63,7 @@ class NumpyScene:
         self.equations.functions.complete(given, values[None])
 
     def complete_rows(self, given: Any, rows: Array) -> None:
-        """The same for every row."""
+        """Values for every row."""
         self.equations.functions.complete(given, rows)
 
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:

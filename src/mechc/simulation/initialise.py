@@ -29,7 +29,7 @@ def begin(
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
 ) -> Segment | None:
-    """The motion off a change point along the branch that the speeds follow, if they do."""
+    """The motion from a change point along the branch of the speeds, if they are on one."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)
@@ -52,9 +52,9 @@ def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
 
 
 def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array:
-    """The state as it is; refused if it is off the constraints by more than rounding.
+    """The state unchanged; refused if it violates the constraints by more than rounding.
 
-    Unlike :func:`checked_state` it needs nothing of the integrators, which may still be compiling.
+    Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
     state = _shaped(system, y0)
     gap, drift = (
@@ -78,7 +78,7 @@ def _shaped(system: System, y0: Array) -> Array:
 
 
 def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:
-    """Say what is wrong with a state, unless its speeds are so high that it is rounding."""
+    """Raise for a state off the constraints, unless its speeds are so high that it is rounding."""
     if not np.isfinite(state).all():
         bad = (*system.coordinates, *system.speeds)[int(np.argmin(np.isfinite(state)))]
         raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")

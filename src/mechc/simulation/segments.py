@@ -1,4 +1,4 @@
-"""Runs one after the other that are read as one."""
+"""Consecutive runs that are read as one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ LEAST = {"least_singular": "least_singular_time", "critical_gap": "critical_time
 
 
 class Segment(Protocol):
-    """What a run offers: the compiled one, and that of :mod:`mechc.simulation.singular_start`."""
+    """The interface of a run: compiled, or that of :mod:`mechc.simulation.singular_start`."""
 
     @property
     def status(self) -> int: ...
@@ -42,11 +42,11 @@ class Until:
 
     @property
     def crossings(self) -> int:
-        """Change points passed until the event."""
+        """Change points crossed until the event."""
         return len(self.change_points()[0])
 
     def advance(self, steps: int) -> int:
-        """Nothing is left to do."""
+        """The piece is complete: status finished."""
         return self.status
 
     def stats(self) -> dict[str, Any]:
@@ -96,7 +96,7 @@ class Segments:
         return self.last.advance(steps)
 
     def stats(self) -> dict[str, Any]:
-        """Counters added up; the least of what is a least."""
+        """The sum of counters; the least of minima."""
         first, last = self.first.stats(), self.last.stats()
         told = {**last, **{name: first[name] + last[name] for name in ADDED}}
         for name, time in LEAST.items():

@@ -33,9 +33,9 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-CHUNK = 2000  # attempted steps between looks at signals and progress
+CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
-COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
+COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
 Made = TypeVar("Made", bound=Trajectory)
 
@@ -54,14 +54,14 @@ def run(
 ) -> Made:
     """Integrate; every stage and every accepted state is on the constraints.
 
-    All that is given was checked before: ``state`` (nq + nu,) is on the constraints, ``values``
-    (np,) are all parameters, ``times`` lie within the span.  ``typed`` is the state before it was
-    projected.  ``made`` takes what :class:`Trajectory` takes: it, or a trajectory of a model.
+    Arguments were checked before: ``state`` (nq + nu,) is on the constraints, ``values`` (np,)
+    are all parameters, ``times`` are within the span.  ``typed`` is the state before projection.
+    ``made``: :class:`Trajectory`, or a class with the same arguments.
 
     Raises
     ------
     ChangePointError, EventError, InputError
-        Each holds the trajectory until then.
+        Each contains the trajectory until then.
     """
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
@@ -118,7 +118,7 @@ def _driven(
     sol = made(system, values, policy, compiled, status, stats, times, found, stop)
     sol._asked = tuple(events)
     if failure is not None:
-        told = f"{failure}; error.solution has the motion until there"
+        told = f"{failure}; error.solution is the motion until then"
         raise EventError(told, sol) from failure.__cause__
     if driven is not None:
         driven.raise_failure(sol)
@@ -194,7 +194,7 @@ def _drive(
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
-    """What an engineer should know about change points passed."""
+    """Warnings about change points crossed."""
     if not compiled.crossings:
         return ()
     times = compiled.change_points()[0]
@@ -205,7 +205,7 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
         return ()
     passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
     return (
-        f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
+        f"Crossed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
         "with any play or tolerance in its lengths, has to be guided",
     )
@@ -235,6 +235,6 @@ def _met(sol: Trajectory) -> str:
         f"{n} = {x:.9g}" for n, x in zip(sol.system.coordinates, point.q, strict=True)
     )
     return (
-        f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "
-        "on_change_point='continue' to go straight on; error.solution has the motion until there"
+        f"a change point at t = {point.t:.9g} s, {where}: two branches of the motion cross. Pass "
+        "on_change_point='continue' to go straight on; error.solution is the motion until then"
     )

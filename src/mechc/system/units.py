@@ -1,4 +1,4 @@
-"""Values as people type them: ``theta_0=85deg``, ``l_3=3500mm``."""
+"""Values as users type them: ``theta_0=85deg``, ``l_3=3500mm``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def split_assignment(text: str) -> tuple[str, str]:
 
 
 def read_value(text: str, quantity: NamedQuantity) -> float:
-    """A typed number in SI units; without a unit it is in the quantity's own.
+    """A typed number in SI units; without a unit it is in the quantity's unit.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def read_value(text: str, quantity: NamedQuantity) -> float:
     known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
-            f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; use {_choices(known)}"
+            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; use {_choices(known)}"
         )
     return float(number) * (known[unit] if unit else 1.0)
 

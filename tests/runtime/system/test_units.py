@@ -46,7 +46,7 @@ def test_numbers_with_and_without_unit_are_read_in_si(text, unit, value):
 @pytest.mark.parametrize(
     ("text", "unit", "told"),
     [
-        ("85degg", "rad", r"x: 'degg' in '85degg' is not a unit of it; use rad or deg or °"),
+        ("85degg", "rad", r"x: 'degg' in '85degg' is not one of its units; use rad or deg or °"),
         ("85mm", "rad", "'mm' .* use rad or deg"),
         ("3deg", "m", "'deg' .* use m or cm or mm"),
         ("3 3", "m", "'3' in '3 3'"),

@@ -250,7 +250,7 @@ def test_show_and_emit_know_the_sizes(capsys):
     said = capsys.readouterr().out
     assert said.startswith("Double pendulum")
     assert "theta_1" in said
-    assert "point masses, one hung from the other, 1 to 100 [1]" in said
+    assert "point masses, each hinged to the one before, 1 to 100 [1]" in said
     assert main(["emit", "pendulum", "--with", "links=2"]) == 0
     assert "p_2 along y" in capsys.readouterr().out
 

@@ -96,7 +96,7 @@ def test_a_wrong_option_is_told_the_right_ones():
         mechc.load("andrews", links=2)
     with pytest.raises(mechc.UnknownNameError, match="did you mean 'pendulum'"):
         mechc.load("double_pendulum")
-    with pytest.raises(ValueError, match="compiled on demand is for this processor alone"):
+    with pytest.raises(ValueError, match="compiled on demand are for this processor only"):
         mechc.load("andrews", instruction_set="baseline")
 
 

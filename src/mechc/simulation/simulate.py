@@ -29,6 +29,7 @@ CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
 FINEST = 1e-12  # below it, of this rtol
+EXACT = 1e-15  # of the model's length: a change point that is missed by less is none to doubles
 AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
 INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
 Made = TypeVar("Made", bound=Trajectory)
@@ -102,6 +103,7 @@ def _driven(
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
+        rounding=EXACT * system.length(values),
     )
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None

@@ -1,1 +1,1 @@
-"""How fast and how right mechc is, measured beside other tools: docs/benchmarks.md."""
+"""Speed and accuracy of mechc, compared with other tools: docs/benchmarks.md."""

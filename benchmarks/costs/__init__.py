@@ -1,1 +1,1 @@
-"""What the product itself costs, and how that grows."""
+"""Costs of mechc itself, and how they grow."""

@@ -1,6 +1,6 @@
-"""What a call of ``simulate`` costs beside the integration, and of what parts.
+"""The cost of a call of ``simulate`` besides the integration, and its parts.
 
-A span of 1 ns on the four-bar, less the compiled run of it.
+A span of 1 ns on the four-bar, minus the compiled run of it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ CALLS, ROUNDS = 40, 300  # short rounds: some are not interrupted on a busy mach
 
 
 def parts() -> dict[str, float]:
-    """Microseconds; the first three are whole calls, less the compiled run."""
+    """Microseconds; the first three are whole calls, minus the compiled run."""
     model, params = mechc.load("four_bar"), {"l_3": 3.5}
     y0 = model.assemble({"theta_0": np.radians(85)}, params=params)
     default = model.assemble({"theta_0": 1.0})

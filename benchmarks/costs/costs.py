@@ -1,11 +1,11 @@
-"""What does the product itself cost?
+"""What does mechc itself cost?
 
     mechc bench costs [--quick | --full]
 
 Installation: sizes by part.  Start: import, ``mechc run four_bar --json``, from a mechanism to the
 first value of its right-hand side (with --full of more mechanisms).  One evaluation, and a call of
-``simulate`` beside the integration.  Memory.  Instructions by callgrind, operations and bytes of C:
-numbers that do not depend on what else the machine does.
+``simulate`` besides the integration.  Memory.  Instructions by callgrind, operations, bytes of C:
+numbers that do not depend on other work of the machine.
 
 Seconds are the least of several runs, and of the processor where the machine had other work.
 Exits with 1 where a limit is missed by more than noise.
@@ -59,7 +59,7 @@ COUNTED: dict[str, Callable[[], Any]] = {
 
 @dataclass(frozen=True)
 class Row:
-    """A figure, and the limit that it must keep where there is one."""
+    """A figure, and its limit if there is one."""
 
     what: str
     value: float
@@ -72,7 +72,7 @@ class Row:
 
     @property
     def missed(self) -> bool:
-        """By more than noise."""
+        """Whether the limit is missed by more than noise."""
         return self.limit is not None and self.value > NOISE * self.limit
 
     def record(self) -> dict[str, Any]:
@@ -152,8 +152,8 @@ def evaluation() -> Iterator[Row]:
 def first_values(name: str, runs: int) -> Iterator[Row]:
     """From the description to the first value of the right-hand side, and until all is compiled.
 
-    The limits are the four-bar's.  A ``Mechanism`` is derived in every process, since its C names
-    what is kept of it; objects of SymPy's are found without.
+    The limits are the four-bar's.  A ``Mechanism`` is derived in every process, since its cache key
+    is from its C; SymPy objects are found without derivation.
     """
     measured = first_value.measured(name, runs)
     told = "four_bar by hand" if name == "by hand" else name
@@ -187,7 +187,7 @@ def installation(found: dict[str, Any]) -> Iterator[Row]:
 
 
 def operations() -> Iterator[dict[str, Any]]:
-    """Of all outputs, of one right-hand side, once a run; and what C is written for the program."""
+    """Operations of all outputs, of one right-hand side, once a run; and the C of the program."""
     for name, mechanism in COUNTED.items():
         described, request = read(mechanism())
         made = optimised(described, request, Stopwatch())

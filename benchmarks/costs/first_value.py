@@ -2,8 +2,8 @@
 
 Of the four-bar in absolute angles as a notebook has it (a KanesMethod object), and of mechanisms of
 the library.  Cold: nothing is in the cache.  Cached: another process has compiled it.  Import of
-sympy and making the object are not counted; import of mechc stands beside.  Each figure is the
-least of the runs, so the stages need not add up; "processor" is the processor time of the first
+sympy and making the object are not counted; import of mechc is listed separately.  Each figure is
+the least of the runs, so the stages need not add up; "processor" is the processor time of the first
 value, which is nearly its time where the machine has nothing else to do.  Python may keep the
 bytecode of modules, as pip does.
 """
@@ -30,7 +30,7 @@ STAGES = (
 
 
 def measured(form: str, runs: int) -> dict[str, Any]:
-    """Of one form the least seconds of every stage, cold and cached; the values must agree."""
+    """The least seconds of every stage for one form, cold and cached; the values must agree."""
     with tempfile.TemporaryDirectory() as name:
         kept = Path(name) / "kept"
         first = process(form, kept, wait=True)
@@ -54,7 +54,7 @@ def least(runs: Iterable[dict[str, Any]], stages: Iterable[str] = STAGES) -> dic
 
 
 def process(form: str, cache: Path, *, wait: bool = False) -> dict[str, Any]:
-    """Seconds and the value in a process of its own; ``wait``: until all is compiled and kept."""
+    """Seconds and the value in a separate process; ``wait``: until all is compiled and cached."""
     given = environment(MECHC_CACHE_DIR=str(cache))
     given.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [*module_command("costs", "first_value"), form, str(int(wait))]
@@ -64,7 +64,7 @@ def process(form: str, cache: Path, *, wait: bool = False) -> dict[str, Any]:
 
 
 def one(form: str, wait: bool) -> None:
-    """What each process does."""
+    """The work of each process."""
     import numpy as np
 
     method = made(form)

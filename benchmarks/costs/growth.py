@@ -7,7 +7,7 @@ For N = 1, 2, 5, 10, 20, 40, 80: an open planar chain of N links, an open spatia
 that alternate, and N four-bar windows in a row (2N + 1 links, tilted, relative angles), each
 described as a ``Mechanism``.  Columns: processor seconds of derivation, of all else until the C is
 there, of the compiler for the first unit and for the whole; kilobytes of C and its operations (the
-recursions of trees are loops of the runtime's and are not counted); microseconds for one
+recursions of trees are loops of the runtime and are not counted); microseconds for one
 right-hand side, called from Python through ctypes, and for one of 512 states side by side in the
 lanes.  Exponents are fitted over N >= 5.
 
@@ -104,7 +104,7 @@ def measure(name: str, size: int) -> dict[str, Any]:
     _, derive = spent(lambda: derive_equations(mechanism, request))
     build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
     with tempfile.TemporaryDirectory() as folder:
-        _, first = spent(lambda: entries.make_first_unit(build, Path(folder)))
+        _, first = spent(lambda: entries.make_outputs_only(build, Path(folder)))
         _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
         scene = entries.scene_in(Path(folder) / "scene.so")
         model = Model(system_with(scene, ModelReference("", custom=True)))
@@ -119,13 +119,13 @@ def measure(name: str, size: int) -> dict[str, Any]:
 
 
 def spent(run: Callable[[], Any]) -> tuple[Any, float]:
-    """What it gave, and the processor seconds of this process and of the compiler."""
+    """Its result, and the processor seconds of this process and of the compiler."""
     before = processor_seconds()
     return run(), processor_seconds() - before
 
 
 def state(name: str, size: int, model: Model) -> np.ndarray:
-    """A state on the constraints, where nothing vanishes by luck."""
+    """A state on the constraints, where no term is zero by chance."""
     if name == "windows":
         return upright_start(size, angle=1.1)
     rng = np.random.default_rng(size)
@@ -198,7 +198,7 @@ def follow(size: int, rtol: float) -> dict[str, Any]:
 
 
 def missed(result: dict[str, Any]) -> list[str]:
-    """What the tables must show and do not."""
+    """Requirements that the tables do not meet."""
     found = []
     for name in ("planar", "spatial"):
         for row in result["rows"].get(name, ()):

@@ -1,4 +1,4 @@
-"""What is installed: how large it is and of what parts."""
+"""The sizes of what is installed, by part."""
 
 from __future__ import annotations
 

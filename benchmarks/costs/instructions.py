@@ -1,4 +1,4 @@
-"""Instructions of what is run most, counted by valgrind's callgrind: the same number every time.
+"""Instructions of the most frequent calls, counted by valgrind's callgrind, the same every time.
 
 One process holds all sections.  Each call is made n and 2n times, and the difference over n is its
 count, so that nothing around the calls is in it.  valgrind has no AVX-512: the shipped four-bar is
@@ -31,7 +31,7 @@ PARAMS = {"l_3": 3.5}
 STATES = 64  # for the lanes
 SECONDS, RTOL = 5.0, 1e-8
 METHODS = ("gauss8", "dop853")
-INSTANT = 1e-9  # s, one step: nearly all of the call is what stands beside the integration
+INSTANT = 1e-9  # s, one step: the integration is a small part of the call
 KEPT = ("PATH", "HOME", "PYTHONPATH", "LD_LIBRARY_PATH", "MECHC_CACHE_DIR")
 LONGEST = 300  # s
 
@@ -43,12 +43,12 @@ class NotCountedError(Exception):
 
 
 def counted(words: Sequence[str] = ("",)) -> list[dict[str, Any]]:
-    """What and how many instructions, of every section that one of the words names.
+    """Name and number of instructions of every section that one of the words names.
 
     Raises
     ------
     NotCountedError
-        Where valgrind or what it needs is missing.
+        If valgrind, its header or a compiler is missing.
     """
     if shutil.which("valgrind") is None:
         raise NotCountedError("valgrind is not installed")
@@ -107,7 +107,7 @@ def _totals(folder: Path) -> Iterator[tuple[str, int]]:
 
 
 def run_sections(marks: str, words: Sequence[str]) -> None:
-    """What the process under callgrind does."""
+    """The work of the process under callgrind."""
     end = ctypes.CDLL(marks).mark
     made = [
         (what.encode(), run, calls)
@@ -124,7 +124,7 @@ def run_sections(marks: str, words: Sequence[str]) -> None:
 
 
 def sections() -> Iterator[Section]:
-    """What is counted, a function of the number of calls, and that number."""
+    """The name counted, a function of the number of calls, and that number."""
     import mechc
 
     for chosen in SETS:
@@ -166,7 +166,7 @@ def _trajectories(model: Any, y: Any, values: Any, method: str) -> Callable[[int
 
 
 def _of_the_calls(model: Any) -> Iterator[Section]:
-    """What is Python for the most part."""
+    """Calls that are mostly Python."""
     from mechc.simulation.initialise import begin
 
     y, values = _start(model), model.system.parameter_set.resolve(PARAMS)

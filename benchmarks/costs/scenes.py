@@ -44,7 +44,7 @@ HEAD = (
 
 @dataclass(frozen=True)
 class Case:
-    """A scene: what is described, and what is asked of it."""
+    """A scene: a mechanism and the options it is compiled with."""
 
     name: str
     described: Callable[[], Any]

@@ -1,1 +1,1 @@
-"""The problems as other tools are told of them: equations, and rigid bodies on joints."""
+"""The problems for other tools: equations, and rigid bodies with joints."""

@@ -1,4 +1,4 @@
-"""What mechc reads of an object before it derives anything, and what a mechanism consists of."""
+"""The mechanism that mechc reads from an object, and its parts."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ def read(
     given: Any, *, fix: Mapping[str, float] | None = None, outputs: Sequence[str] = (),
     defaults: Mapping[str, float] | None = None,
 ) -> tuple[Mechanism, Any]:  # fmt: skip
-    """The mechanism that an object describes, and what is asked of it; as ``mechc.compile``."""
+    """The mechanism that an object describes, and its request; as ``mechc.compile``."""
     options = CompileOptions(ConversionSettings(defaults=defaults or {}), fix or {}, outputs)
     return CompileRequest(given, options).described()
 
 
 def described(given: Any, defaults: Mapping[str, float]) -> Mechanism:
-    """A mechanism as it is, an object of SymPy's as the mechanism it describes."""
+    """A mechanism unchanged, a SymPy object as the mechanism it describes."""
     return given if isinstance(given, Mechanism) else read(given, defaults=defaults)[0]
 
 
@@ -34,7 +34,7 @@ def holonomic(mechanism: Mechanism) -> list[Expr]:
 
 
 def kinematic_equations(mechanism: Mechanism) -> list[Expr]:
-    """What vanishes, as KanesMethod takes it: every coordinate's rate less what gives it."""
+    """The kinematic equations for KanesMethod: every coordinate's rate minus its expression."""
     pairs = zip(mechanism.q, mechanism.kinematics, strict=True)
     return [q.diff(dynamicsymbols._t) - rate for q, rate in pairs]
 

@@ -1,4 +1,4 @@
-"""What solvers of differential-algebraic equations are given: index one, and a consistent start.
+"""Equations for differential-algebraic solvers: index one, and a consistent start.
 
 State q, u; algebraic a and lambda: q' = N u, u' = a, M a + J^T lambda = F, J a = gamma.  With a
 among the unknowns the multipliers are a smooth function of the state.  In the shorter form, with

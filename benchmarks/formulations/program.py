@@ -2,7 +2,7 @@
 
 One program serves floats, NumPy, heyoka and CasADi: ``function`` gives it the sine, cosine and
 square root of the arithmetic.  Everything that is used twice has a name, also in the elimination
-of [M J^T; J 0], so that no expression swells and tools without a linear solver can be given it.
+of [M J^T; J 0], so that no expression grows and tools without a linear solver can use it.
 """
 
 from __future__ import annotations
@@ -56,14 +56,14 @@ class Tape:
         self.assignments: list[tuple[Symbol, Expr]] = []
 
     def named(self, value: Expr) -> Expr:
-        """A symbol that stands for the value; symbols and numbers stand for themselves."""
+        """A symbol for the value; symbols and numbers unchanged."""
         if value.is_Atom:
             return value
         self.assignments.append((Symbol(f"z{len(self.assignments)}"), value))
         return self.assignments[-1][0]
 
     def shared(self, values: Sequence[Expr]) -> list[Expr]:
-        """The values with what they share named, and each of them named."""
+        """The values, with names for them and for their common subexpressions."""
         fresh = (Symbol(f"z{k}") for k in range(len(self.assignments), 10**9))
         replaced, rest = sympy.cse(list(values), symbols=fresh, order="none")
         self.assignments += replaced

@@ -1,7 +1,7 @@
-"""Rigid bodies on joints, which is how multibody engines are told of a problem.
+"""Rigid bodies with joints: the description of a problem for multibody engines.
 
-Every body hangs by one joint on the ground or on a body before it; loops are closed by points of
-two bodies that coincide.
+Every body is the child of one joint, whose parent is the ground or a body before it; loops are
+closed by points of two bodies that coincide.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ ORIGIN, X, Y, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body and the joint that it hangs on; its frame is at the joint.
+    """A rigid body and the joint to its parent; its frame is at the joint.
 
-    At zero the frame is parallel to the frame of the body that carries it.  ``place`` is the
-    joint's in the carrier's frame (m), ``centre`` the mass centre's in the body's own (m), and
+    At zero the frame is parallel to the parent's frame.  ``place`` is the joint's position in the
+    parent's frame (m), ``centre`` the mass centre's in the body's frame (m), and
     ``inertia`` the moments about the mass centre along the body's axes (kg m^2), which are
     principal.
     """
@@ -52,7 +52,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Bodies:
-    """A problem's bodies, what closes their loops, and what acts on them.
+    """A problem's bodies, the closures of their loops, and the loads.
 
     The joints' coordinates are ``turns @ q + offset``, where q are the coordinates of mechc's
     model; both have their rates as speeds.

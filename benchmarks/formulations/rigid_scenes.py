@@ -1,4 +1,4 @@
-"""The problems as rigid bodies on joints; all numbers are the problem's own parameters."""
+"""The problems as rigid bodies with joints; all numbers are the problem's parameters."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _four_bar(p: Values, count: int) -> Bodies:
 
 
 def _pendulum(p: Values, count: int) -> Bodies:
-    """Point masses on massless links, which hang along -y at zero."""
+    """Point masses on massless links, along -y at zero."""
     ends = [(0.0, -p[f"l_{k}"], 0.0) for k in range(count)]
     bodies = [
         Body(f"link_{k}", k - 1, ends[k - 1] if k else ORIGIN, p[f"m_{k}"], ends[k], ORIGIN)
@@ -50,7 +50,7 @@ def _pendulum(p: Values, count: int) -> Bodies:
 
 
 def _slider_crank(p: Values, count: int) -> Bodies:
-    """Crank and rod; the slider is a body of its own, which the rod's end is pinned to."""
+    """Crank and rod; the slider is a separate body, to which the rod's end is pinned."""
     bodies = (
         _rod("crank", p["m_0"], p["l_0"], GROUND),
         _rod("rod", p["m_1"], p["l_1"], 0, p["l_0"]),
@@ -63,10 +63,10 @@ def _slider_crank(p: Values, count: int) -> Bodies:
 
 
 def _windows(p: Values, count: int) -> Bodies:
-    """Uprights on their pivots; every coupler hangs on one upright and is pinned to the next.
+    """Uprights on their pivots; every coupler is the child of one upright and pinned to the next.
 
-    The model's angles are of one rod against the other in a chain of couplers, on which uprights
-    hang with their feet last.  The whole scene is turned by ``tilt``, gravity included.
+    The model's angles are relative, along a chain of couplers, whose children are the uprights with
+    their feet last.  The whole scene is turned by ``tilt``, gravity included.
     """
     m, l, tilt = p["m"], p["l"], p["tilt"]
     bodies, turns, offset = [_rod("upright_0", m, l, GROUND)], np.eye(count), np.zeros(count)
@@ -79,7 +79,7 @@ def _windows(p: Values, count: int) -> Bodies:
         foot = tuple((i * l * ground).tolist())
         bodies.append(replace(_rod(f"upright_{i}", m, l, GROUND), place=foot))
         loops.append(((k, _along(l)), (k + 1, _along(l))))
-        # The coupler's angle is against an upright that is told from its other end.
+        # The coupler's angle is relative to an upright described from its other end.
         if i > 1:
             turns[k, k - 1], offset[k] = -1.0, -pi
         turns[k + 1, [0, *range(1, k + 1, 2)]], offset[k + 1] = 1.0, tilt + pi
@@ -88,7 +88,7 @@ def _windows(p: Values, count: int) -> Bodies:
 
 
 def _andrews(p: Values, count: int) -> Bodies:
-    """In the order K1, K2, K3, K5, K4, K7, K6, in which a body comes after the one it hangs on."""
+    """In the order K1, K2, K3, K5, K4, K7, K6, in which a body comes after its parent."""
 
     def body(k: int, on: int, place: Vector, x: float, y: float) -> Body:
         about = p[f"I_{k}"]
@@ -139,7 +139,7 @@ def _flyball_governor(p: Values, count: int) -> Bodies:
 def _heavy_top(p: Values, count: int) -> Bodies:
     """On a ball joint.
 
-    Three hinges would not do: the mass centre passes straight below the fixed point (the angular
+    Three hinges cannot be used: the mass centre passes straight below the fixed point (the angular
     momentum about the vertical is minus the spin's), where two of their axes come in line.
     """
     inertia = (p["I_t"], p["I_s"], p["I_t"])
@@ -150,7 +150,7 @@ def _heavy_top(p: Values, count: int) -> Bodies:
 def _rod(
     name: str, mass: float, length: float, on: int, x: float = 0.0, about: float | None = None
 ) -> Body:
-    """A thin uniform rod along its own x axis; ``about`` replaces its moment of inertia."""
+    """A thin uniform rod along its x axis; ``about`` replaces its moment of inertia."""
     about = mass * length**2 / 12 if about is None else about
     return Body(name, on, _along(x), mass, _along(length / 2), (0.0, about, about))
 
@@ -165,7 +165,7 @@ def _along(x: float) -> Vector:
 
 
 def _differences(count: int) -> Array:
-    """Angles at hinges from the links' own angles."""
+    """Angles at hinges from the links' absolute angles."""
     return np.eye(count) - np.eye(count, k=-1)
 
 

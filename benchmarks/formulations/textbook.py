@@ -1,4 +1,4 @@
-"""A problem's equations as a textbook has SymPy's ``KanesMethod`` form them.
+"""A problem's equations by SymPy's ``KanesMethod`` as in a textbook.
 
 As many independent speeds as there are degrees of freedom; the loops are closed by dependent
 coordinates and speeds, with the closure and its rate as constraints.  Which are dependent is
@@ -46,7 +46,7 @@ class TextbookEquations:
     constants, values
         The parameters that they hold.
     seconds
-        What the derivation took.
+        Time of the derivation.
     """
 
     q: tuple[Expr, ...]
@@ -69,12 +69,12 @@ def textbook(problem: Problem, solver: str = "LU") -> TextbookEquations:
     ----------
     solver
         How SymPy solves for the dependent speeds: "LU", its default, or "CRAMER", which its
-        documentation recommends where "LU" swells.
+        documentation recommends where the expressions of "LU" grow.
 
     Raises
     ------
     NotExpressibleError
-        If KanesMethod cannot hold the problem: repeated constraints, states and inputs beside
+        If KanesMethod cannot express the problem: repeated constraints, states and inputs besides
         coordinates and speeds, or more dependent speeds than SymPy eliminates in minutes.
     """
     values, began = problem.values, time.perf_counter()  # the former compiles mechc's model

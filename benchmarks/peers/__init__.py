@@ -1,4 +1,4 @@
-"""The tools that mechc is compared with, by name; each module is imported when it is asked for.
+"""The tools that mechc is compared with, by name; each module is imported when it is first used.
 
 A module ``peers.NAME`` has ``TOOLS``, the names that it reports as, and
 ``build(problem, tolerances, *, quick=False)``, which gives its cases and the seconds of setting

@@ -1,7 +1,7 @@
-"""heyoka's adaptive Taylor integrators: one trajectory, and as many abreast as the lanes hold.
+"""heyoka's adaptive Taylor integrators: one trajectory, and batches with one in each lane.
 
 Both take the explicit rates, elimination written out, with ``high_accuracy`` and parallel mode
-off, which is quickest.  Small systems are unrolled; ``compact_mode`` is for the large ones, whose
+off, which is fastest.  Small systems are unrolled; ``compact_mode`` is for the large ones, whose
 compilation would take minutes.  Only the integration is timed, and of a batch with identical
 members, so that no lane waits for another, the time of one.
 
@@ -38,7 +38,7 @@ MOST_OPERATIONS = 8_000  # beyond these compilation takes more than a minute in 
 
 @dataclass(frozen=True)
 class System:
-    """What an integrator is made of."""
+    """The arguments of an integrator."""
 
     heyoka: Any
     equations: Equations

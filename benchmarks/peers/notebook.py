@@ -29,7 +29,7 @@ MOST_OPERATIONS = 300_000  # written out: beyond these lambdify takes minutes, a
 def build(problem: Problem, tolerances: Sequence[float], *, quick: bool = False) -> Built:
     """Both tools; the notebook's own tolerance is among those of the first.
 
-    Where the notebook's way does not suit the problem, one case of it says why.
+    Where the notebook's method does not suit the problem, one case has the reason.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The problems of the suite by name; each is built when it is first asked for."""
+"""The problems of the suite by name; each is built at its first use."""
 
 from __future__ import annotations
 

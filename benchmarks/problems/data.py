@@ -1,4 +1,4 @@
-"""Exact motions of ``benchmarks/data``, and what is read off them."""
+"""Exact motions of ``benchmarks/data``, and values from them."""
 
 from __future__ import annotations
 

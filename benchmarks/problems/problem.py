@@ -1,7 +1,7 @@
-"""A problem of the suite: a mechanism, its start, and what is known of its motion.
+"""A problem of the suite: a mechanism, its start, and exact values of its motion.
 
-``Problem`` is what every tool is given.  A tool integrates it in whatever coordinates suit it and
-hands back the quantities named in ``quantities`` at ``t_end``; their exact values, from a closed
+Every tool gets the ``Problem``.  A tool integrates it in coordinates that suit it and returns the
+quantities named in ``quantities`` at ``t_end``; their exact values, from a closed
 form or from arithmetic of 30 digits or more, judge it.  No tool is judged by its own runs.
 Tools that integrate equations take them from ``formulations.equations.equations_of(problem)``.
 """
@@ -26,7 +26,7 @@ WRONG = 0.1  # of a scale: beyond this it is another motion, not an inaccurate o
 
 
 class NotExpressibleError(Exception):
-    """Why a tool is not given a problem."""
+    """The reason why a tool cannot express a problem."""
 
 
 @dataclass(frozen=True)
@@ -52,25 +52,25 @@ class Formulation:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is integrated, from where, until when, and what is compared.
+    """A mechanism, its start and end, and the quantities compared.
 
     Parameters
     ----------
     mechanism
-        Builds the ``mechc.Mechanism`` or the object of SymPy's that mechc compiles.
+        Builds the ``mechc.Mechanism`` or the SymPy object that mechc compiles.
     start
         The whole first state, coordinates then speeds in the model's order.
     params
         Parameters that differ from the defaults.
     quantities, exact, scale
-        What is compared at ``t_end``: names, exact values, and what an error is counted in.
+        Quantities compared at ``t_end``: names, exact values, and units of their errors.
     observe
         The quantities of a state, coordinates then speeds in the model's order.
     wrong
         Errors beyond it, in the scale, are those of another motion: a wrong branch.
     formulation
-        What tools that take equations are given where the model's own coordinates do not suit
-        them best, or where a form by hand is shorter than what elimination gives.
+        Equations for tools that take equations, if the model's coordinates do not suit them best,
+        or if a form by hand is shorter than that by elimination.
     shipped
         Name in the library, where the model is compiled already.
     stiff
@@ -105,7 +105,7 @@ class Problem:
 
     @property
     def given(self) -> Formulation:
-        """What tools that take equations are given."""
+        """The formulation for tools that take equations."""
         return self.formulation or Formulation(self.mechanism, self.start, self.observe)
 
     @cached_property

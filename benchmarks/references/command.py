@@ -1,4 +1,4 @@
-"""Exact motions of ``data/``, computed anew.
+"""Exact motions of ``data/``, computed again.
 
     mechc bench references [NAME ...] [--to DIR]
 

@@ -1,4 +1,4 @@
-"""The page again, of figures measured before.
+"""The report of figures measured before.
 
 mechc bench report [RESULTS.json] [--against EARLIER.json] [--to PAGE.html]
 """

@@ -1,1 +1,1 @@
-"""What becomes of a mechanism under stress: right, refused, or ended with a status."""
+"""The stress suite: hard cases must be right, refused, or ended with a status."""

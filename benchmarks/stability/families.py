@@ -1,4 +1,4 @@
-"""The families of the stress suite: what each promises, and what runs it."""
+"""The families of the stress suite: the promise of each, and its runs."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ A row is one run: its case, its word, its error and limit where it has them.  Wo
 ``refused``   an error said before the run what is wrong
 ``flagged``   the run ended early with a status that says why
 ``unjudged``  the judge's own motion does not end; nothing is said
-``WRONG``     finished, and beyond the limit: wrong without a word
+``WRONG``     finished, and beyond the limit: wrong without a warning
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MAX_STEPS = 200_000
 
 
 def limit_of(rtol: float, condition: float, rounding: float = ROUNDING) -> float:
-    """The error allowed: what was asked for, and rounding, times how errors grow in the motion."""
+    """The error allowed: tolerance and rounding, times the growth of errors in the motion."""
     return min((SHARES * rtol + rounding) * max(condition, 1.0), LARGEST)
 
 

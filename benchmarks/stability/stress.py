@@ -1,12 +1,12 @@
-"""What becomes of a mechanism under stress?  Right, refused, or ended with a status: never else.
+"""Is every hard case solved correctly, refused, or ended with a status?
 
     mechc bench stress [--quick | --full] [--family NAME ...] [--processes N]
 
 One table: a line a family with its runs, their verdicts and the worst error over its limit.  The
 judges are independent of mechc: exact curves, closed forms, 40 digits, or other equations by
 SciPy; each limit is rtol times the measured condition of the motion, with rounding
-(judge.py).  Exits with 1 where anything is wrong without a word, or where a family has
-fewer right runs than it must.  Families run in processes of their own.
+(judge.py).  Exits with 1 if anything is wrong without a warning, or if a family has fewer right
+runs than required.  Families run in separate processes.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The commands, what runs them, and the comparison of tools on the problems."""
+"""The commands, the processes they run in, and the comparison of tools on the problems."""

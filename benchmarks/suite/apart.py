@@ -1,4 +1,4 @@
-"""A comparison in a process of its own, again without a peer that crashed or hung there."""
+"""A comparison in a separate process, repeated without a peer that crashed or hung."""
 
 from __future__ import annotations
 

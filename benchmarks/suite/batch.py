@@ -120,7 +120,7 @@ class Members:
         return float(np.abs(y[:SAMPLE] - self.tight).max())
 
     def loosest(self, states: Callable[[float], Array], asked: float) -> tuple[float, float]:
-        """The loosest tolerance that keeps the error asked for, and its error."""
+        """The loosest tolerance that keeps the error requested, and its error."""
         error = np.inf
         for tol in TOLERANCES:
             error = self.error(states(tol))
@@ -226,7 +226,7 @@ def right_hand_sides(_: Any) -> list[Row]:
     _, y0 = assembled(STATES)
     draw = np.random.default_rng(1)
     y = model.simulate_batch(draw.uniform(1.0, 2.0), y0, {"l_3": 3.5}, progress=False).y
-    y = np.where(np.isfinite(y), y, y0)  # what does not close with l_3 = 3.5 stays where it was
+    y = np.where(np.isfinite(y), y, y0)  # members that do not close with l_3 = 3.5 stay unchanged
     cores = os.sched_getaffinity(0)
     os.sched_setaffinity(0, {min(cores)})  # heyoka takes several where it can
     try:
@@ -280,7 +280,7 @@ def streaming(chosen: Any) -> list[Row]:
 
 
 def stream(members: int, folder: str) -> None:
-    """What that process does: it says its seconds and MiB."""
+    """The work of that process, which prints its seconds and MiB."""
     params, start = drawn(members)
     run = partial(
         mechc.load("four_bar").simulate_batch, T_END, start, params, out=folder,

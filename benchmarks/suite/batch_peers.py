@@ -43,7 +43,7 @@ def heyoka_system() -> System | None:
 
 
 class HeyokaBatch:
-    """Its integrator, as many trajectories abreast as there are lanes, at one tolerance."""
+    """Its batch integrator, one trajectory in each lane, at one tolerance."""
 
     def __init__(self, system: System, tol: float) -> None:
         self.lanes = int(system.heyoka.recommended_simd_size())

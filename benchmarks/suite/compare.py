@@ -1,7 +1,7 @@
-"""One problem: all tools built, timed in turns, and what comes of it; in a process of its own.
+"""One problem in a separate process: all tools built, timed in turns, and the results.
 
-A peer that crashes or hangs takes this process with it.  The file beside the request says which
-peer is at work; whoever started the process reads it, and starts it again without that peer.
+A peer that crashes or hangs takes this process with it.  The file next to the request names the
+peer at work; the process that started this one reads it, and starts it again without that peer.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ITSELF = "mechc"
 
 @dataclass(frozen=True)
 class Request:
-    """What is compared, and with how much effort."""
+    """The problem, the peers and the settings of a comparison."""
 
     problem: str
     peers: tuple[str, ...]
@@ -118,7 +118,7 @@ def entry(
 
 
 def automatic(rows: Sequence[Mapping[str, Any]]) -> dict[str, float | None]:
-    """Target -> seconds of mechc with the method that it chooses by itself."""
+    """Target -> seconds of mechc with its default method."""
     own = [row for row in rows if (row["tool"], row["method"]) == (ITSELF, "auto")]
     return {printed(target): time_at(points_of(own), target) for target in TARGETS}
 

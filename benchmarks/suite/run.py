@@ -4,9 +4,9 @@
     mechc bench NAME [options of the script or command; --help tells them]
     mechc bench --list
 
-In a clone ``python -m benchmarks`` is the same.  Runs the scripts, each in a process of its own,
+In a clone ``python -m benchmarks`` is the same.  Runs the scripts, each in a separate process,
 and writes their figures together with machine, versions and commit into results.json, and the
-report into results.html beside it: in benchmarks/out of a clone, else in ./mechc_bench.  A script
+report into results.html next to it: in benchmarks/out of a clone, else in ./mechc_bench.  A script
 named alone writes NAME.json and NAME.html.  ``--against`` compares with an earlier results.json.
 Exits with 1 where a script fails, 130 when interrupted; what has been measured until then is kept.
 """
@@ -59,7 +59,7 @@ def _options() -> argparse.ArgumentParser:
     for name, told in (
         ("quick", "under five minutes on two cores (the default)"),
         ("full", "everything, in about an hour"),
-        ("smoke", "whether every script runs; its figures mean nothing"),
+        ("smoke", "check that every script runs; its figures mean nothing"),
     ):
         size.add_argument(f"--{name}", dest="size", action="store_const", const=name, help=told)
     parser.set_defaults(size="quick")

@@ -1,4 +1,4 @@
-"""One script of the benchmarks in processes of its own, ended after its time or on request."""
+"""One script of the benchmarks in separate processes, ended after its time or on request."""
 
 from __future__ import annotations
 

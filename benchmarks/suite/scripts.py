@@ -1,4 +1,4 @@
-"""What can be run: the scripts of the suite with their options and limits, and other commands."""
+"""The scripts of the suite with their options and limits, and other commands."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Options = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Script:
-    """What a script asks, and how it is run.
+    """The question of a script, and how it is run.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Script:
 
 @dataclass(frozen=True)
 class Command:
-    """What is no part of the suite, and is run by its name alone."""
+    """A command that is not part of the suite, and runs by its name only."""
 
     asks: str
     module: str
@@ -47,11 +47,11 @@ SCRIPTS = {
         ("--quick",), (), ("--quick", "--problem", "pendulum_1", "--only"), (900.0, 3600.0),
     ),
     "stress": Script(
-        "right, refused, or ended with a status: never else", "stability.stress",
+        "whether every hard case is right, refused, or ended with a status", "stability.stress",
         (), ("--full",), ("--family", "dead points", "bad arguments"), (600.0, 3600.0),
     ),
     "growth": Script(
-        "what more links cost", "costs.growth",
+        "costs of more links", "costs.growth",
         ("--quick",), ("--follow", "40"), ("--most", "1", "--scenes", "planar"),
     ),
     "batch": Script(
@@ -63,14 +63,14 @@ SCRIPTS = {
         ("--quick",), ("--full",), None,
     ),
     "scenes": Script(
-        "compiled scenes beside the same in NumPy", "costs.scenes", None, (), None
+        "compiled scenes compared with NumPy", "costs.scenes", None, (), None
     ),
 }  # fmt: skip
 
 COMMANDS = {
-    "report": Command("the page again, of figures measured before", "report.command"),
-    "references": Command("exact motions of data/, computed anew", "references.command"),
-    "states": Command("last states of the library to the last bit, then and now",
+    "report": Command("the report of figures measured before", "report.command"),
+    "references": Command("exact motions of data/, computed again", "references.command"),
+    "states": Command("last states of the library to the last bit, before and now",
                       "stability.states"),
 }  # fmt: skip
 

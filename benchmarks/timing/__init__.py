@@ -1,1 +1,1 @@
-"""Cases and their times, processes, files of figures, and what they were measured on."""
+"""Cases and their times, processes, files of figures, and the machine."""

@@ -1,4 +1,4 @@
-"""Cases timed in turns in one process, so that noise and clock changes hit all alike."""
+"""Cases timed in turns in one process, so that noise and clock changes affect all equally."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SHORT, RUNS_OF_A_TURN = 1e-3, 5  # seconds of a run below which a turn has sever
 
 
 def nothing() -> None:
-    """What most cases need before a run."""
+    """A case's preparation before a run."""
 
 
 @dataclass
@@ -28,7 +28,7 @@ class Case:
 
     ``run`` is what is timed; its value goes to ``state``, which gives what is observed of the final
     state, or None where the run ended with a status, and to ``word``, which gives that status.
-    Where a run integrates several ``trajectories`` abreast, what is reported is the time of one.
+    Where a run integrates several ``trajectories`` in lockstep, the time of one is reported.
     Errors beyond ``wrong`` are those of another motion.
     """
 
@@ -47,7 +47,7 @@ class Case:
 
     @property
     def label(self) -> str:
-        """Right, another motion without a word, or ended with a status."""
+        """Right, another motion without a warning, or ended with a status."""
         if not np.isfinite(self.error):
             return "flagged"
         return "right" if self.error <= self.wrong else "wrong"

@@ -1,4 +1,4 @@
-"""How long a tool needs for an error: its lower envelope of time over error."""
+"""The time of a tool for an error: its lower envelope of time over error."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Times = Mapping[str, Mapping[str, float | None]]
 
 
 def printed(target: float) -> str:
-    """A target as the JSON has it."""
+    """A target as a key of the JSON."""
     return f"{target:.0e}"
 
 
@@ -96,7 +96,7 @@ def _best(rows: Sequence[Row], times: Times, target: float) -> dict[str, Any] | 
 def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, float] | None:
     """The fastest of the other tools at an error, and its seconds.
 
-    Those that integrate many trajectories abreast report the time of one, which no tool could
+    Tools that integrate many trajectories in lockstep report the time of one, which no tool could
     reach with a single trajectory: they are compared with mechc's batches.
     """
     met = {
@@ -108,7 +108,7 @@ def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, flo
 
 
 def method_of(rows: Sequence[Row], tool: str, target: float) -> str:
-    """The method with which a tool comes to its time at an error."""
+    """The method that gives a tool its time at an error."""
     own = [row for row in rows if row["tool"] == tool]
     methods = dict.fromkeys(row["method"] for row in own)
     reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}

@@ -1,4 +1,4 @@
-"""What a figure depends on: machine, versions, commit, and what else the machine was doing."""
+"""Conditions of a measurement: machine, versions, commit, and the load of the machine."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ VECTOR_FLAGS = ("sse4_2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl
 
 
 def about() -> dict[str, Any]:
-    """Everything to be written beside the figures."""
+    """All that is written with the figures."""
     return {
         "date": time.strftime("%Y-%m-%d %H:%M:%S"),
         "commit": _commit(),
@@ -58,7 +58,7 @@ def _processor() -> str:
 
 
 def _flags() -> list[str]:
-    """What the processor can do abreast."""
+    """The processor's SIMD features."""
     found = (_of_the_processor("flags") or _of_the_processor("Features")).split()
     return [flag for flag in VECTOR_FLAGS if flag in found]
 
@@ -71,7 +71,7 @@ def _of_the_processor(field: str) -> str:
 
 
 def _instruction_set() -> str:
-    """The one that mechc takes here."""
+    """The instruction set that mechc uses here."""
     code = "import mechc; print(mechc.load('four_bar').instruction_set)"
     return _said(sys.executable, "-c", code)
 

@@ -1,4 +1,4 @@
-"""Processes of their own: how they are started, what they take, print and hold in memory."""
+"""Separate processes: how they are started, their time, output and memory."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _seconds(arguments: Sequence[str]) -> float:
 
 
 def said(script: str, **variables: str) -> Any:
-    """What the script prints last, as JSON; ``json`` and ``peak_bytes()`` are there for it."""
+    """The last line that the script prints, as JSON; it has ``json`` and ``peak_bytes()``."""
     done = subprocess.run(
         [sys.executable, "-c", f"{IMPORTS}{inspect.getsource(peak_bytes)}{script}"],
         env={**os.environ, **variables}, stdout=subprocess.PIPE, text=True, check=True,

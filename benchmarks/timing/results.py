@@ -1,4 +1,4 @@
-"""Where figures go: a folder of JSON files, each valid JSON, one a script."""
+"""The folder of figures: JSON files, one per script."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def folder() -> Path:
 def write(name: str, data: Any, out: Path | None = None) -> None:
     """``NAME.json`` in the folder; numbers that are not finite become null.
 
-    The file is there whole or not at all: an interrupted run leaves the one before.
+    The file is complete or absent: an interrupted run leaves the one before.
     """
     out = folder() if out is None else out
     out.mkdir(parents=True, exist_ok=True)
@@ -34,7 +34,7 @@ def write(name: str, data: Any, out: Path | None = None) -> None:
 
 
 def read(path: Path) -> Any:
-    """What a file of figures holds.
+    """The contents of a file of figures.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def read(path: Path) -> Any:
 
 
 def read_option(parser: argparse.ArgumentParser, path: Path | None) -> Any:
-    """What the file given with an option holds, None without; the parser complains of a bad one."""
+    """The contents of the file of an option, None without; a parser error if it is wrong."""
     if path is None:
         return None
     try:

@@ -1,8 +1,7 @@
 """mechc_codegen: from a mechanism in ``sympy.physics.mechanics`` to C.
 
 ``build_scene`` reads like the table of contents: derive, differentiate, lower, optimize, emit.
-A name is imported when it is first used: to find a scene that is compiled already takes few of
-the modules.
+A name is imported when it is first used: finding a compiled scene needs few of the modules.
 """
 
 from importlib import import_module

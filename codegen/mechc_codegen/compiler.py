@@ -54,7 +54,7 @@ def build_scene(
 def build_listing(
     mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST
 ) -> tuple[Listing, dict[str, float]]:
-    """The same for machines without a C compiler; with the seconds that each stage took."""
+    """The same for machines without a C compiler; with the seconds of each stage."""
     clock = Stopwatch()
     made = optimised(mechanism, request, clock)
     return clock.time("emit", lambda: emit_numpy(*made.parts, request)), clock.seconds
@@ -73,9 +73,9 @@ def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) ->
 
 
 def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str, Any]:
-    """Operation counts with no parameter fixed and every usual output.
+    """Operation counts with no parameter fixed and all default outputs.
 
-    Takes as long as a whole derivation.  Outputs that the mechanism cannot give are left out.
+    Takes as long as a whole derivation.  Outputs that the mechanism does not determine are omitted.
     """
     everything = OutputRequest(request.outputs | frozenset(USUAL), {}, request.expressions)
     try:
@@ -88,7 +88,7 @@ def operations_of_all(mechanism: Mechanism, request: OutputRequest) -> dict[str,
 
 @dataclass(frozen=True)
 class OptimisedScene:
-    """What every way of emitting begins with; ``metadata`` is data for JSON."""
+    """The input of every emitter; ``metadata`` is data for JSON."""
 
     program: Program
     equations: Equations

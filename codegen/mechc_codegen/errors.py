@@ -1,4 +1,4 @@
-"""Errors of the compiler: the user's faults in one family, our own in the other."""
+"""Errors of the compiler: wrong descriptions in one family, bugs of mechc in the other."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Self
 
 
 class CodegenError(Exception):
-    """Base of everything the compiler raises on purpose."""
+    """Base of all errors of the compiler."""
 
     _kinds: ClassVar[Mapping[type[CodegenError], type[CodegenError]]] = {}
 
@@ -17,7 +17,7 @@ class CodegenError(Exception):
 
 
 class MechanismError(CodegenError, ValueError):
-    """The description is wrong: the message names the symbol and what to do about it."""
+    """The description is wrong: the message names the symbol and says what to do."""
 
 
 class ExpressionError(CodegenError, ValueError):
@@ -25,7 +25,7 @@ class ExpressionError(CodegenError, ValueError):
 
 
 class InternalError(CodegenError):
-    """An invariant of the compiler does not hold: our bug, not the user's."""
+    """An invariant of the compiler does not hold: a bug of mechc."""
 
     def __init__(self, what: str) -> None:
         super().__init__(

@@ -106,8 +106,8 @@ class Flow:
 def _refuse(place: Point | ReferenceFrame) -> None:
     kind = "angular acceleration" if isinstance(place, ReferenceFrame) else "acceleration"
     raise MechanismError(
-        f"the {kind} that was set for {place.name} is not the derivative of its velocity; leave "
-        "it out (set_acc, set_ang_acc and a2pt_theory are not needed), it is derived"
+        f"the {kind} that was set for {place.name} is not the derivative of its velocity; omit "
+        "it (set_acc, set_ang_acc and a2pt_theory are not needed), it is derived"
     )
 
 

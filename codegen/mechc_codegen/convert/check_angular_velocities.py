@@ -2,7 +2,7 @@
 
 SymPy differentiates vectors with the angular velocity that was set; M and F here come from the
 direction cosines.  Where the two do not agree on the constraints the description contradicts
-itself, and each of two different motions would be right by one half of it.
+itself.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ Numbers = Mapping[object, Sequence[float]]
 def refuse_other_angular_velocities(
     source: Source, bodies: Sequence[RigidBody | Particle], rates: Rates, motion: Sequence[Expr]
 ) -> None:
-    """Compare the angular velocities of all frames that count with their direction cosines.
+    """Compare the angular velocities of all frames in use with their direction cosines.
 
     Most agree at any motion, which one random motion shows; the others are compared at random
     motions on the constraints, with quaternions of length one.  Frames without an orientation are
-    not judged, nor those that specified functions of time turn.
+    not checked, nor those that specified functions of time turn.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _frames(source: Source, bodies: Sequence[RigidBody | Particle]) -> set[Refer
 
 
 def _claims(inertial: ReferenceFrame, frames: Iterable[ReferenceFrame]) -> Iterator[_Claim]:
-    """Every angular velocity on the ways from the inertial frame, once."""
+    """Every angular velocity on the paths from the inertial frame, once."""
     before = steps_from(inertial, lambda f: f._ang_vel_dict)
     seen: set[ReferenceFrame] = set()
     for frame in sorted(frames, key=lambda f: str(f.name)):
@@ -94,15 +94,15 @@ def _compare(claim: _Claim, turns: _Turns, numbers: Numbers) -> None:
             f"the angular velocity that was set for frame {claim.frame.name} in "
             f"{claim.other.name} is not the rate of its orientation: {hypot(*said):.3g} and "
             f"{hypot(*derived):.3g} rad/s, {gap:.3g} rad/s apart, in a random motion. "
-            f"Accelerations would depend on which of the two is meant: leave out the set_ang_vel "
-            f"of {claim.frame.name}, or set there what the orientation says "
+            f"Accelerations would depend on which of the two is right: omit the set_ang_vel "
+            f"of {claim.frame.name}, or set there the rate of the orientation "
             f"({claim.frame.name}.ang_vel_in({claim.other.name}) before it is set, with the "
-            "kinematic differential equations that go with it)"
+            "kinematic differential equations for it)"
         )
 
 
 def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
-    """q' and auxiliary speeds -> what stands for them."""
+    """q' and auxiliary speeds -> their expressions."""
     time = dynamicsymbols._t
     moving = {q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)}
     return moving | dict.fromkeys(source.auxiliary, S.Zero)
@@ -111,7 +111,7 @@ def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
 class _AnyMotion:
     """One motion at random values of everything, whether the constraints allow it or not.
 
-    Every step from frame to frame is evaluated once, so that long chains are quick.
+    Every step from frame to frame is evaluated once, so that long chains are fast.
     """
 
     def __init__(self, source: Source, rates: Rates) -> None:
@@ -156,7 +156,7 @@ class _AnyMotion:
 class _Turns:
     """Rotations and angular velocities of frames in the inertial one, by direction cosines.
 
-    Every step from frame to frame is evaluated by itself.
+    Every step from frame to frame is evaluated separately.
     """
 
     def __init__(self, source: Source, rates: Rates) -> None:
@@ -167,7 +167,7 @@ class _Turns:
         self._entries: dict[object, Sequence[Expr]] = {}
 
     def takes(self, claim: _Claim) -> bool:
-        """Whether it can be judged; all that it needs is then evaluated."""
+        """Whether it can be checked; all that it needs is then evaluated."""
         frames = [claim.frame, claim.other, *(frame for _, frame in claim.rate.args)]
         steps = {frame: list(self._steps(frame)) for frame in frames}
         if any(frame is not way[-1] for frame, way in steps.items()):
@@ -213,11 +213,11 @@ class _Turns:
             try:
                 values = iter(evaluate(*flow.with_speeds(point)))
             except (ValueError, ZeroDivisionError, OverflowError):
-                continue  # outside of where a root or a logarithm is real
+                continue  # outside the domain of a root or logarithm
             yield {key: [next(values) for _ in entries] for key, entries in plain.items()}
 
     def _lengths(self, plain: Mapping[object, Sequence[Expr]]) -> list[Expr]:
-        """What vanishes where quaternions have length one."""
+        """Expressions that are zero where quaternions have length one."""
         rows = [e[:3] for key, e in plain.items() if isinstance(key, tuple) and key[0] == "turn"]
         lengths = [sum((x**2 for x in row), -S.One) for row in rows]
         point = random_point(None, len(self._rates.symbols), seed=3) or []
@@ -240,7 +240,7 @@ class _Turns:
         return rows
 
     def spin(self, frame: ReferenceFrame, numbers: Numbers) -> list[float]:
-        """The angular velocity that the rates of the direction cosines say: R' R^T."""
+        """The angular velocity by the rates of the direction cosines: R' R^T."""
         rows, total = _IDENTITY, [0.0, 0.0, 0.0]
         for step in self._steps(frame)[1:]:
             local = _axis(numbers["turn", step], numbers["rate", step])

@@ -27,7 +27,7 @@ def coordinate_rates(equations: Sequence[Expr], q: Sequence[AppliedUndef]) -> tu
     Raises
     ------
     MechanismError
-        If they are not as many as coordinates, not linear, or cannot be solved.
+        If there are too many or too few, or they are not linear or not solvable.
     """
     if len(equations) != len(q):
         raise MechanismError(

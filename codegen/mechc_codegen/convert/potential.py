@@ -2,8 +2,8 @@
 
 A force that is constant in the inertial frame has V = -F . r.  For any other load that depends on
 the configuration it is not known whether it has a potential, unless the bodies have a
-``potential_energy``: it then stands for all loads.  Loads that depend on speeds, time or inputs
-alone have none.
+``potential_energy``: it is then that of all loads.  Loads that depend only on speeds, time or
+inputs have none.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def gravity_apart(
 ) -> tuple[Vector | None, Source]:
     """A uniform gravity that replaces the weights of all moving bodies, where there are joints.
 
-    Its cost does not grow with the length of a chain.  None where the weights are not all alike, or
+    Its cost does not grow with the length of a chain.  None where the weights are not all equal, or
     bodies have a potential energy.
     """
     weights = [load for load in source.loads if load[0] in {b.masscenter for b in bodies}]

@@ -1,4 +1,4 @@
-"""Units of what a SymPy object holds: as given, rad for what turns frames, unknown otherwise."""
+"""Units in a SymPy object: as given, rad for coordinates that turn frames, unknown otherwise."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Units:
     Raises
     ------
     MechanismError
-        For units that are not those of the SI: all values are SI, and a unit converts nothing.
+        For units that are not SI units: all values are in SI units, and are not converted.
     """
 
     def __init__(
@@ -62,8 +62,8 @@ def _refuse_scaled(name: str, unit: str) -> None:
     for word in re.findall(r"[^\W\d_]+|°", unit):
         if word in _SCALED:
             raise MechanismError(
-                f"units: {name} in {unit!r}: every value is taken in units of the SI, and a unit "
-                f"converts nothing. Give its values in {_SCALED[word]} instead of {word}, and "
+                f"units: {name} in {unit!r}: all values are in SI units, and they are not "
+                f"converted. Give its values in {_SCALED[word]} instead of {word}, and "
                 "write that unit (pictures show angles in degrees by themselves)"
             )
 

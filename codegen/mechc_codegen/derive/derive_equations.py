@@ -1,4 +1,4 @@
-"""Stage 1: Mechanism -> Equations, by the form of Kane's method that suits the mechanism."""
+"""Stage 1: Mechanism -> Equations, by the form of Kane's method that is faster for it."""
 
 from __future__ import annotations
 

@@ -71,8 +71,8 @@ def _refuse_states(equations: Equations, holonomic: Output) -> None:
     for label, expression in zip(holonomic.labels, holonomic.elements, strict=True):
         if expression.free_symbols & states:
             raise MechanismError(
-                f"the configuration constraint {label!r} holds a state: give what it follows as an "
-                "input, or as a coordinate with a speed of its own"
+                f"the configuration constraint {label!r} contains a state: replace it by an "
+                "input, or by a coordinate with a speed"
             )
 
 

@@ -1,4 +1,4 @@
-"""Equations -> Equations whose parameters are those that a run can be given."""
+"""Equations -> Equations whose parameters are those that a run takes."""
 
 from __future__ import annotations
 

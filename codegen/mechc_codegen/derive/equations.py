@@ -1,6 +1,6 @@
 """Derived equations: named matrices of expressions over symbols.
 
-Invariant: expressions hold only the symbols in :class:`Symbols`; functions of time and rates
+Invariant: expressions contain only the symbols in :class:`Symbols`; functions of time and rates
 are gone.
 """
 
@@ -63,8 +63,8 @@ class Symbols:
 class Output:
     """A named array of expressions, row by row.
 
-    ``equation`` says in one line what it is; ``labels`` what each element is, for the reader of
-    the generated code.
+    ``equation`` describes it in one line; ``labels`` describe its elements, in comments of the
+    generated code.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Equations:
     displacements do not change them.
 
     ``holonomic`` of the constraints are on the configuration; the remaining rows of the
-    constraint Jacobian constrain the speeds alone.  ``mass_scale`` is an expression of the size of
+    constraint Jacobian constrain the speeds only.  ``mass_scale`` is an expression of the size of
     M's entries.
 
     With a ``tree``, mass matrix and forcing are not among the outputs: the runtime computes them

@@ -4,7 +4,7 @@ Input: a mechanism with joints, and positions and momentum rates by its derivati
 Output: force and torque of every joint, as expressions of state, accelerations and multipliers.
 Invariant: each body's sum is formed once, so the work grows with the bodies and not faster.
 
-The subtree beyond a joint is moved by that joint, by loads and by cut joints alone:
+The subtree beyond a joint is moved only by that joint, by loads and by cut joints:
 R = sum of d(m v)/dt - loads - forces of cuts, and the same for moments (Featherstone 2008,
 section 5.3).  A cut joint holds g = gap . axis = 0 and a . b = 0 with M u' + J^T lambda = F, so its
 force on the child is -lambda axis, and its torque -lambda a x b.
@@ -88,13 +88,13 @@ def refuse_unknown_reactions(mechanism: Mechanism) -> None:
     name = mechanism.name
     if mechanism.lagrangian is not None:
         raise MechanismError(
-            f"{name}: joint reactions need bodies and loads, a Lagrangian has lost them; form a "
+            f"{name}: joint reactions need bodies and loads, which a Lagrangian lacks; form a "
             "System by Kane's method, or describe the mechanism by its joints (mechc.from_joints)"
         )
     if not mechanism.joints:
         raise MechanismError(
             f"{name}: joint reactions need joints, and none are known here: a KanesMethod or a "
-            "LagrangesMethod holds none.  Give a System with joints, or describe the mechanism by "
+            "LagrangesMethod has none.  Give a System with joints, or describe the mechanism by "
             "its joints (mechc.from_joints, or Mechanism(..., joints=...)), cut ones as mechc.Cut"
         )
     refuse_unreached(name, joint_tree(mechanism.joints, mechanism.bodies))
@@ -107,8 +107,8 @@ def _refuse_loose_closures(mechanism: Mechanism) -> None:
     for closure in mechanism.closures:
         if closure.name not in cut:
             raise MechanismError(
-                f"{mechanism.name}: it is not known which bodies the closure {closure.name} holds "
-                "together, so joint reactions are not; describe it as a joint (mechc.Cut)"
+                f"{mechanism.name}: it is not known which bodies the closure {closure.name} "
+                "connects, so joint reactions are not; describe it as a joint (mechc.Cut)"
             )
 
 
@@ -122,7 +122,7 @@ def _refuse_other_constraints(mechanism: Mechanism) -> None:
             raise MechanismError(
                 f"{mechanism.name}: the constraint {constraint.name} is an expression, so it is "
                 "not known which bodies its force acts on, and joint reactions are not; describe "
-                "what it holds as a joint (mechc.Cut)"
+                "it as a joint (mechc.Cut)"
             )
 
 
@@ -163,7 +163,7 @@ class _Reactions:
         return Wrench(force, moment, wrench.at)
 
     def _needed(self, body: Body, at: V3) -> Wrench:
-        """What moves the body as it moves, less all that acts on it elsewhere, about a point."""
+        """The wrench that the body's motion needs, minus all others on it, about a point."""
         k = self.kinetics
         force, moment = k.momentum_rates(body)
         centre = k.position(body.masscenter)
@@ -190,7 +190,7 @@ class _Reactions:
     def _cut_joints(self) -> None:
         row = len(self.mechanism.configuration_constraints)
         joints = {joint.name: joint for joint in self.mechanism.joints if joint.is_cut}
-        self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # if they hold nothing
+        self._found |= dict.fromkeys(joints, Wrench(ZERO, ZERO, ZERO))  # without constraints
         for closure in self.mechanism.closures:
             self._add_cut(joints[closure.name], closure, row)
             row += len(closure.rows)

@@ -6,8 +6,8 @@ simplified; products of partial velocities are formed as dot products of vectors
 frames it was written in, so that a link's own axes cost no trigonometry.
 
 M u' + J^T lambda = F with, for speeds r and s (Kane & Levinson 1985, sections 4.11 and 6.1):
-M_rs = sum m v_r . v_s + omega_r . I . omega_s, and F_r = generalized active force minus what of
-the generalized inertia force is free of u'.
+M_rs = sum m v_r . v_s + omega_r . I . omega_s, and F_r = generalized active force minus the part of
+the generalized inertia force without u'.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class BodyMotion:
 
 
 def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
-    """Derive the equations of motion and every other output of ``mechanism`` that is wished."""
+    """Derive the equations of motion and every other requested output of ``mechanism``."""
     symbols = state_symbols(mechanism)
     motions = [_motion(mechanism, body) for body in mechanism.bodies]
     outputs = [
@@ -95,9 +95,9 @@ def _motion(mechanism: Mechanism, body: RigidBody | Particle) -> BodyMotion:
 
 
 def _velocity(mechanism: Mechanism, point: Point) -> Vector:
-    """As it was set; else the rate of the position.
+    """The velocity that was set; else the rate of the position.
 
-    SymPy would go on from the nearest point whose velocity is known, and keep what it finds.
+    SymPy would use the nearest point whose velocity is known, and store the result.
     """
     frame = mechanism.frame
     if frame in point._vel_dict or mechanism.origin not in _connected(point):
@@ -171,6 +171,11 @@ def _kanes_equations(
             for column in range(row, size):
                 mass[row][column] += _mass_term(motion, linear, angular, row, column)
             forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
+    for added in mechanism.added_inertia:
+        for row, partial in enumerate(_partials_at(mechanism, added.place)):
+            for column in range(row, size):
+                load = added.per_acceleration[column].xreplace(mechanism.rates)
+                mass[row][column] -= load.dot(partial)
     return mass, forcing
 
 
@@ -195,7 +200,7 @@ def _mass_term(
 def _inertia_without_accelerations(
     mechanism: Mechanism, motion: BodyMotion
 ) -> tuple[Vector, Vector]:
-    """d(m v)/dt and dH/dt of a body where every u' is left out."""
+    """d(m v)/dt and dH/dt of a body with every u' zero."""
     force_rate = _rate_at_constant_speeds(mechanism, motion.mass * motion.velocity)
     if motion.inertia is None:
         return force_rate, Vector(0)
@@ -212,15 +217,19 @@ def _rate_at_constant_speeds(mechanism: Mechanism, vector: Vector) -> Vector:
 def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
     forces = [S.Zero] * len(mechanism.u)
     for place, load in (*mechanism.loads, *_weights(mechanism)):
-        velocity = (
-            place.ang_vel_in(mechanism.frame)
-            if isinstance(place, ReferenceFrame)
-            else _velocity(mechanism, place)
-        ).xreplace(mechanism.rates)
-        for k, u in enumerate(mechanism.u):
-            partial = velocity.diff(u, mechanism.frame, var_in_dcm=False)
+        for k, partial in enumerate(_partials_at(mechanism, place)):
             forces[k] += load.xreplace(mechanism.rates).dot(partial)
     return forces
+
+
+def _partials_at(mechanism: Mechanism, place: Point | ReferenceFrame) -> list[Vector]:
+    """Partial velocities of a point, partial angular velocities of a frame."""
+    velocity = (
+        place.ang_vel_in(mechanism.frame)
+        if isinstance(place, ReferenceFrame)
+        else _velocity(mechanism, place)
+    ).xreplace(mechanism.rates)
+    return [velocity.diff(u, mechanism.frame, var_in_dcm=False) for u in mechanism.u]
 
 
 def _weights(mechanism: Mechanism) -> list[Load]:
@@ -291,7 +300,7 @@ def _potential(mechanism: Mechanism, potential: Expr) -> list[Output]:
 def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
     """Jacobi's energy u . dL/du - L = T2 - L0, in its parts quadratic in and free of the speeds.
 
-    L0 is what is left of L at rest; T2 = (u . d(L - L0)/du) - (L - L0).  The energy T + V where
+    L0 is L at rest; T2 = (u . d(L - L0)/du) - (L - L0).  The energy T + V where
     the kinetic energy is quadratic in the speeds.
     """
     assert mechanism.lagrangian is not None

@@ -1,4 +1,4 @@
-"""Which body a load acts on: the one its point or frame is fixed to."""
+"""The body that a load acts on: the one its point or frame is fixed to."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class LoadBodies:
         kind = "force" if isinstance(place, Point) else "torque"
         return MechanismError(
             f"{self.mechanism.name}: for joint reactions it must be known which body the {kind} "
-            f"on {place.name} acts on, and {why}; let it act on a point or frame of one body's own"
+            f"on {place.name} acts on, and {why}; use a point or frame that is fixed to one body"
         )
 
 

@@ -1,4 +1,4 @@
-"""Positions and rates of momentum written out, for joint reactions."""
+"""Positions and rates of momentum as full expressions, for joint reactions."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def specified_values(
         if inputs[function].atoms(AppliedUndef) - open_inputs:
             raise MechanismError(
                 f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "
-                "must be given as an expression of time and parameters alone, not of "
+                "must be given as an expression of time and parameters only, not of "
                 f"{', '.join(sorted(map(printed_name, inputs[function].atoms(AppliedUndef))))}"
             )
         values[derivative] = inputs[function].diff(*derivative.variables)
@@ -132,5 +132,5 @@ def _refuse_functions(value: Expr, known: Mapping[Expr, Expr]) -> None:
         )
     raise MechanismError(
         f"{name} depends on time but is neither a coordinate nor a speed, in "
-        f"{str(value)[:80]!r}; say what it is with inputs={{{name!r}: expression}}"
+        f"{str(value)[:80]!r}; give it with inputs={{{name!r}: expression}}"
     )

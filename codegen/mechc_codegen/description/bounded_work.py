@@ -1,7 +1,7 @@
-"""A bound on what a typed text can make SymPy do.
+"""A bound on SymPy's work for a typed text.
 
-How long SymPy thinks about an expression cannot be told from its length: some of twenty characters
-take minutes.  Calls of Python functions are counted, so the bound is the same on every machine.
+The time of SymPy for an expression does not follow from its length: some of twenty characters take
+minutes.  Calls of Python functions are counted, so the bound is the same on every machine.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ T = TypeVar("T")
 
 
 class TooMuchWorkError(BaseException):
-    """The bound was reached; no ``except Exception`` on the way holds it up."""
+    """The bound was reached; not caught by ``except Exception``."""
 
 
 def with_at_most(calls: int, work: Callable[[], T]) -> T:
-    """``work()``, given up after so many calls of Python functions in this thread.
+    """``work()``, stopped after so many calls of Python functions in this thread.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Constraints beside the tree: scalar ones, and closures of cut joints."""
+"""Constraints besides the tree: scalar ones, and closures of cut joints."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from sympy.physics.vector import Vector
 
 @dataclass(frozen=True)
 class Constraint:
-    """``expression = 0``; ``name`` is what messages call it, ``unit`` that of the expression."""
+    """``expression = 0``; ``name`` is for messages, ``unit`` that of the expression."""
 
     name: str
     expression: Expr
@@ -44,7 +44,7 @@ class Closure:
     labels: tuple[str, ...] = ()
 
     def constraints(self) -> tuple[Constraint, ...]:
-        """The scalar constraints, written out through all frames between the two sides."""
+        """The scalar constraints, expanded through all frames between the two sides."""
         gap = self.point.pos_from(self.target) if self.axes else Vector(0)
         values = [gap.dot(axis) for axis in self.axes]
         values += [one.dot(other) for one, other in self.perpendicular]

@@ -1,7 +1,7 @@
 """The joints of a mechanism in one form, and the closures of its cut joints.
 
-Constraints of a cut joint that always hold in this mechanism, as those across the plane of a planar
-one, are omitted.
+Constraints of a cut joint that always hold in this mechanism, such as those across the plane of a
+planar one, are omitted.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def joints_and_closures(
     Raises
     ------
     MechanismError
-        If they are no tree with cuts, or one joins a body that is not there.
+        If they are not a tree with cuts, or one joins an unknown body.
     """
     joints = tuple(_grounded(name, place[0], bodies, joint_of(joint)) for joint in given)
     check_joints(name, joints)
@@ -94,8 +94,8 @@ def _located(name: str, point: Point, placement: Placement) -> Sequence[float]:
         return placement.position(point)
     except KeyError:
         raise MechanismError(
-            f"the joint {name}: the point {point.name} is not located from the origin; say where "
-            "it is with set_pos or locatenew, or check that its body hangs on the ground"
+            f"the joint {name}: the point {point.name} is not located from the origin; set its "
+            "position with set_pos or locatenew, or check that its body is joined to the ground"
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""Joints: the tree of bodies, and what joins them.
+"""Joints: the tree of bodies.
 
 Input: joints of ``sympy.physics.mechanics`` as they are, or described by their points and frames.
 Output: :class:`Joint`, and the tree of those that are not cut.  Invariant of the tree: exactly one
@@ -53,7 +53,7 @@ class Joint:
 
 
 def joint_of(joint: Any) -> Joint:
-    """A joint of SymPy's as one of ours; ours as it is.
+    """A joint of SymPy as a :class:`Joint`; a :class:`Joint` unchanged.
 
     Raises
     ------
@@ -64,8 +64,8 @@ def joint_of(joint: Any) -> Joint:
         return joint
     if not isinstance(joint, SymPyJoint):
         raise MechanismError(
-            f"{joint!r} is no joint: give a joint of sympy.physics.mechanics (PinJoint and its "
-            "kin), a mechc.Joint or a mechc.Cut"
+            f"{joint!r} is not a joint: give a joint of sympy.physics.mechanics (PinJoint, "
+            "...), a mechc.Joint or a mechc.Cut"
         )
     return Joint(
         joint.name,
@@ -117,7 +117,7 @@ def check_joints(mechanism: str, joints: Sequence[Joint]) -> None:
         if names.count(name) > 1:
             raise MechanismError(
                 f"{mechanism}: more than one joint is called {name!r}; rename one of them so that "
-                "reactions can be told apart"
+                "reactions have different names"
             )
     for joint in joints:
         if joint.parent is joint.child:
@@ -174,7 +174,7 @@ class _Neighbours:
         return self._of.get(body, [])
 
     def way(self, start: Body | None, end: Body | None) -> list[Joint] | None:
-        """The joints between two bodies, None where nothing joins them."""
+        """The joints between two bodies, None if they are not joined."""
         came: dict[Body | None, tuple[Joint, Body | None] | None] = {start: None}
         waiting = [start]
         for at in waiting:
@@ -198,9 +198,9 @@ def _refuse_loops(mechanism: str, joints: Sequence[Joint]) -> None:
         if way is not None:
             through = ", ".join(other.name for other in way)
             raise MechanismError(
-                f"{mechanism}: the joint {joint.name} closes a loop: {_named(joint.child)} hangs "
-                f"on {_named(joint.parent)} through {through} already. A body hangs on one joint "
-                "of the tree, so one joint of the loop must be a cut (mechc.Cut)"
+                f"{mechanism}: the joint {joint.name} closes a loop: {_named(joint.child)} is "
+                f"joined to {_named(joint.parent)} through {through} already. A body is the child "
+                "of one joint of the tree, so one joint of the loop must be a cut (mechc.Cut)"
             )
         neighbours.add(joint)
 

@@ -1,7 +1,7 @@
-"""Cut joints: what closes a loop, described like the joints of ``sympy.physics.mechanics``.
+"""Cut joints, which close loops, described like the joints of ``sympy.physics.mechanics``.
 
-SymPy's joints orient the child against the parent, which in a loop both have a place already.  A
-cut orients nothing: it says which directions of its two sides coincide.
+SymPy's joints orient the child relative to the parent, but in a loop both are placed already.  A
+cut orients nothing: its constraints make directions of its two sides coincide.
 """
 
 from __future__ import annotations
@@ -30,24 +30,23 @@ UNITS: tuple[Components, ...] = (
 
 @dataclass(frozen=True, eq=False)
 class Cut(Joint):
-    """A joint that closes a loop: its points and axes are held by constraints, not by the tree.
+    """A joint that closes a loop: its points and axes are constrained, not placed by the tree.
 
     Made by :meth:`pin`, :meth:`prismatic`, :meth:`cylindrical`, :meth:`planar`,
-    :meth:`spherical` and :meth:`weld`, which take what the joints of ``sympy.physics.mechanics``
-    of these names take, less coordinates and speeds: a cut has none.
+    :meth:`spherical` and :meth:`weld`, which take the arguments of the joints of these names in
+    ``sympy.physics.mechanics``, without coordinates and speeds.
 
-    Which constraints follow from others does not matter: redundant ones get the multipliers of
-    least norm.  Those that hold whatever the mechanism does, as across the plane of a planar one,
-    are left out.
+    Constraints may follow from others: redundant ones get the multipliers of least norm.  Those
+    that always hold, such as those across the plane of a planar mechanism, are omitted.
 
     Attributes
     ----------
     axes
-        The directions along which the points coincide; None is all of the inertial frame's.
+        The directions along which the points coincide; None: all axes of the inertial frame.
     perpendicular
         Pairs of axes, of child and parent, that stay perpendicular.
     labels
-        What the constraints are called, where not by the joint's name and their axes.
+        Names of the constraints; by default the joint's name and their axes.
     """
 
     axes: tuple[Vector, ...] | None = None
@@ -59,7 +58,7 @@ class Cut(Joint):
         return True
 
     def closure(self, frame: ReferenceFrame) -> Closure:
-        """All that it holds, in the inertial frame given."""
+        """All its constraints, in the inertial frame given."""
         axes = (frame.x, frame.y, frame.z) if self.axes is None else self.axes
         return Closure(
             self.name,
@@ -201,11 +200,11 @@ class _Sides:
         return tuple(self.on_parent(other) for other in _across(axis))
 
     def parallel(self, axis: Components) -> tuple[tuple[Vector, Vector], ...]:
-        """What keeps the axis of the child along that of the parent."""
+        """Pairs that keep the axis of the child along that of the parent."""
         return tuple((self.on_child(axis), other) for other in self.across(axis))
 
     def aligned(self) -> tuple[tuple[Vector, Vector], ...]:
-        """What keeps all axes of the child along those of the parent."""
+        """Pairs that keep all axes of the child along those of the parent."""
         return tuple(
             (self.on_child(UNITS[k]), self.on_parent(UNITS[(k + 1) % 3])) for k in range(3)
         )
@@ -215,8 +214,8 @@ class _Sides:
         if frame is None:
             what = ("parent", "child")[side]
             raise MechanismError(
-                f"the joint {self.name} holds directions: say {what}_interframe, the {what} has no "
-                "frame of its own"
+                f"the joint {self.name} constrains directions: give {what}_interframe, the {what} "
+                "has no frame"
             )
         return frame
 
@@ -230,7 +229,7 @@ class _Sides:
             if own is None:
                 raise MechanismError(
                     f"the joint {self.name}: give {side}_interframe as a frame; without a frame of "
-                    "the body's own nothing says how it is turned about its x axis"
+                    "the body its orientation about the x axis is not known"
                 )
             name = f"{self.name}_{_name(body)}_int_frame"
             return SymPyJoint._create_aligned_interframe(own, given, frame_name=name)

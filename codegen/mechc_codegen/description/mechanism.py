@@ -1,4 +1,4 @@
-"""What a scene is: a mechanism written in ``sympy.physics.mechanics``, validated.
+"""The description of a scene: a mechanism in ``sympy.physics.mechanics``, validated.
 
 Input: frames, points, bodies, loads and constraints as SymPy builds them, with the parameters
 and coordinates they use.  Output: one frozen :class:`Mechanism`.  Invariant: every symbol in it
@@ -58,7 +58,7 @@ class Speed:
 
 @dataclass(frozen=True)
 class State:
-    """A function of time that is neither coordinate nor speed and has a rate of its own.
+    """A function of time that is neither coordinate nor speed and has a differential equation.
 
     ``rate``: of time, coordinates and their rates, speeds, states, inputs and parameters, linear or
     not.  ``start``: the initial value by default.
@@ -95,6 +95,17 @@ Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
 
 
 @dataclass(frozen=True)
+class AddedInertia:
+    """A load of accelerations, which counts as inertia.
+
+    ``per_acceleration`` has for each speed the force or torque at ``place`` per unit of its rate.
+    """
+
+    place: Point | ReferenceFrame
+    per_acceleration: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """A mechanism, described.
 
@@ -114,12 +125,12 @@ class Mechanism:
         ``(Point, force)`` and ``(ReferenceFrame, torque)`` pairs; a load in ``dissipative`` has
         no potential.
     configuration_constraints, motion_constraints
-        Holonomic constraints on the configuration; constraints on the speeds alone (linear in
+        Holonomic constraints on the configuration; constraints on the speeds only (linear in
         them).  The time derivatives of the former are derived, not given.
     closures
-        Cut joints, each of which stands for holonomic constraints that follow those of
-        ``configuration_constraints``.  Unlike written-out constraints they
-        do not become longer with the chain.  Those of ``joints`` are appended.
+        Cut joints, each with holonomic constraints that follow those of
+        ``configuration_constraints``.  Unlike constraints written as expressions they do not
+        become longer with the chain.  Those of ``joints`` are appended.
     joints
         The joints, as far as they are known: those of ``sympy.physics.mechanics``,
         :class:`~mechc_codegen.Joint`, and :class:`~mechc_codegen.Cut` for those that close
@@ -131,12 +142,12 @@ class Mechanism:
     points
         The named points whose positions and velocities can be evaluated.
     inputs
-        Specified functions of time that are no state, each with the expression that it stands
-        for: of time, and where no derivative of it appears also of coordinates and speeds.  With
-        None it is given at run time, if any equation contains it.
+        Specified functions of time that are not states, each with its expression: of time, and, if
+        no derivative of it appears, also of coordinates and speeds.  With None it is given at run
+        time, if any equation contains it.
     states
-        Functions of time with rates of their own: activations, controllers.  Loads, rates and
-        inputs may hold them, configuration constraints not.
+        Functions of time with differential equations: activations, controllers.  Loads, rates and
+        inputs may contain them, configuration constraints may not.
     auxiliary
         Auxiliary speeds: zero, and so are their rates.
     lagrangian
@@ -147,6 +158,9 @@ class Mechanism:
     unknown_potentials
         Descriptions of the loads for which it is not known whether they have a potential; with any,
         no potential energy is computed.
+    added_inertia
+        Loads that are linear in the speeds' rates, which the mass matrix takes up; what they make
+        of it must be symmetric.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -179,6 +193,7 @@ class Mechanism:
     lagrangian: Expr | None = None
     potential: Expr | None = None
     unknown_potentials: tuple[str, ...] = ()
+    added_inertia: tuple[AddedInertia, ...] = ()
     closures: tuple[Closure, ...] = ()
     gravity: Vector | None = None
     joints: tuple[Joint, ...] = ()
@@ -288,7 +303,7 @@ def _refuse_repeats(kind: str, mechanism: str, names: list[str]) -> None:
     if repeated:
         raise MechanismError(
             f"{mechanism}: more than one {kind} is printed as {repeated[0]!r}; rename one of "
-            "them so that results can be told apart"
+            "them so that results have different names"
         )
 
 
@@ -313,7 +328,7 @@ def _is_rate(symbol: Expr, of: set[AppliedUndef]) -> bool:
 
 
 def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
-    """The scalar expressions a user writes down, each with what to call it."""
+    """The scalar expressions of the description, each with a name."""
     for q, rate in zip(mechanism.q, mechanism.kinematics, strict=True):
         yield f"the rate of {printed_name(q)}", rate
     for state in mechanism.states:
@@ -328,6 +343,9 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
         yield f"the constraint {constraint.name}", constraint.expression
     for load_at, vector in mechanism.loads:
         yield from _components(f"the load on {load_at.name}", vector)
+    for added in mechanism.added_inertia:
+        for vector in added.per_acceleration:
+            yield from _components(f"the load on {added.place.name}", vector)
     if mechanism.gravity is not None:
         yield from _components("gravity", mechanism.gravity)
     for closure in mechanism.closures:

@@ -2,7 +2,7 @@
 
 Input: text from a user.  Output: a SymPy expression over the names allowed.  Invariant: nothing
 is ever evaluated as Python (``sympify`` would run whatever it is given), and every number on
-the way is small, finite and real, so that no text keeps SymPy busy for long.
+the way is small, finite and real, so that no text takes SymPy long.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def parse_expression(text: str, names: Mapping[str, Expr]) -> Expr:
         return with_at_most(_MAX_CALLS, _Parser(text, {"pi": pi, **names}).whole)
     except TooMuchWorkError:
         raise ExpressionError(
-            f"cannot read {text!r}: SymPy takes too long over it; write it more simply, or give "
+            f"cannot read {text!r}: it takes SymPy too long; write it more simply, or give "
             "it as a function of time with the run"
         ) from None
     except (ArithmeticError, ValueError, TypeError, RecursionError) as error:

@@ -86,7 +86,7 @@ def without_corners(expression: Basic) -> Basic:
         return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
     if isinstance(expression, UnevaluatedExpr):
         return expression.args[0]
-    if isinstance(expression, DiracDelta):  # a derivative across a jump: the jump is no slope
+    if isinstance(expression, DiracDelta):  # a derivative across a jump, where it is not defined
         return S.Zero
     return expression
 

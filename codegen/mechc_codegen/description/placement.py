@@ -1,7 +1,7 @@
 """Positions and orientations as numbers, at random values of all symbols.
 
-For decisions about mechanisms whose written-out expressions would be long: each step from frame to
-frame and from point to point is evaluated on its own.
+For decisions about mechanisms whose full expressions would be long: each step from frame to frame
+and from point to point is evaluated separately.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class Placement:
     def value(self, expression: Expr) -> float:
         """An expression, with a random number for every symbol and function of time.
 
-        The root of a negative number counts with its imaginary part: what is asked is whether
-        something vanishes.
+        The root of a negative number counts with its imaginary part: the question is whether
+        a value is zero.
         """
         expression = sympify(expression)
         atoms = expression.atoms(Derivative) | expression.atoms(AppliedUndef)
@@ -98,7 +98,7 @@ def steps_from(start: Place, neighbours: Callable[[Place], Iterable[Place]]) -> 
 
 
 def _ways(place: Place, before: dict[Place, Place], known: dict[Place, Any]) -> Iterator[Place]:
-    """The places between what is known and ``place``, from there outwards."""
+    """The places between the nearest known one and ``place``, from there outwards."""
     way = []
     while place not in known:
         way.append(place)

@@ -1,4 +1,4 @@
-"""What a number of a mechanism means: its kind, its unit and its bounds."""
+"""Quantities: the kind, unit and bounds of a number of a mechanism."""
 
 from __future__ import annotations
 
@@ -39,11 +39,10 @@ _KINDS = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a number means: its unit, its bounds, a description in one line, and its kind.
+    """A quantity: its unit, its bounds, a description in one line, and its kind.
 
     ``lower`` and ``upper`` bound the value; finite bounds are themselves excluded unless
-    ``closed``.  ``kind`` follows from the unit by default; this is the only place that reads it
-    from there.
+    ``closed``.  ``kind`` follows from the unit by default; only this class reads the unit.
     """
 
     unit: str

@@ -1,4 +1,4 @@
-"""What is requested of a mechanism: which outputs, and which parameters are fixed.
+"""The request for a mechanism: which outputs, and which parameters are fixed.
 
 Mechanism and request define the scene; outputs that are not requested are not derived or emitted.
 """
@@ -25,7 +25,7 @@ class OutputRequest:
     outputs
         The requested ones of :data:`OPTIONAL`.
     fixed
-        Parameters that become numbers and are no parameters any more.
+        Parameters that become numbers and are not parameters any more.
     expressions
         User-defined outputs: label -> expression of time, coordinates, speeds, parameters,
         accelerations and multipliers.  Labels are identifiers that no other output has.
@@ -48,7 +48,7 @@ class OutputRequest:
                 raise InternalError(f"an output has the label {label!r}")
 
     def name_of(self, output: str) -> str:
-        """What users call an output."""
+        """The user's name of an output."""
         return self.names.get(output, output)
 
     def includes(self, output: str) -> bool:

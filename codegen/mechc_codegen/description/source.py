@@ -1,4 +1,4 @@
-"""What was read from an object of ``sympy.physics.mechanics``: the data of its conversion.
+"""Data read from an object of ``sympy.physics.mechanics``, for its conversion.
 
 Input of the conversion to a mechanism and of the cache key; nothing is derived yet.
 """
@@ -26,19 +26,18 @@ class Source:
     Attributes
     ----------
     kinematics
-        Expressions of q, q', u and t that vanish; linear in q' and in u.
+        Expressions of q, q', u and t that are zero; linear in q' and in u.
     configuration, motion
         Constraints on the configuration; constraints on the speeds.  Where ``mixed``, the
-        latter hold the rates of the former besides the nonholonomic ones, unlabelled.
+        latter contain the rates of the former besides the nonholonomic ones, without labels.
     lagrangian
-        L, where the equations are Lagrange's; loads then are those that L leaves out.
+        L, if the equations are Lagrange's; loads then are those that are not in L.
     origin
         A point fixed in ``frame``, where the object names one.
     joints
-        Those that the object keeps; the ground is a body of theirs like any other.
+        The object's joints; the ground is one of their bodies.
     potentials
-        Potential energies that the object itself vouches for, each with the index of the load
-        that has it.
+        Potential energies that the object itself has, each with the index of its load.
     """
 
     kind: str
@@ -62,18 +61,18 @@ Key = Any  # a printed name, or the symbol itself
 
 @dataclass(frozen=True)
 class ConversionSettings:
-    """What the user says besides the object; keys are printed names or the symbols themselves.
+    """The user's options besides the object; keys are printed names or the symbols themselves.
 
     Attributes
     ----------
     defaults, units
         Of parameters; units also of coordinates and speeds.
     inputs
-        Specified functions of time -> expressions of t, q, u and parameters; None leaves one open.
+        Specified functions of time -> expressions of t, q, u and parameters; None: at run time.
     states
-        Functions of time with rates of their own -> these rates.
+        Functions of time with differential equations -> their rates.
     configuration_constraints
-        Added to those of the object; an empty sequence says that there are none besides.
+        Added to those of the object; an empty sequence declares that there are no others.
     """
 
     name: str | None = None

@@ -1,4 +1,4 @@
-"""What mechanisms and the readers of SymPy's objects both call things; quick to import."""
+"""Terms that mechanisms and the readers of SymPy objects share; fast to import."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Multiplier(Function):  # type: ignore[misc]
 
 
 def multiplier(row: int | str) -> Expr:
-    """The multiplier of a constraint row, for outputs of one's own.
+    """The multiplier of a constraint row, for user-defined outputs.
 
     Parameters
     ----------
@@ -35,15 +35,15 @@ def multiplier(row: int | str) -> Expr:
 
 
 def printed_name(symbol: Expr) -> str:
-    """The name a person sees for a symbol or a function of time: ``theta_0``."""
+    """The printed name of a symbol or a function of time: ``theta_0``."""
     return str(symbol.func.__name__ if isinstance(symbol, AppliedUndef) else symbol)
 
 
 def velocity_of(point: Point, frame: ReferenceFrame) -> Vector:
-    """The velocity as it was set; else by the nearest point whose velocity was.
+    """The velocity that was set; else by the nearest point that has one.
 
-    As ``Point.vel`` finds it, which would keep what it finds in the user's point, and warn where
-    several points are as near.
+    As ``Point.vel`` does, which would store the result in the user's point, and warn if several
+    points are equally near.
 
     Raises
     ------
@@ -68,12 +68,12 @@ def is_rigid(body: RigidBody | Particle) -> bool:
 
 
 def as_expression(value: Any, place: str) -> Expr:
-    """A number or an expression; a text is refused, which SymPy would run as a program.
+    """A number or an expression; text is refused, since SymPy would execute it.
 
     Raises
     ------
     MechanismError
-        Also for what is neither; it says where it was given.
+        If it is neither; the message says where it was given.
     """
     try:
         expression = sympify(value, strict=True)
@@ -81,8 +81,8 @@ def as_expression(value: Any, place: str) -> Expr:
         expression = None
     if not isinstance(expression, Expr):
         raise MechanismError(
-            f"{place}: {value!r} is no expression; write one with SymPy's symbols and functions "
-            "(a text is never evaluated)"
+            f"{place}: {value!r} is not an expression; write one with SymPy's symbols and "
+            "functions (text is never evaluated)"
         )
     return expression
 

@@ -1,7 +1,7 @@
-"""How a scene's equations are divided into functions: what each computes, and into which array.
+"""The division of a scene's equations into functions: what each computes, and into which array.
 
-Written out: configuration() gives constraints and mass matrix, motion() forcing.  Of a tree the
-same names are functions of the runtime, and the scene gives what they walk over.
+Expanded equations: configuration() gives constraints and mass matrix, motion() forcing.  For a tree
+these are functions of the runtime, and the scene gives their data.
 """
 
 from __future__ import annotations

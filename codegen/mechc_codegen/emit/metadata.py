@@ -153,7 +153,7 @@ def _unwanted(request: OutputRequest) -> list[str]:
 
 
 def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]:
-    """Output -> why it is not there."""
+    """Output -> why the model lacks it."""
     reasons = {
         output: f"it was not requested; compile with outputs=(..., {name!r})"
         for name in _unwanted(request)
@@ -162,7 +162,7 @@ def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]
     if request.includes("energy") and mechanism.unknown_potentials:
         reasons["potential_energy"] = (
             f"whether {', '.join(mechanism.unknown_potentials)} has a potential cannot be seen "
-            "from the load; give the bodies a potential_energy that holds that of all loads. The "
+            "from the load; give the bodies a potential_energy that has that of all loads. The "
             "balance of power holds in any case"
         )
     if request.includes("points") and not mechanism.points:
@@ -172,7 +172,7 @@ def _unavailable(mechanism: Mechanism, request: OutputRequest) -> dict[str, str]
 
 
 def distinct(names: Iterable[str]) -> Iterator[str]:
-    """The names, a repeated one with a number behind it."""
+    """The names, with a number after a repeated one."""
     seen: dict[str, int] = {}
     taken = list(names)
     for name in taken:
@@ -204,9 +204,9 @@ def operation_counts(
 ) -> dict[str, Any]:
     """Operations (functions included), before and after optimisation.
 
-    ``outputs``: of each by itself.  ``stages``: of the two functions that a right-hand side is
-    computed with.  ``zeros``: how many of an output's elements vanish for any state, and of how
-    many.  ``once_per_run``: of parameters alone, kept in so many ``constants``.
+    ``outputs``: of each separately.  ``stages``: of the two functions that a right-hand side is
+    computed with.  ``zeros``: how many of an output's elements are zero for any state, and of how
+    many.  ``once_per_run``: of parameters only, kept in so many ``constants``.
     """
     lowered, program = programs
     outputs = {
@@ -231,14 +231,14 @@ def operation_counts(
 
 
 def _constants(program: Program) -> set[Symbol]:
-    """Values of parameters alone that are used at every call."""
+    """Values of parameters only that are used at every call."""
     used = symbols_of(s.value for s in program.body)
     used |= symbols_of(e for o in program.outputs for e in o.elements)
     return used.intersection(targets_of(program.hoisted))
 
 
 def _stages(program: Program, equations: Equations) -> dict[str, int]:
-    """Operations on the configuration, and of what the speeds add."""
+    """Operations of the configuration, and those added for the speeds."""
     present = {o.name: o for o in program.outputs}
     divided = layout(equations, present)
     first = [present[name] for name in divided.configuration if name in present]

@@ -1,8 +1,7 @@
 """Stage 5 for machines without a C compiler: Program -> Python over floats or NumPy arrays.
 
 Input: an optimised program.  Output: the text of functions that fill lists, one column of states a
-place.  Invariant: every name in the text is made here or in the passes; nothing that a user named
-is in it, neither as code nor as words.
+place.  Invariant: every name in the text is made here or in the passes; no text of a user is in it.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ SOLVED = (*STATE, "a", "l")  # outputs: accelerations and multipliers, where the
 
 @dataclass(frozen=True)
 class Listing:
-    """What the runtime is given of a scene: the text, and how its functions are called.
+    """A scene for the runtime: the text, and how its functions are called.
 
     ``configuration`` and ``motion``: array -> its length, of what the functions of these names
     fill.  ``written``: what is a function of its own -> its name and length; ``outputs`` of these;
@@ -72,8 +71,8 @@ def emit_numpy(
     """
     if program.input_values():
         raise MechanismError(
-            "inputs that are given with a run need compiled code: with backend='numpy' say what "
-            "each is with inputs={name: expression}"
+            "inputs that are given with a run need compiled code: with backend='numpy' give "
+            "expressions, inputs={name: expression}"
         )
     return _listing(SceneFunctions(program, equations, request), metadata)
 

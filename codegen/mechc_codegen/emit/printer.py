@@ -1,7 +1,7 @@
 """Expressions -> C over ``real``, through SymPy's C printer.
 
-Input: one expression.  Output: its C text.  Invariant: only what has a meaning for lanes is
-printed; everything else is refused by name, never handed to the C compiler.
+Input: one expression.  Output: its C text.  Invariant: only functions with a vector form are
+printed; all others are refused by name, and never reach the C compiler.
 """
 
 from __future__ import annotations

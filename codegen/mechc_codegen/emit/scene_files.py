@@ -1,7 +1,7 @@
-"""The files of a scene beside its program: sizes, and the model with its metadata.
+"""The files of a scene besides its program: sizes, and the model with its metadata.
 
 Input: the scene's functions.  Output: the texts of ``scene_sizes.h`` and ``scene_model.c``.
-Invariant: what a user named is in string literals alone, escaped.
+Invariant: names of users are only in escaped string literals.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _solved_list(functions: SceneFunctions) -> str:
 
 
 def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> str:
-    """Label, what the user calls it, width."""
+    """Label, the user's name, width."""
     name_of = functions.request.name_of
     return " \\\n".join(
         f"    X({label}, {_in_one_line(name_of(label))}, {width})" for label, width in outputs
@@ -87,7 +87,7 @@ def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> s
 def model_source(
     functions: SceneFunctions, metadata: Mapping[str, Any], sets: Sequence[InstructionSet]
 ) -> str:
-    """What the scene is, and the choice among its compilations."""
+    """The model: its data, and the choice among its instruction sets."""
     values = {
         "metadata": _string_literal(json.dumps(metadata, sort_keys=True)),
         "externs": "\n".join(f"extern const mechc_unit mechc_unit_{s.name};" for s in sets),

@@ -1,8 +1,8 @@
-"""The walk over a scene's functions: what every language writes, in one order.
+"""The traversal of a scene's functions, the same for every language.
 
-Input: one :class:`SceneFunction`.  Output: its text.  A language says how a statement, a stored
-output, a kept value and a definition are written; which of them a function holds, and how long
-functions are cut into pieces, is decided here.
+Input: one :class:`SceneFunction`.  Output: its text.  A language defines how a statement, a stored
+output, a kept value and a definition are written; their order, and how long functions are split,
+is decided here.
 """
 
 from __future__ import annotations

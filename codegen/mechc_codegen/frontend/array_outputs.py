@@ -1,6 +1,6 @@
 """User-defined outputs that are vectors, matrices and lists -> named scalars and their shapes.
 
-An element is an output of its own: ``tip[0]``, ``inertia[1,2]``, row after row.
+An element is a separate output: ``tip[0]``, ``inertia[1,2]``, row after row.
 """
 
 from __future__ import annotations
@@ -22,15 +22,16 @@ Shape = tuple[int, ...]
 def scalar_outputs(
     outputs: Iterable[Any], frame: ReferenceFrame
 ) -> tuple[tuple[Any, ...], dict[str, Shape]]:
-    """The outputs with every element by itself, and the shape of each that has several.
+    """The outputs with every element separately, and the shape of each that has several.
 
     Vectors become their components in ``frame`` (3,), dyadics (3, 3), matrices keep their rows and
-    columns, lists and tuples of any of these have one axis more.
+    columns, lists and tuples of any of these have one axis more.  What stands in a dict within is
+    called ``group.name``.
 
     Raises
     ------
     MechanismError
-        For rows of different lengths, and for what is no expression.
+        For rows of different lengths, and for anything but an expression.
     """
     shapes: dict[str, Shape] = {}
     scalars: list[Any] = []
@@ -39,8 +40,7 @@ def scalar_outputs(
             scalars.append(item)
             continue
         elements: dict[Any, Expr] = {}
-        for key, value in item.items():
-            name = printed_name(key) if isinstance(key, Expr) else key
+        for name, value in _named(item):
             shape, flat = _elements(value, f"outputs: {name!r}", frame)
             if shape:
                 shapes[name] = shape
@@ -52,6 +52,16 @@ def scalar_outputs(
     return tuple(scalars), shapes
 
 
+def _named(outputs: Mapping[Any, Any]) -> Iterator[tuple[Any, Any]]:
+    """Name and value; those of a dict within are called ``group.name``."""
+    for key, value in outputs.items():
+        name = printed_name(key) if isinstance(key, Expr) else key
+        if isinstance(value, Mapping):
+            yield from ((f"{name}.{inner}", each) for inner, each in _named(value))
+        else:
+            yield name, value
+
+
 def element_names(name: str, shape: Shape) -> Iterator[str]:
     """``name[0,0]``, ``name[0,1]``, ...: row after row."""
     for index in product(*map(range, shape)):
@@ -60,7 +70,7 @@ def element_names(name: str, shape: Shape) -> Iterator[str]:
 
 def _refuse_twice(name: str, taken: Mapping[Any, Any]) -> None:
     if name in taken:
-        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose another")
 
 
 def _elements(value: Any, place: str, frame: ReferenceFrame) -> tuple[Shape, list[Expr]]:

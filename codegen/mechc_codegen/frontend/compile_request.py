@@ -50,7 +50,7 @@ class CompileRequest:
 
     @property
     def digest(self) -> str | None:
-        """Hash of everything that decides the derivation; None where that cannot be written."""
+        """Hash of everything that decides the derivation; None if it has no complete text."""
         if self._fingerprint is None or self._source is None:
             return None
         text = Fingerprint(self._source.frame)
@@ -63,7 +63,7 @@ class CompileRequest:
 
     @property
     def symbol_names(self) -> set[str]:
-        """Names of all symbols and functions of time that the SymPy object holds."""
+        """Names of all symbols and functions of time in the SymPy object."""
         leaves = self._fingerprint.leaves if self._fingerprint else ()
         return {printed_name(leaf) for leaf in leaves}
 
@@ -88,7 +88,7 @@ def compilable(thing: object) -> bool:
 
 
 def _is_mechanism(thing: object) -> TypeGuard[Mechanism]:
-    """Whether it is a Mechanism; the module is not imported for the question, which takes long."""
+    """Whether it is a Mechanism; its module is not imported for this, which takes long."""
     module = sys.modules.get("mechc_codegen.description.mechanism")
     return module is not None and isinstance(thing, module.Mechanism)
 
@@ -97,7 +97,7 @@ def _refuse_settings(settings: ConversionSettings) -> None:
     if settings != ConversionSettings():
         given = next(k for k, v in vars(settings).items() if v != getattr(ConversionSettings(), k))
         raise MechanismError(
-            f"{given} is an option for SymPy objects; a Mechanism holds it in its description"
+            f"{given} is an option for SymPy objects; a Mechanism has it in its description"
         )
 
 

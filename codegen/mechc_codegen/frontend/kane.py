@@ -28,7 +28,7 @@ def read_kane(method: KanesMethod) -> Source:
     if method._fr is None or method._frstar is None:
         raise MechanismError(
             "the equations of this KanesMethod are not formed: call "
-            "kanes_equations(bodies, loads) first, it is what hands over the bodies and loads"
+            "kanes_equations(bodies, loads) first, which sets the bodies and loads"
         )
     return Source(
         kind="KanesMethod",
@@ -46,7 +46,7 @@ def read_kane(method: KanesMethod) -> Source:
 
 
 def _kinematics(method: Any) -> tuple[Expr, ...]:
-    """The implicit form: the explicit one comes from a symbolic inverse and may hold 0/0."""
+    """The implicit form: the explicit one comes from a symbolic inverse and may contain 0/0."""
     rates = [q.diff(dynamicsymbols._t) for q in method.q]
     speeds = _affine(method._k_ku_implicit, method.u, method._f_k_implicit)
     return tuple(
@@ -55,7 +55,7 @@ def _kinematics(method: Any) -> tuple[Expr, ...]:
 
 
 def _affine(matrix: Any, vector: Any, rest: Iterable[Expr]) -> tuple[Expr, ...]:
-    """Rows of ``matrix vector + rest``; the products with nothing are not formed."""
+    """Rows of ``matrix vector + rest``; products with zero are not formed."""
     terms = [[constant] for constant in rest] or [[] for _ in range(matrix.rows)]
     entries = list(vector)
     for (i, k), factor in matrix.todok().items():

@@ -1,4 +1,4 @@
-"""LagrangesMethod -> Source: L as it was given, with a symbol of its own for every speed.
+"""LagrangesMethod -> Source: L as it was given, with a separate symbol for every speed.
 
 The speeds u = q' are functions named after their coordinates: ``q_dot``.  Multipliers keep the
 sign of M u' + J^T lambda = F with J the Jacobian of the constraints as they were given.
@@ -46,5 +46,5 @@ def read_lagrange(method: LagrangesMethod) -> Source:
 
 
 def speed_of(coordinate: AppliedUndef) -> AppliedUndef:
-    """The function of time that stands for a coordinate's rate."""
+    """The function of time for a coordinate's rate."""
     return Function(f"{printed_name(coordinate)}_dot")(dynamicsymbols._t)

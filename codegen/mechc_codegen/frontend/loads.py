@@ -31,7 +31,7 @@ def _pair(load: Any) -> Load:
     try:
         place, vector = load
     except (TypeError, ValueError):
-        raise MechanismError(f"{load!r} is no load: a pair (Point or frame, vector) is") from None
+        raise MechanismError(f"{load!r} is not a load, a pair (Point or frame, vector)") from None
     if not isinstance(place, (Point, ReferenceFrame)):
         raise MechanismError(f"a load acts on a Point or a ReferenceFrame, not on {place!r}")
     return place, vector

@@ -40,7 +40,7 @@ def read(thing: Any) -> Source:
 
 
 def _with_joints(thing: Any, source: Source) -> Source:
-    """A JointsMethod keeps its joints beside the real object."""
+    """A JointsMethod has its joints besides the real object."""
     joints = getattr(thing, "_joints", ())
     if not joints:
         return source
@@ -50,5 +50,5 @@ def _with_joints(thing: Any, source: Source) -> Source:
 
 
 def _unwrapped(thing: Any) -> Any:
-    """A JointsMethod, deprecated, keeps the real object inside."""
+    """A JointsMethod, deprecated, contains the real object."""
     return thing.method if type(thing).__name__ == "JointsMethod" else thing

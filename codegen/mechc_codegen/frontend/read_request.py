@@ -39,8 +39,8 @@ def read_request(
 ) -> OutputRequest:
     """The request for a mechanism, each name checked against it.
 
-    Without ``outputs`` the usual ones, or the energy alone where the mechanism comes from an
-    object of SymPy's.  ``shapes``: of outputs whose elements are among ``outputs``.
+    Without ``outputs`` the default ones, or only the energy if the mechanism comes from a SymPy
+    object.  ``shapes``: of outputs whose elements are among ``outputs``.
 
     Raises
     ------
@@ -87,9 +87,9 @@ def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
     )
     if held:
         raise MechanismError(
-            f"outputs: {name!r} holds {str(min(held, key=str))!r}; it may hold time, coordinates "
-            "and speeds, their rates, mechc.multiplier(row), inputs and parameters of the "
-            "mechanism"
+            f"outputs: {name!r} contains {str(min(held, key=str))!r}; allowed are time, "
+            "coordinates and speeds, their rates, mechc.multiplier(row), inputs and parameters of "
+            "the mechanism"
         )
 
 
@@ -98,8 +98,8 @@ def _refuse_rows(name: str, expression: Expr, mechanism: Mechanism) -> None:
     unknown = {m.args[0] for m in expression.atoms(Multiplier)} - known
     if unknown:
         raise MechanismError(
-            f"outputs: {name!r} holds the multiplier of {str(min(unknown, key=str))!r}; the rows "
-            f"are {', '.join(f'{k} ({n})' for k, n in enumerate(mechanism.rows)) or 'none'}"
+            f"outputs: {name!r} contains the multiplier of {str(min(unknown, key=str))!r}; the "
+            f"rows are {', '.join(f'{k} ({n})' for k, n in enumerate(mechanism.rows)) or 'none'}"
         )
 
 
@@ -109,7 +109,7 @@ def _refuse_unplaced(mechanism: Mechanism) -> None:
         if id(body.masscenter) not in linked:
             raise MechanismError(
                 f"outputs: points and momenta need positions, and that of {body.name} from a "
-                "point at rest in the inertial frame is not known; say where its mass centre is "
+                "point at rest in the inertial frame is not known; locate its mass centre "
                 "with set_pos or locatenew, from a point with set_vel(frame, 0)"
             )
     if not mechanism.bodies:
@@ -137,6 +137,6 @@ def _outputs(requested: Iterable[Any]) -> tuple[list[str], dict[str, Expr]]:
 def _refuse_name(name: Any, taken: Iterable[str]) -> None:
     """Any text can be the name of an output that no other output has."""
     if not isinstance(name, str) or not name or "\0" in name:
-        raise MechanismError(f"outputs: {name!r} is no name: a text is, without null characters")
+        raise MechanismError(f"outputs: {name!r} is not a name: use text without null characters")
     if name in RESERVED or name in taken:
-        raise MechanismError(f"outputs: {name!r} is the name of another output; choose one more")
+        raise MechanismError(f"outputs: {name!r} is the name of another output; choose another")

@@ -56,7 +56,7 @@ def from_joints(
         joint that closes a loop.  Coordinates and speeds come in their order.
     ground
         The body at rest, in whose frame and from whose mass centre everything is measured; the
-        one that is no child by default.
+        one that is the child of no joint by default.
     loads
         Forces, torques, ``(Point or frame, vector)`` pairs and actuators.
     gravity
@@ -114,8 +114,8 @@ def _ground(name: str, joints: Sequence[Joint]) -> RigidBody:
         return candidates[0]
     names = ", ".join(body.name for body in candidates) or "none"
     raise MechanismError(
-        f"{name}: the ground is the one rigid body that is no child of a joint, and here those are "
-        f"{names}; say ground=..."
+        f"{name}: the ground is the one rigid body that is no child of a joint, but here these are "
+        f"{names}; give ground=..."
     )
 
 
@@ -211,7 +211,7 @@ def _symbols(
     gravity: Vector | None,
     more: Mapping[str, Any],
 ) -> list[Symbol]:
-    """Every constant that the description holds."""
+    """Every constant in the description."""
     text = Fingerprint(ground.frame)
     text.point(ground.masscenter)
     for body in bodies:

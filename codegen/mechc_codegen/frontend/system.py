@@ -1,9 +1,8 @@
 """System -> Source, formed or not.
 
 A System keeps holonomic and nonholonomic constraints apart and allows redundant ones until its
-equations are formed by Kane's method, so it is read itself rather than the method behind it;
-only the choice between Kane and Lagrange, which decides whether potential energies act, is the
-method's.
+equations are formed by Kane's method, so it is read itself, not its method; only the choice between
+Kane and Lagrange, which decides whether potential energies act, is taken from the method.
 """
 
 from __future__ import annotations
@@ -26,8 +25,8 @@ def read_system(system: System) -> Source:
     Raises
     ------
     MechanismError
-        If it is not formed and a body has a potential energy: by Kane's method that is a note,
-        by Lagrange's a force.
+        If it is not formed and a body has a potential energy: Kane's method ignores it, Lagrange's
+        makes it a force.
     """
     if isinstance(system.eom_method, LagrangesMethod):
         source = read_lagrange(system.eom_method)
@@ -61,7 +60,7 @@ def _refuse_potentials(system: System) -> None:
             raise MechanismError(
                 f"the body {body.name} has a potential energy, which acts by Lagrange's method "
                 "and does not by Kane's: call form_eoms() or form_eoms(LagrangesMethod) first, "
-                "so that it is known which is meant"
+                "to choose the method"
             )
 
 

@@ -1,9 +1,9 @@
-"""Change points: which speeds lead on from a configuration where the configuration curve crosses
+"""Change points: the speeds possible at a configuration where the configuration curve crosses
 itself.
 
-There J loses rank, and J u + b = 0 no longer decides: with every left null vector w of J, the
+There J loses rank, and J u + b = 0 does not suffice: for every left null vector w of J, the
 closure must also hold to second order, w . (d/dt (J u + b)) = 0, quadratic equations in the speeds
-that J leaves free.  Their solutions are the tangents of the branches.
+that J allows.  Their solutions are the tangents of the branches.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mechc.assembly.closure_solver import even_points
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-NEAR = 1e-5  # of the largest singular value: a closer look is worth it
+NEAR = 1e-5  # of the largest singular value: below it a change point is searched for
 GENERIC = 1e-7
 SNAP = 1e-6  # two assemblies that meet are found to about half the digits
 SAME = 1e-7
@@ -25,10 +25,10 @@ EPS = float(np.finfo(float).eps)
 
 
 @dataclass(frozen=True)
-class ChangePoint:
+class SingularConfiguration:
     """A configuration q (nq,) whose Jacobian has the left null vectors ``normals`` (k, nc).
 
-    ``excess``: how many of them it does not have around.
+    ``excess``: how many of them it does not have at configurations around.
     """
 
     q: Array
@@ -36,7 +36,7 @@ class ChangePoint:
     excess: int
 
 
-def find(system: System, y: Array, values: Array, t: float) -> ChangePoint | None:
+def find(system: System, y: Array, values: Array, t: float) -> SingularConfiguration | None:
     """The change point that the configuration of a state is, to half the digits; else None."""
     if not system.scene.holonomic or len(system.coordinates) != len(system.speeds):
         return None
@@ -66,7 +66,9 @@ def _size(jacobian: Array) -> float:
     return float(np.linalg.norm(jacobian, 2))
 
 
-def _refined(system: System, y: Array, values: Array, t: float, generic: int) -> ChangePoint | None:
+def _refined(
+    system: System, y: Array, values: Array, t: float, generic: int
+) -> SingularConfiguration | None:
     """Gauss-Newton steps for a closed configuration where J^T w = 0."""
     width = len(system.coordinates)
     still = np.append(y[:width], np.zeros(len(system.speeds)))
@@ -77,7 +79,7 @@ def _refined(system: System, y: Array, values: Array, t: float, generic: int) ->
         left, singular, right = np.linalg.svd(jacobian)
         rank = int((singular > NEAR * singular[0]).sum())
         normals = left[:, rank:].T
-        free = right[rank:].T  # what is left of J^T w a change of w takes away
+        free = right[rank:].T  # a change of w removes the other components of J^T w
         pulls = (normals @ jacobian @ free).ravel()
         bend = np.stack([
             (normals @ (_jacobian_at(system, still, k, 1e-5, values, t)
@@ -97,7 +99,7 @@ def _refined(system: System, y: Array, values: Array, t: float, generic: int) ->
         return None
     rounding = 4 * np.spacing(np.maximum(1.0, np.abs(y[:width])))
     q = np.where(np.abs(still[:width] - y[:width]) <= rounding, y[:width], still[:width])
-    return ChangePoint(q, normals, generic - rank)
+    return SingularConfiguration(q, normals, generic - rank)
 
 
 def _jacobian_at(system: System, y: Array, k: int, step: float, values: Array, t: float) -> Array:
@@ -106,7 +108,9 @@ def _jacobian_at(system: System, y: Array, k: int, step: float, values: Array, t
     return system.constraint_jacobian(moved, values, t)
 
 
-def second_order(system: System, at: ChangePoint, u: Array, values: Array, t: float) -> Array:
+def second_order(
+    system: System, at: SingularConfiguration, u: Array, values: Array, t: float
+) -> Array:
     """w . d/dt (J u + b) for speeds u (..., nu), by central differences of eighth order."""
     u = np.asarray(u)
     weights = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
@@ -123,11 +127,11 @@ def second_order(system: System, at: ChangePoint, u: Array, values: Array, t: fl
 
 
 def speeds_on_branches(
-    system: System, at: ChangePoint, given: dict[int, float], values: Array, t: float
+    system: System, at: SingularConfiguration, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
-    """All speeds (n, nu) that lead on and have the values given; None where these leave a choice.
+    """All possible speeds (n, nu) with the values given; None where these do not determine them.
 
-    n = 0 where none do.  Least speeds where only rest is determined.
+    n = 0 where there are none.  Least speeds where only rest is determined.
     """
     count = len(system.speeds)
     still = np.append(at.q, np.zeros(count))
@@ -152,7 +156,13 @@ class _Quadric:
     """The second-order closure at u + a . free as quadratic polynomials in a."""
 
     def __init__(
-        self, system: System, at: ChangePoint, u: Array, free: Array, values: Array, t: float
+        self,
+        system: System,
+        at: SingularConfiguration,
+        u: Array,
+        free: Array,
+        values: Array,
+        t: float,
     ) -> None:
         self.size = float(np.linalg.norm(u))
         free = free * self.size

@@ -27,7 +27,7 @@ def configurations(
 
     Returns (coordinates (n, nq), whether the loops close (n,), by how much they miss in m (n,),
     whether Ctrl-C left it complete).  Every member is searched from the same starts, so what is
-    found does not depend on its neighbours.
+    found does not depend on other members.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def configurations(
 def _as_given(
     system: System, recipe: Recipe, values: Array, length: Array, fixed: Array
 ) -> tuple[Array, Array]:
-    """Nothing to solve for: whether the loops close as they are."""
+    """Nothing to solve for: whether the loops are closed."""
     states = np.hstack([fixed, np.zeros((len(fixed), len(system.speeds)))])
     gap = np.abs(system.constraints(states, values, recipe.span[0])).max(axis=1, initial=0.0)
     return gap <= 1e-8 * length, gap
@@ -129,7 +129,7 @@ def _away(system: System, recipe: Recipe, q: Array) -> Array:
 
 
 def _in_turn(system: System, recipe: Recipe, q: Array) -> Array:
-    """Guessed angles in the guess's turn."""
+    """Guessed angles, within half a turn of the guess."""
     for name, target in recipe.guess.items():
         i = system.state_index(name)
         if system.angular[i]:

@@ -1,26 +1,26 @@
-"""How near a run comes to where rows of J depend on each other: a change point may be there."""
+"""How near a run comes to dependent rows of J, where a change point may be."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from mechc.native._codes import AT_CHANGE_POINT, NEARLY_DEPENDENT, RUNNING
 from mechc.numpy_backend.linear import Rows
-from mechc.numpy_backend.projection import RUNNING, Manifold
+from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
 
-AT_CHANGE_POINT, NEAR_CHANGE_POINT = 9, 11
 DEPENDENT = 1e-7  # of the largest singular value
-POOR = 1e-3  # of the conditioning at ordinary configurations: what doubles tell is lost from here
+POOR = 1e-3  # of the conditioning at ordinary configurations: below it doubles lose too many digits
 FADING = 0.03
-HIDING = 0.5  # of the change over a step: so little left, it may have been zero between the stages
-BESIDE = 0.1  # rad, or units of the speeds: ordinary configurations are looked for so far away
+HIDING = 0.5  # of the change over a step: a smaller value may have been zero between the stages
+BESIDE = 0.1  # rad, or units of the speeds: distance of the ordinary configurations
 
 
 class Conditioning:
     """The least singular value over the largest, along a run.
 
     Rows that are redundant at every configuration do not count.  ``status`` is 0 unless the start
-    itself is at or beside a change point.
+    itself is at or near a change point.
     """
 
     def __init__(self, manifold: Manifold, t: float, y: Array) -> None:
@@ -40,7 +40,7 @@ class Conditioning:
         closed = beside.status == RUNNING
         found = beside.rows.conditioning[closed]
         if not closed[-1] or not len(found):
-            return  # the first stage says what is wrong
+            return  # the first stage reports the error
         self.rank = int((found > DEPENDENT).sum(axis=1).max())
         if not self.rank:
             return
@@ -49,10 +49,10 @@ class Conditioning:
         if self.first <= DEPENDENT:
             self.status = AT_CHANGE_POINT
         elif self.first < POOR * self.usual:
-            self.status = NEAR_CHANGE_POINT
+            self.status = NEARLY_DEPENDENT
 
     def meet(self, t: float, rows: Rows | None) -> None:
-        """Take note of a stage."""
+        """Record a stage."""
         if rows is None or not self.rank:
             return
         self.last = float(rows.conditioning[0, self.rank - 1])
@@ -64,13 +64,13 @@ class Conditioning:
         self.met = [self.first]
 
     def end_step(self) -> None:
-        """The last stage met was the step's end."""
+        """The last stage recorded was the step's end."""
         self.end = self.last
 
     def may_hide_a_zero(self) -> bool:
-        """Whether the values met could lie on both sides of a zero.
+        """Whether the values could be on both sides of a zero.
 
-        Away from one, over a step that begins where the last one left it, they cannot.
+        Not if the step begins at the last value and is far from zero.
         """
         least, most = min(self.met), max(self.met)
         if self.leaving and least == self.first:
@@ -85,7 +85,7 @@ class Conditioning:
         return bool(self.rank) and min(self.met, default=1.0) < FADING * self.usual
 
     def accept(self) -> None:
-        """The step stands."""
+        """The step is accepted."""
         if not self.rank:
             return
         self.leaving = self.end > self.first

@@ -1,7 +1,9 @@
 """The equations of a scene without C, of many states at once.
 
-What is written out as functions is taken from there; a tree's mass matrix, forcing and rows are
-walked.  Arrays have states first: q (n, nq), u (n, nu), p and k (n or 1, ...), t (n,) or (1,).
+Expanded expressions are functions of the program; a tree's mass matrix, forcing and rows are
+computed link by link.
+
+Arrays have states first: q (n, nq), u (n, nu), p and k (n or 1, ...), t (n,) or (1,).
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ State = tuple[Array, Array, Array, Array, Array]  # t, q, u, p, k
 
 class Place(NamedTuple):
     """What depends on the configuration: gap (n, nh), J (n, nc, nu), b of J u + b = 0 (n, nc), M,
-    what the speeds' part takes over, and what a tree is walked over."""
+    values for the functions of the speeds, and the geometry of a tree."""
 
     gap: Array
     jacobian: Array
@@ -30,7 +32,7 @@ class Place(NamedTuple):
     tree: TreeData | None
 
 
-class Equations:
+class ArrayEquations:
     """A listing of :mod:`mechc_codegen.emit.numpy` as functions of arrays."""
 
     def __init__(self, listing: Any) -> None:
@@ -80,7 +82,7 @@ class Equations:
         self, name: str, t: Array, q: Array, u: Array, p: Array, k: Array,
         motion: tuple[Array, Array] | None = None,
     ) -> Array:  # fmt: skip
-        """What is a function of its own (n, length); motion: u' and multipliers, where it needs
+        """An output with a separate function (n, length); motion: u' and multipliers, if it needs
         them."""
         function, length = self.listing.written[name]
         solved = motion or (np.zeros((1, 0)), np.zeros((1, 0)))
@@ -90,7 +92,7 @@ class Equations:
         self, name: str, targets: dict[str, int], t: Array, q: Array, u: Array, p: Array, k: Array,
         saved: Array | None = None,
     ) -> dict[str, Array]:  # fmt: skip
-        """Arrays by name; where nothing is handed over yet, what the function saves is another."""
+        """Arrays by name; the last array of a function without saved values is for them."""
         if saved is not None:
             found = self.functions.fill(name, tuple(targets.values()), t, q, u, p, k, saved)
             return dict(zip(targets, found, strict=True))
@@ -107,7 +109,7 @@ def rows_of(place: Place) -> Rows:
 def accelerations(
     place: Place, forcing: Array, gamma: Array, rows: Rows | None = None
 ) -> tuple[Array, Array]:
-    """u' (n, nu) and multipliers (n, nc); rows: of the place, where they are known."""
+    """u' (n, nu) and multipliers (n, nc); rows: those of the configuration, if known."""
     if not gamma.shape[1]:
         return free_motion(place.mass, forcing), gamma
     return (rows or rows_of(place)).motion(place.mass, forcing, gamma)

@@ -1,12 +1,12 @@
 """One trajectory without C: Dormand & Prince of order 8(5,3), every stage on the constraints.
 
-A stage closes the loops and steadies the speeds before accelerations are taken; step control after
-Hairer, Norsett & Wanner (1993), section II.4, as in the compiled pair (explicit_rk.h).
+A stage closes the loops and projects the speeds before accelerations are evaluated; step control
+after Hairer, Norsett & Wanner (1993), section II.4, as in the compiled pair.
 
-What it does not have is the passage of change points.  It watches the conditioning of the rows
-instead: a step over which their smallest singular value changes by more than twice what is left of
-it may hide a zero, and is halved; where less than a thousandth of the value at ordinary
-configurations is left, the run ends.  So the motion is never led onto another branch unnoticed.
+It does not pass change points.  It monitors the conditioning of the rows instead: a step over which
+their smallest singular value changes by more than twice its least value may hide a zero, and is
+halved; where the value is less than a thousandth of that at ordinary configurations, the run ends.
+So the motion never takes another branch unnoticed.
 """
 
 from __future__ import annotations
@@ -16,19 +16,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.native._codes import (
+    FINISHED,
+    NEARLY_DEPENDENT,
+    NOT_CLOSED,
+    NOT_FINITE,
+    RUNNING,
+    SINGULAR_MASS,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+)
 from mechc.numpy_backend.conditioning import Conditioning
 from mechc.numpy_backend.linear import EPS, massless
-from mechc.numpy_backend.projection import NOT_CLOSED, NOT_FINITE, RUNNING, SINGULAR_MASS, Manifold
+from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
 
-FINISHED, STEP_TOO_SMALL, TOO_MANY_STEPS, NEAR_CHANGE_POINT = 1, 3, 6, 11
 ORDER, STAGES, RATES, DENSE_ROWS = 8, 12, 16, 7
 SHARE = 0.03  # of the tolerance that one step may use: local errors accumulate over a run
 MOST_GROWTH, LEAST_SHRINK, SAFETY = 6.0, 0.2, 0.9
 
 
-class Settings(NamedTuple):
-    """How far and how exactly."""
+class RunLimits(NamedTuple):
+    """Span, tolerances and limits of steps."""
 
     t1: float
     rtol: float
@@ -56,17 +65,17 @@ class _Pair:
 class NumpyRun:
     """A run under way or finished, with the interface of :class:`mechc.native._driver.Run`."""
 
-    passages = 0
+    crossings = 0
 
     def __init__(
         self, manifold: Manifold, t0: float, y0: Array, scale: Array, first_step: float,
-        settings: Settings,
+        limits: RunLimits,
     ) -> None:  # fmt: skip
-        self.manifold, self.settings, self.pair = manifold, settings, _Pair()
+        self.manifold, self.limits, self.pair = manifold, limits, _Pair()
         self.width = manifold.listing.coordinates
         self.t, self.status, self.failure = float(t0), RUNNING, RUNNING
         self.y = np.array(y0, dtype=np.float64)
-        self.direction = 1.0 if settings.t1 >= t0 else -1.0
+        self.direction = 1.0 if limits.t1 >= t0 else -1.0
         self.rates = np.zeros((RATES, len(self.y)))
         self.counts = {"steps": 0, "rejected": 0, "rhs_evaluations": 0, "closure_iterations": 0}
         self.speed, self.refused = -1, False
@@ -78,13 +87,13 @@ class NumpyRun:
             return
         self.scale = self._first_scale(np.asarray(scale))
         self.step = first_step or self._first_step()
-        if t0 == settings.t1:
+        if t0 == limits.t1:
             self.status = FINISHED
 
     # -- stages ------------------------------------------------------------------------------
 
     def _stage(self, t: float, y: Array, rate: int) -> int:
-        """Move y onto the constraints, in place, and take its rates."""
+        """Move y onto the constraints, in place, and evaluate its rates."""
         time = np.array([t])
         settled, closed = self.manifold.settle(time, y[None])
         self.counts["rhs_evaluations"] += 1
@@ -99,7 +108,7 @@ class NumpyRun:
         return self._fail(NOT_FINITE, closed.place.mass[0])
 
     def _fail(self, status: int, mass: Array) -> int:
-        """A mass matrix that is not positive definite is told apart, with its speed."""
+        """The status: a mass matrix that is not positive definite has its own, with the speed."""
         if status == NOT_CLOSED or not np.isfinite(mass).all():
             return status
         self.speed = massless(mass)
@@ -118,20 +127,20 @@ class NumpyRun:
     # -- errors and steps ----------------------------------------------------------------------
 
     def _tolerance(self, end: Array) -> Array:
-        settings, size = self.settings, np.maximum(np.abs(self.y), np.abs(end))
-        asked = settings.rtol * self.scale
-        if settings.atol is not None:
-            asked = settings.atol + settings.rtol * size
+        limits, size = self.limits, np.maximum(np.abs(self.y), np.abs(end))
+        asked = limits.rtol * self.scale
+        if limits.atol is not None:
+            asked = limits.atol + limits.rtol * size
         return np.maximum(SHARE * asked, EPS * size)
 
     def _error(self, h: float, end: Array) -> float:
-        """Root mean square of the step's error over what is tolerated."""
+        """Root mean square of the step's error over the tolerance."""
         errors = h * (self.pair.errors @ self.rates[: STAGES + 1]) / self._tolerance(end)
         first, second = np.mean(errors**2, axis=1).tolist()
         return float(first / np.sqrt(first + 0.01 * second)) if first > 0 else 0.0
 
     def _first_scale(self, scale: Array) -> Array:
-        """Of the speeds: what the first accelerations reach within one unit of the coordinate."""
+        """Scale of the speeds: what the first accelerations reach in one unit of a coordinate."""
         found, speeds = scale.copy(), slice(self.width, None)
         reached = np.sqrt(np.abs(self.rates[0, speeds]) * scale[speeds])
         found[speeds] = np.maximum(np.abs(self.y[speeds]), reached)
@@ -142,7 +151,7 @@ class NumpyRun:
 
     def _first_step(self) -> float:
         """After Hairer, Norsett & Wanner (1993), section II.4."""
-        span, most = abs(self.settings.t1 - self.t), self.settings.max_step
+        span, most = abs(self.limits.t1 - self.t), self.limits.max_step
         tolerance = self._tolerance(self.y)
         state = float(np.sum((self.y / tolerance) ** 2))
         first = float(np.sum((self.rates[0] / tolerance) ** 2))
@@ -160,7 +169,7 @@ class NumpyRun:
 
     def _next_step(self) -> tuple[float, bool]:
         """The signed step to attempt, and whether it is the last."""
-        left, step = self.settings.t1 - self.t, min(self.step, self.settings.max_step)
+        left, step = self.limits.t1 - self.t, min(self.step, self.limits.max_step)
         if abs(left) <= 1.01 * step:
             return left, True
         return (0.5 * left if abs(left) < 2 * step else self.direction * step), False
@@ -170,7 +179,7 @@ class NumpyRun:
         for _ in range(steps):
             if self.status != RUNNING:
                 break
-            if self.counts["steps"] + self.counts["rejected"] >= self.settings.max_steps:
+            if self.counts["steps"] + self.counts["rejected"] >= self.limits.max_steps:
                 self.status = TOO_MANY_STEPS
             else:
                 self.status = self._attempt()
@@ -178,7 +187,7 @@ class NumpyRun:
 
     def _attempt(self) -> int:
         h, last = self._next_step()
-        if abs(h) < 16 * EPS * max(abs(self.t), abs(self.settings.t1 - self.t)) and not last:
+        if abs(h) < 16 * EPS * max(abs(self.t), abs(self.limits.t1 - self.t)) and not last:
             return self._too_small()
         self.watch.begin_step()
         self.step = abs(h)
@@ -194,7 +203,7 @@ class NumpyRun:
         if self.watch.may_hide_a_zero():
             return self._refuse(0.5, last)
         if self.watch.poor():
-            return NEAR_CHANGE_POINT
+            return NEARLY_DEPENDENT
         return self._accept(h, end, factor, last)
 
     def _refuse(self, factor: float, last: bool) -> int:
@@ -207,16 +216,16 @@ class NumpyRun:
 
     def _too_small(self) -> int:
         if self.watch.fading():
-            return NEAR_CHANGE_POINT
+            return NEARLY_DEPENDENT
         return self.failure or STEP_TOO_SMALL
 
     def _accept(self, h: float, end: Array, factor: float, last: bool) -> int:
-        if self.settings.dense:
+        if self.limits.dense:
             status, _ = self._rates(STAGES + 1, RATES - 1, h)
             if status != RUNNING:
                 return self._refuse(0.5, last)
             self._dense.append(self._dense_rows(h, end))
-        self.t = self.settings.t1 if last else self.t + h
+        self.t = self.limits.t1 if last else self.t + h
         self.y, self.rates[0] = end, self.rates[STAGES]
         self.step *= max(LEAST_SHRINK, min(1.0 if self.refused else MOST_GROWTH, factor))
         self.refused, self.failure = False, RUNNING
@@ -229,7 +238,7 @@ class NumpyRun:
         self._states.append(end.copy())
         return FINISHED if last else RUNNING
 
-    # -- what it holds -------------------------------------------------------------------------
+    # -- results -------------------------------------------------------------------------------
 
     def _dense_rows(self, h: float, end: Array) -> Array:
         rows = np.empty((DENSE_ROWS, len(end)))
@@ -241,7 +250,7 @@ class NumpyRun:
 
     @property
     def count(self) -> int:
-        """Number of accepted states, the start among them."""
+        """Number of accepted states, the start included."""
         return len(self._times)
 
     def times(self, first: int) -> Array:
@@ -253,7 +262,7 @@ class NumpyRun:
         return np.array(self._times), np.array(self._states)
 
     def change_points(self) -> tuple[Array, Array, Array]:
-        """None is ever passed."""
+        """Always empty."""
         return np.zeros(0), np.zeros((0, self.width)), np.zeros(0)
 
     def stats(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Jacobians of the motion, and of outputs that hold it, without C.
+"""Jacobians of the motion, and of outputs that depend on it, without C.
 
 With R = M u' + J^T lambda - F and S = J u' - gamma: M du' + J^T dlambda = -dR and J du' = -dS.
 """
@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechc.numpy_backend.equations import Equations, Place, State, accelerations, rows_of
+from mechc.numpy_backend.equations import ArrayEquations, Place, State, accelerations, rows_of
 from mechc.system.parameters import Array
 
 BY = {"state_jacobian": "state", "parameter_jacobian": "parameters"}
 Motion = tuple[Array, Array]  # u' and multipliers
 
 
-def jacobian(name: str, equations: Equations, state: State, place: Place, motion: Motion) -> Array:
+def jacobian(
+    name: str, equations: ArrayEquations, state: State, place: Place, motion: Motion
+) -> Array:
     """``state_jacobian``, ``parameter_jacobian`` or either with ``own_`` before it, row by row."""
     which = BY[name.removeprefix("own_")]
     response = _response(which, equations, state, place, motion)
@@ -33,7 +35,7 @@ def jacobian(name: str, equations: Equations, state: State, place: Place, motion
 
 
 def _response(
-    which: str, equations: Equations, state: State, place: Place, motion: Motion
+    which: str, equations: ArrayEquations, state: State, place: Place, motion: Motion
 ) -> Array:
     """du' and dlambda (n, nu + nc, columns)."""
     listing, size = equations.listing, equations.listing.speeds
@@ -48,9 +50,9 @@ def _response(
 
 
 def _of_own(
-    which: str, equations: Equations, state: State, motion: Motion, response: Array
+    which: str, equations: ArrayEquations, state: State, motion: Motion, response: Array
 ) -> Array:
-    """Outputs of one's own: at a given motion, and by the motion times its response."""
+    """User-defined outputs: derivatives at a given motion, and by the motion times its response."""
     count, moving, columns = response.shape
     partials = equations.written(f"own_by_{which}", *state, motion)
     partials = partials.reshape(count, -1, columns + moving)

@@ -1,9 +1,9 @@
-"""The linear algebra of many states at once: constraint rows, and the motion that they leave.
+"""The linear algebra of many states at once: constraint rows, and the motion that they allow.
 
 Rows of J are scaled by the square roots of M's diagonal, so that speeds of different units may be
 added, and decomposed by singular values: no normal equations are formed.  They are not scaled to
-one length: at a change point it may be one whole row that vanishes.  Directions of singular values
-that are rounding beside the largest are redundant.
+one length: at a change point a whole row may be zero.  Directions whose singular values are of the
+size of rounding of the largest are redundant.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from mechc.system.parameters import Array
 
 EPS = float(np.finfo(float).eps)
-REDUNDANT = 16 * EPS  # a direction of the rows that is this small beside the largest
+REDUNDANT = 16 * EPS  # of the largest singular value: a smaller one is zero
 
 
 class Rows:
@@ -36,7 +36,7 @@ class Rows:
         self.inverse = np.where(self.kept, 1.0 / np.where(self.kept, self.singular, 1.0), 0.0)
 
     def least_change(self, values: Array) -> Array:
-        """The least speeds (n, nu), in the metric, on which the rows take the values (n, nc)."""
+        """The least speeds x (n, nu), in the metric, with J x = values (n, nc)."""
         return self._marked(self.weight * self._along(values))
 
     def _along(self, values: Array) -> Array:
@@ -47,7 +47,7 @@ class Rows:
     def motion(self, mass: Array, forcing: Array, gamma: Array) -> tuple[Array, Array]:
         """u' (n, nu) and multipliers (n, nc) of M u' + J^T lambda = F, J u' = gamma.
 
-        The motion is solved in the directions that the rows leave free, where alone M has to be
+        The motion is solved in the directions that the rows allow, only where M must be
         positive; multipliers are those of least norm.
         """
         with np.errstate(all="ignore"):
@@ -72,7 +72,7 @@ class Rows:
 
 
 def _free_motion(metric: Array, force: Array, x: Array, free: Array) -> Array:
-    """What x lacks along the free directions (n, f, nu)."""
+    """The component of the solution along the free directions (n, f, nu)."""
     onto = np.swapaxes(free, 1, 2)
     along = solved(free @ metric @ onto, times(free, force - times(metric, x)))
     return times(onto, along)

@@ -1,7 +1,7 @@
 """The functions of a scene without C: one text, over floats for one state, over arrays for many.
 
-The text is executed.  It comes from the compiler package in this process, which puts no name and
-no word of a user's into it; it is never read from a file or a cache.
+The text is executed.  It comes from the compiler package in this process, which puts no text of a
+user into it; it is never read from a file or a cache.
 """
 
 from __future__ import annotations
@@ -40,17 +40,17 @@ class Functions:
         self._floats, self._arrays = _defined(code, FLOATS), _defined(code, ARRAYS)
 
     def fill(self, name: str, lengths: Sequence[int], t: Array, *rows: Array) -> Filled:
-        """What a function fills: arrays (n, length), one for each of the lengths.
+        """The results of a function: arrays (n, length), one for each of the lengths.
 
-        Times (n,) or (1,), and rows (n, width) or (1, width) of each further argument.  What is no
-        number (a root of -1) is NaN, as it is in C.
+        Times (n,) or (1,), and rows (n, width) or (1, width) of each further argument.  Undefined
+        values (a root of -1) are NaN, as in C.
         """
         count = max(len(t), *map(len, rows))
         if count == 1:
             try:
                 return self._of_one(name, lengths, t, rows)
             except (ArithmeticError, ValueError):
-                pass  # floats raise where arrays say NaN or infinity
+                pass  # floats raise where arrays give NaN or infinity
         columns = [list(np.ascontiguousarray(each.T)) for each in rows]
         targets = [[0.0] * length for length in lengths]
         with np.errstate(all="ignore"):
@@ -63,7 +63,7 @@ class Functions:
         return [np.array([target]) for target in targets]
 
     def constants(self, count: int, p: Array) -> Array:
-        """Of every row of parameters, what depends on them alone: (rows, count)."""
+        """The values that depend on parameters only, for every row of them: (rows, count)."""
         targets = [0.0] * count
         with np.errstate(all="ignore"):
             self._arrays["hoist"](list(np.ascontiguousarray(p.T)), targets)

@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.numpy_backend.equations import Equations, Place, accelerations, rows_of
+from mechc.native._codes import NOT_CLOSED, NOT_FINITE, RUNNING, SINGULAR_MASS
+from mechc.numpy_backend.equations import ArrayEquations, Place, accelerations, rows_of
 from mechc.numpy_backend.linear import EPS, Rows, diagonal, times
 from mechc.system.parameters import Array
 
-RUNNING, NOT_CLOSED, NOT_FINITE, SINGULAR_MASS = 0, 2, 4, 5
 ITERATIONS = 20
 
 
 class Closed(NamedTuple):
-    """Configurations (n, nq) with what is known there; status: 0 where the loops close."""
+    """Configurations (n, nq) and their quantities; status: ``RUNNING`` where the loops close."""
 
     q: Array
     place: Place
@@ -27,7 +27,7 @@ class Closed(NamedTuple):
 class Manifold:
     """The constraints of a scene with one set of parameters (np,)."""
 
-    def __init__(self, equations: Equations, p: Array) -> None:
+    def __init__(self, equations: ArrayEquations, p: Array) -> None:
         self.equations, self.listing = equations, equations.listing
         self.p = np.array(p, dtype=np.float64).reshape(1, -1)
         self.k = equations.constants(self.p)
@@ -92,19 +92,19 @@ class Manifold:
         return status, y, gap if finite else np.nan, drift
 
     def moved(self, t: float, q: Array, changes: Array) -> Closed:
-        """Configurations a little beside one (nq,), each closed again: changes (n, nu)."""
+        """Configurations near one (nq,), each closed again: changes (n, nu)."""
         rows = np.repeat(q[None], len(changes), axis=0)
         time = np.array([t])
         return self.close(time, rows + self._displacement(time, rows, changes))
 
     def _gap_values(self, place: Place) -> Array:
-        """What the rows are to change by; constraints on the motion are not for closing."""
+        """The changes of the rows; velocity constraints do not take part in closing."""
         values = np.zeros((len(place.gap), self.listing.rows))
         values[:, : self.listing.holonomic] = -place.gap
         return values
 
     def _displacement(self, t: Array, q: Array, step: Array) -> Array:
-        """What a step of the speeds (n, nu) is for the coordinates (n, nq)."""
+        """The step of the coordinates (n, nq) for one of the speeds (n, nu)."""
         if self.listing.identity_kinematics:
             return step
         still = np.zeros((len(q), self.listing.speeds))
@@ -118,7 +118,7 @@ def residual(place: Place, u: Array) -> Array:
 
 
 def _gap(place: Place, q: Array) -> tuple[Array, Array]:
-    """The largest gap (n,), and the rounding that it is measured against."""
+    """The largest gap (n,), and the rounding that it is compared with."""
     size = place.gap.shape[1]
     terms = np.abs(place.jacobian[:, :size]).sum(axis=2).max(axis=1)
     turn = np.maximum(1.0, np.abs(q).max(axis=1))

@@ -1,7 +1,7 @@
-"""A scene without C, for machines that have no compiler: ``backend="numpy"``.
+"""A scene without C, for machines without a compiler: ``backend="numpy"``.
 
 It does what :class:`mechc.native._driver.Scene` does for compiled code: outputs, projection,
-integration.  It passes no change points: see :mod:`mechc.numpy_backend.integrator`.
+integration.  It does not pass change points: see :mod:`mechc.numpy_backend.integrator`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.numpy_backend.equations import Equations, accelerations
+from mechc.numpy_backend.equations import ArrayEquations, accelerations
 from mechc.numpy_backend.jacobian import jacobian
 from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
@@ -22,7 +22,7 @@ BLOCK = 1024  # states at a time: what is computed on the way stays in the proce
 class NumpyScene:
     """A scene, by a listing of :mod:`mechc_codegen.emit.numpy`.
 
-    Its methods take and give what those of :class:`mechc.native._driver.Scene` do.
+    Its methods have the arguments and results of those of :class:`mechc.native._driver.Scene`.
     """
 
     instruction_set = "numpy"
@@ -31,7 +31,7 @@ class NumpyScene:
     methods = ("dop853",)
 
     def __init__(self, listing: Any) -> None:
-        self.equations = Equations(listing)
+        self.equations = ArrayEquations(listing)
         self.metadata: str = listing.metadata
         self.coordinates, self.speeds = listing.coordinates, listing.speeds
         self.rows, self.holonomic = listing.rows, listing.holonomic
@@ -63,7 +63,7 @@ class NumpyScene:
         self.equations.functions.complete(given, values[None])
 
     def complete_rows(self, given: Any, rows: Array) -> None:
-        """The same for every row."""
+        """Values for every row."""
         self.equations.functions.complete(given, rows)
 
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
@@ -110,7 +110,7 @@ class NumpyScene:
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
     ) -> Any:  # fmt: skip
         """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
-        from mechc.numpy_backend.integrator import NumpyRun, Settings
+        from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
-        settings = Settings(t1, rtol, atol, max_step, max_steps, dense)
-        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, settings)
+        limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense)
+        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, limits)

@@ -1,6 +1,6 @@
 """Trees of links without C: mass matrix, forcing and rows of cuts, of many states at once.
 
-The same recursions as the compiled ones (tree.h): composite rigid bodies and recursive Newton-Euler
+The same recursions as the compiled ones: composite rigid bodies and recursive Newton-Euler
 (Featherstone 2008, chapters 5 and 6).  Vectors of motion are (omega; v) of a link's reference
 point, wrenches (moment; force) there, along the inertial axes; in a plane (omega_z; v_x, v_y).
 """
@@ -29,7 +29,7 @@ class TreeData(NamedTuple):
 
 
 class LinkTree:
-    """The walks over one tree; ``tree`` has parents, columns, planar and cuts."""
+    """The recursions over one tree; ``tree`` has parents, columns, planar and cuts."""
 
     def __init__(self, tree: Any) -> None:
         self.parents, self.planar, self.cuts = tree.parents, tree.planar, tree.cuts
@@ -89,7 +89,7 @@ class LinkTree:
         return out
 
     def mass_matrix(self, data: TreeData) -> Array:
-        """M (n, nu, nu), from the inertia of all that hangs on each link."""
+        """M (n, nu, nu), from the inertia of each link and its descendants."""
         count, size = data.subspace.shape[:2]
         mass, composite = np.zeros((count, size, size)), data.inertia.copy()
         hanging: list[list[tuple[Any, Array]]] = [[] for _ in self.parents]
@@ -110,7 +110,7 @@ class LinkTree:
         return mass
 
     def forcing(self, data: TreeData, bias: Array, wrench: Array) -> Array:
-        """F (n, nu): wrenches (n, links d), less the inertia of the motion that u' = 0 leaves."""
+        """F (n, nu): wrenches (n, links d), minus the inertia forces of the motion with u' = 0."""
         count = len(bias)
         motion = bias.reshape(count, -1, self.size).copy()
         left = wrench.reshape(count, -1, self.size).copy()
@@ -142,7 +142,7 @@ class LinkTree:
         return rows
 
     def _partials(self, data: TreeData, columns: Any, point: Array, axis: Array) -> Array:
-        """What speeds of these columns do to a point, along an axis (n, columns)."""
+        """Velocity of a point along an axis by the speeds of these columns (n, columns)."""
         assert data.reference is not None
         arm = point[:, None, :] - data.reference[:, self.link[columns]]
         motion = data.subspace[:, columns]

@@ -1,7 +1,7 @@
 """A motion as one self-contained HTML page that plays in a browser.
 
-Input: a Solution.  Output: HTML text, a file, or an object that a notebook shows.
-Invariant: the page loads nothing from anywhere, and text that users chose reaches it only as
+Input: a Solution.  Output: HTML text, a file, or an object that a notebook displays.
+Invariant: the page loads nothing from elsewhere, and user text is in it only as
 escaped JSON (shown through textContent) and an escaped title.
 """
 
@@ -42,7 +42,7 @@ RESOLUTION: Final = 1e-5  # of the mechanism's size
 
 @dataclass(frozen=True)
 class Animation:
-    """A page that plays a motion; a notebook shows it as it is."""
+    """A page that plays a motion; a notebook displays it."""
 
     html: str
 
@@ -61,7 +61,7 @@ class Animation:
         return target
 
     def _repr_html_(self) -> str:
-        # Sandboxed: the page needs scripts, and nothing of the notebook around it.
+        # Sandboxed: the page needs scripts, but no access to the notebook around it.
         return (
             '<iframe sandbox="allow-scripts" title="Animation" width="100%" height="560" '
             f'style="border:0" srcdoc="{html.escape(self.html, quote=True)}"></iframe>'
@@ -81,7 +81,7 @@ def write_animation(sol: SolutionLike, path: str | Path, *, fps: float = 60.0) -
 def animation_html(sol: SolutionLike, *, fps: float = 60.0) -> str:
     """The page as text, ASCII only.
 
-    `fps` is frames per second of simulated time, at most 3000 frames in all; the page fills in
+    `fps` is frames per second of simulated time, at most 3000 frames in all; the page interpolates
     between frames, and opens at a given time with `#t=1.5` after its address.
     Raises ValueOutOfBoundsError if `fps` is not a positive number.
     """
@@ -106,7 +106,7 @@ def _frame_count(sol: SolutionLike, fps: float) -> int:
     return max(2, math.ceil(min(span * fps, MOST_FRAMES - 1.0) - 1e-6) + 1)
 
 
-# --- what the page is given ------------------------------------------------------------------
+# --- data of the page ------------------------------------------------------------------------
 
 
 def _motion(run: Run, fps: float) -> dict[str, Any]:
@@ -140,14 +140,14 @@ def _motion(run: Run, fps: float) -> dict[str, Any]:
 
 
 def _while_finite(run: Run) -> Run:
-    """The run up to where it left the numbers; its first frame is kept whatever it is."""
+    """The run up to the first state that is not finite; its first frame is always kept."""
     bad = ~np.isfinite(run.y).all(axis=1)
     count = max(1, int(np.argmax(bad))) if bad.any() else len(run.t)
     return Run(run.solution, run.t[:count], np.nan_to_num(run.y[:count]))
 
 
 def _drawn_points(run: Run) -> list[str]:
-    """The points that links, pivots and paths need, or all where a scene asks for none."""
+    """The points that links, pivots and paths need, or all if a scene names none."""
     model = run.model
     wanted = [name for _, names in model.skeleton for name in names]
     wanted += [*model.ground, *model.traced]
@@ -162,7 +162,7 @@ def _box(view: PlaneView, drawn: Sequence[str]) -> tuple[Array, Array]:
 
 
 def _track(path: Array, low: Array, grain: float) -> list[list[int]]:
-    """One point's x and y over the frames, in whole grains from the box's corner."""
+    """One point's x and y over the frames, in units of the resolution from the box's corner."""
     cells = np.rint((path - low) / grain).astype(np.int64)
     return [cells[:, 0].tolist(), cells[:, 1].tolist()]
 
@@ -186,13 +186,13 @@ def _readouts(run: Run) -> list[dict[str, Any]]:
 
 
 def _digits(values: Array) -> int:
-    """Decimals that leave about four digits of the largest value."""
+    """Decimals for about four digits of the largest value."""
     largest = float(np.abs(values).max(initial=0.0))
     return int(np.clip(3 - math.floor(math.log10(largest)), 0, 9)) if largest > 0.0 else 3
 
 
 def _speeds(span: float) -> dict[str, Any]:
-    """The choice of speeds, with slower ones for runs that would be over in a blink."""
+    """The choice of speeds, with slower ones for very short runs."""
     speeds = [0.1, 0.25, 0.5, 1.0, 2.0]
     while 0.0 < span < 3.0 * speeds[0] and speeds[0] > 1e-6:
         speeds.insert(0, float(f"{speeds[0] / 10.0:.6g}"))
@@ -202,7 +202,7 @@ def _speeds(span: float) -> dict[str, Any]:
 
 
 def _step_note(step: float, fps: float) -> str:
-    """Says so when the cap on frames made the step longer than asked for."""
+    """A note if the limit of frames made the step longer than requested."""
     return f"one frame every {1e3 * step:.3g} ms" if step * fps > 1.001 else ""
 
 
@@ -227,7 +227,7 @@ def _attribute_text(text: str) -> str:
 
 
 def _script_hash(template: str) -> str:
-    """The content policy names the page's one script by its hash, so that no other can run."""
+    """The content policy names the page's one script by its hash, so that no other runs."""
     script = template.split("<script>", 1)[1].split("</script>", 1)[0]
     digest = hashlib.sha256(script.encode("utf-8")).digest()
     return "sha256-" + base64.b64encode(digest).decode("ascii")

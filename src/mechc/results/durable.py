@@ -1,4 +1,4 @@
-"""Files that are whole or absent: written aside, synced to the disk, moved into place."""
+"""Files that are complete or absent: written elsewhere, synced to the disk, moved into place."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from mechc.errors import MechcError
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A path beside ``path`` to write to; moved into its place when that has gone well.
+    """A temporary path next to ``path`` to write to; moved into its place on success.
 
     The content is on the disk before it gets the name, so that neither a full disk nor a loss of
-    power leaves half a file under it.
+    power leaves an incomplete file.
 
     Raises
     ------
     MechcError
-        If the operating system refuses; it names the file, which is then as it was before.
+        If the operating system refuses; it names the file, which is then unchanged.
     """
     part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
@@ -42,7 +42,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def sync(path: Path) -> None:
-    """Wait until a file, or the names in a folder, are on the disk."""
+    """Wait until a file, or the entries of a folder, are on the disk."""
     descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
@@ -52,9 +52,9 @@ def sync(path: Path) -> None:
 
 @contextmanager
 def written_into(folder: Path) -> Iterator[None]:
-    """What the operating system refuses meanwhile, as an error that names the folder or the file.
+    """Errors of the operating system become errors that name the folder or the file.
 
-    A full disk is not told with the name of a file.
+    The error of a full disk has no file name.
     """
     try:
         yield

@@ -1,8 +1,8 @@
 """Pictures of a finished run.
 
 Input: a Solution.  Output: a matplotlib Figure, or PNG and SVG files.
-Invariant: matplotlib is imported only when a picture is asked for, pyplot never, and no global
-setting outlives a call; the same run gives the same file, byte for byte.
+Invariant: matplotlib is imported only when a picture is drawn, pyplot never, and no global
+setting is changed after a call; the same run gives the same file, byte for byte.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ STYLE: Final[dict[str, Any]] = {
     "legend.handlelength": 1.4,
     "figure.facecolor": "white",
     "figure.titlesize": 11.0,
-    "svg.fonttype": "path",  # subscripts must not depend on the reader's fonts
+    "svg.fonttype": "path",  # subscripts must not depend on the viewer's fonts
     "svg.hashsalt": "mechc",
     "text.usetex": False,
 }
@@ -81,13 +81,13 @@ def speeds(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
 def paths(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """Paths of the traced points in metres, the mechanism drawn at the start and at the end.
 
-    A spatial mechanism is projected on the two axes of largest extent, and the picture says so.
+    A spatial mechanism is projected on the two axes of largest extent, with a note in the picture.
     """
     return _picture("paths", sample(sol, samples))
 
 
 def energy(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
-    """Kinetic, potential and total energy in joules, and how far the total strays."""
+    """Kinetic, potential and total energy in joules, and the change of the total."""
     return _picture("energy", sample(sol, samples))
 
 
@@ -126,7 +126,7 @@ def save_all(
 
 
 def _settled(figure: Figure) -> Figure:
-    """Lay out once and round: the layout's solver differs in its last bits from run to run."""
+    """Lay out once and round: the last bits of the layout's solver differ from run to run."""
     with _matplotlib().rc_context(STYLE):
         figure.draw_without_rendering()
         figure.set_layout_engine(None)  # a placeholder engine would draw twice on every save
@@ -145,7 +145,7 @@ def _save(figure: Figure, path: Path, dpi: float) -> None:
         figure.savefig(path, dpi=dpi, metadata=metadata)
 
 
-# --- matplotlib, kept at arm's length --------------------------------------------------------
+# --- matplotlib ------------------------------------------------------------------------------
 
 
 def _matplotlib() -> Any:
@@ -160,7 +160,7 @@ def _matplotlib() -> Any:
 
 @cache
 def _figure_class() -> type[Figure]:
-    """A Figure that a notebook can show although pyplot knows nothing of it."""
+    """A Figure that a notebook displays without pyplot."""
     from io import BytesIO
 
     from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -43,9 +43,9 @@ TAKEN |= {"float", "real", "double", "bool", "string"}
 def to_dataset(sol: Trajectory) -> Any:
     """An ``xarray.Dataset`` over ``time``: every component, energy and closure.
 
-    Variables are called like the coordinates and speeds, with what NetCDF does not take
-    replaced by ``_``; the attribute ``long_name`` keeps the name, ``units`` the unit.  The
-    attribute ``mechc`` holds what :func:`mechc.open` needs to simulate again.
+    Variables have the names of the coordinates and speeds, with characters that NetCDF does not
+    take replaced by ``_``; the attribute ``long_name`` is the name, ``units`` the unit.  The
+    attribute ``mechc`` contains what :func:`mechc.open` needs to simulate again.
     """
     xarray = xarray_module()
     system = sol.system
@@ -77,7 +77,7 @@ def digest(data: Any) -> str:
 
 
 def netcdf_names(names: tuple[str, ...]) -> dict[str, str]:
-    """NetCDF variable name -> name; distinct, none of ours and none of NetCDF's."""
+    """NetCDF variable name -> name; distinct, and different from reserved names."""
     taken = set(TAKEN)
     keys: dict[str, str] = {}
     for name in names:
@@ -96,7 +96,7 @@ def save(sol: Trajectory, path: Path) -> Path:
     Raises
     ------
     MechcError
-        If the file cannot be written; one that was there is then as it was.
+        If the file cannot be written; an existing one is then unchanged.
     """
     writers = {".nc": _write_netcdf, ".csv": _write_csv}
     if path.suffix not in writers:
@@ -111,7 +111,7 @@ def _write_netcdf(sol: Trajectory, path: Path) -> None:
 
 
 def recipe_of(sol: Trajectory) -> dict[str, Any]:
-    """What a motion is simulated again from, as JSON data."""
+    """The data to simulate a motion again, as JSON data."""
     policy = sol.policy._asdict()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
@@ -131,13 +131,13 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
 
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
-    """What is needed to simulate again, and the times and states saved."""
+    """The data to simulate again, and the times and states saved."""
     data = _loaded(read_regular(path, LARGEST_FILE))
     recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
     if recipe["format"] != FORMAT:
         raise MechcError(f"its format is {recipe['format']}, not {FORMAT}; xarray reads it")
     if data.attrs["sha256"] != digest(data):
-        raise MechcError("it is damaged: its sha256 is another; what is right in it xarray reads")
+        raise MechcError("it is damaged: its sha256 differs; xarray may still read parts of it")
     keys = netcdf_names(names_of(recipe["state"], "its states"))
     states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
     return recipe, data["time"].values.astype(np.float64), states
@@ -151,17 +151,17 @@ def _loaded(content: bytes) -> Any:
     try:
         with xarray.open_dataset(io.BytesIO(content), engine="scipy", decode_cf=False) as data:
             return data.load()
-    except Exception as error:  # of another's reader, whatever it stumbles over
+    except Exception as error:  # the reader may raise any
         raise MechcError(f"it is damaged: {error or type(error).__name__}") from None
 
 
 def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelReference:
-    """Which mechanism a file is of; ``given``: its model is at hand and need not be derived.
+    """The mechanism of a file; ``given``: its model is given and need not be derived.
 
     Raises
     ------
     MechcError
-        If it does not say that, or if deriving it could take long.
+        If it is missing, or if deriving it could take long.
     """
     derived = not (given or told.get("custom"))
     options = checked_options(told.get("options")) if derived else told.get("options")
@@ -169,14 +169,14 @@ def reference_in(told: Mapping[str, Any], *, given: bool = False) -> ModelRefere
 
 
 def verify(path: Path) -> None:
-    """Refuse a saved solution that is not as it was written.
+    """Refuse a saved solution that is damaged.
 
     Raises
     ------
     MechcError
         With what is wrong.
     FileNotFoundError
-        If there is none.
+        If there is no file.
     """
     try:
         read(path)
@@ -197,7 +197,7 @@ def _write_csv(sol: Trajectory, path: Path) -> None:
 
 
 def _csv_text(text: str) -> str:
-    """Spreadsheets take some first characters of a line for a formula."""
+    """Spreadsheets read a line with certain first characters as a formula."""
     line = " ".join(text.splitlines())
     return f"'{line}" if text[:1] in ("\t", "\r", "\n") or _FORMULA.match(line) else line
 
@@ -207,7 +207,7 @@ def _ascii(text: str) -> str:
 
 
 def xarray_module() -> Any:
-    """xarray, or the error that says how to install it."""
+    """xarray, or an error that says how to install it."""
     try:
         import xarray
     except ImportError:

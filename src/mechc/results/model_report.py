@@ -1,4 +1,4 @@
-"""What a model is made of: operations kept and skipped, and what each stage of the build took."""
+"""The report of a model: operations compiled and omitted, and the time of each stage."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mechc.system.system import System
 LAST_DIGITS = "outputs came from the first unit, whose last digits may differ (relative 1e-13)"
 LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
-Whole = Mapping[str, Any] | None  # operations with nothing fixed and all usual outputs
+Whole = Mapping[str, Any] | None  # operations with nothing fixed and all default outputs
 PARTS = ("augmented_mass_matrix", "augmented_forcing", "constraint_gradient", "kinematic_matrix")
 STAGES = {
     "read": "the SymPy object read",
@@ -33,7 +33,7 @@ STAGES = {
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """A table with a head, or without one pairs of what and how."""
 
     heading: str
@@ -41,7 +41,7 @@ class Section:
     head: Row = ()
 
     def text(self) -> list[str]:
-        """Lines, whatever line breaks and marks the names in it have."""
+        """Lines without control characters of names."""
         rows = [tuple(clean_text(cell, LONGEST) for cell in row) for row in self.rows]
         lines = _aligned(self.head, rows) if self.head else map(_told, rows)
         return ["", self.heading, *lines]
@@ -51,13 +51,13 @@ class Section:
 
 
 class Report(str):
-    """Text, with tables of its own in a notebook."""
+    """Text; in a notebook, tables."""
 
-    sections: tuple[Section, ...]
+    sections: tuple[ReportSection, ...]
     heading: str
 
     @classmethod
-    def of(cls, title: str, sections: Iterable[Section]) -> Report:
+    def of(cls, title: str, sections: Iterable[ReportSection]) -> Report:
         kept = tuple(sections)
         report = cls(
             "\n".join([clean_text(title, LONGEST), *(line for s in kept for line in s.text())])
@@ -70,13 +70,13 @@ class Report(str):
 
 
 def model_report(system: System, *, compare: bool = True) -> Report:
-    """What was kept, what fell away and why, in operations; what each stage of the build took.
+    """What is compiled, what is omitted and why, in operations; the seconds of each stage.
 
     Parameters
     ----------
     compare
-        Where parameters are fixed or outputs were not asked for: derive the scene once more
-        without that, so that what was saved can be told.  Takes as long as deriving did.
+        Where parameters are fixed or outputs were not requested: derive the scene with all of them
+        too, so that the report gives the savings.  Takes as long as deriving.
 
     Returns
     -------
@@ -94,17 +94,17 @@ def model_report(system: System, *, compare: bool = True) -> Report:
 
 
 def _heading(system: System) -> str:
-    """The title, with the name that code knows the model by where that is another."""
+    """The title, with the name in code if that differs."""
     return system.title if system.name in system.title else f"{system.title} ({system.name})"
 
 
 def _whole(system: System) -> Whole:
-    """Counted where that is another scene, and this process can derive it."""
+    """The counts, if it is another scene and this process can derive it."""
     other = system.data["fixed"] or system.data["skipped"]
     return system.operations_of_all() if system.operations_of_all is not None and other else None
 
 
-def _operations(system: System, whole: Whole) -> Section:
+def _operations(system: System, whole: Whole) -> ReportSection:
     counts = system.data["operations"]
     named = {n: c for n, c in counts["outputs"].items() if n not in PARTS}
     own = set(system.data["own"])
@@ -118,18 +118,18 @@ def _operations(system: System, whole: Whole) -> Section:
         free = [str(whole["outputs"].get(name, ("", ""))[1]) for name in named]
         rows = [(r[0], n, *r[1:]) for r, n in zip(rows, [*free, ""], strict=True)]
         head = ("output", "with nothing fixed", *head[1:])
-    return Section("operations an evaluation (functions included)", tuple(rows), head)
+    return ReportSection("operations an evaluation (functions included)", tuple(rows), head)
 
 
-def _calls(system: System) -> Section:
-    """What a run computes once, and what every right-hand side does."""
+def _calls(system: System) -> ReportSection:
+    """Values computed once per run, and those of every right-hand side."""
     counts, rows = system.data["operations"], len(system.constraint_names)
     solved = f"{len(system.speeds)} accelerations"
     if rows:
         solved += f" and {rows} constraint rows"
     given = (("given with a run (inputs)", ", ".join(system.inputs)),) if system.inputs else ()
     if links := system.data["walked"]:
-        solved += f", M and F by walking {links} links"
+        solved += f", M and F link by link, {links} links"
     facts = (
         ("once a run, of parameters alone", f"{counts['once_per_run']} operations, kept in "
          f"{counts['constants']} constants"),
@@ -138,11 +138,11 @@ def _calls(system: System) -> Section:
         ("solution", solved),
         *given,
     )  # fmt: skip
-    return Section("a right-hand side", facts)
+    return ReportSection("a right-hand side", facts)
 
 
-def _fallen(system: System, whole: Whole) -> Section:
-    """What the scene does not need, and so is not in it."""
+def _fallen(system: System, whole: Whole) -> ReportSection:
+    """Parts that the scene does not need."""
     data = system.data
     facts = [("loads", _loads(data["loads"])), ("third dimension", _third_dimension(data))]
     if not system.constraint_names:
@@ -153,7 +153,7 @@ def _fallen(system: System, whole: Whole) -> Section:
     if data["skipped"]:
         names = ", ".join(data["skipped"])
         facts.append(("not in this scene", names + _saved_outputs(data, whole)))
-    return Section("what fell away", tuple(facts))
+    return ReportSection("what is omitted", tuple(facts))
 
 
 def _loads(loads: Mapping[str, int]) -> str:
@@ -163,7 +163,7 @@ def _loads(loads: Mapping[str, int]) -> str:
 
 
 def _third_dimension(data: Mapping[str, Any]) -> str:
-    """By the elements that vanish for any state: in a plane all that point out of it do."""
+    """By the elements that are zero for any state: in a plane all that point out of it."""
     vectors = ("points", "point_velocities", "linear_momenta", "angular_momenta")
     zeros = data["operations"]["zeros"]
     found = [zeros[name] for name in vectors if name in zeros]
@@ -172,7 +172,7 @@ def _third_dimension(data: Mapping[str, Any]) -> str:
     if data["planar"] is not None:
         links = "three numbers a motion" if data["planar"] else "six numbers a motion"
         told = f"{links} of a link; {told}" if told else f"{links} of a link"
-    return told or "no vectors were asked for"
+    return told or "no vectors requested"
 
 
 def _saved_by_fixing(data: Mapping[str, Any], whole: Whole) -> str:
@@ -183,7 +183,7 @@ def _saved_by_fixing(data: Mapping[str, Any], whole: Whole) -> str:
     free, left = (sum(c["outputs"][n][1] for n in shared) for c in (whole, counts))
     once = whole["once_per_run"], counts["once_per_run"]
     return (
-        f"; {free - left} of {free} operations of the outputs fell away, "
+        f"; {free - left} of {free} operations of the outputs are omitted, "
         f"{once[0] - once[1]} of {once[0]} once a run"
     )
 
@@ -197,7 +197,7 @@ def _saved_outputs(data: Mapping[str, Any], whole: Whole) -> str:
     return f"; {sum(absent.values())} operations" if absent else ""
 
 
-def _redundant(system: System) -> Section:
+def _redundant(system: System) -> ReportSection:
     """Which constraints follow from others, and from which."""
     what = "redundant constraints"
     try:
@@ -209,16 +209,16 @@ def _redundant(system: System) -> Section:
     else:
         facts = [(what, "multipliers are those of least norm" if found else "none")]
         facts += [("", str(each)) for each in found]
-    return Section("constraints", tuple(facts))
+    return ReportSection("constraints", tuple(facts))
 
 
-def _build(system: System) -> Section:
+def _build(system: System) -> ReportSection:
     seconds = dict(system.build["seconds"])
     known = [name for name in STAGES if name in seconds]
     facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
     if "first unit" in seconds:
         facts.append(("until the whole was compiled", LAST_DIGITS))
-    return Section("the build", tuple(facts))
+    return ReportSection("the build", tuple(facts))
 
 
 def _told(fact: Row) -> str:

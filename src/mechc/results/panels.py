@@ -1,4 +1,4 @@
-"""The panels that the pictures are put together from.
+"""The panels of the pictures.
 
 Input: a Run and the cell of a figure's grid to draw in.  Output: that cell, filled with axes.
 Invariant: matplotlib is imported inside functions only; user text reaches it through `_plain`.
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.gridspec import SubplotSpec
 
-# Okabe and Ito's palette, in an order that keeps neighbours apart in grey too.
+# Okabe and Ito's palette, in an order in which neighbours differ in grey too.
 COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#222222")
 MOST_LEGEND_LINES: Final = 12
 QUIET: Final = "#6b7280"
@@ -78,7 +78,7 @@ def _message(area: SubplotSpec, text: str) -> None:
 
 
 def _colours(count: int) -> list[Any]:
-    """The palette while it lasts, then an ordered ramp (both safe for the colour-blind)."""
+    """The palette, then an ordered ramp (both safe for the colour-blind)."""
     if count <= len(COLOURS):
         return list(COLOURS[:count])
     from matplotlib import colormaps
@@ -115,7 +115,7 @@ def _time_axes(area: SubplotSpec, run: Run, rows: int, columns: int = 1) -> list
     return panels
 
 
-MOST_MARKED = 40  # beyond so many the lines say less than their number
+MOST_MARKED = 40  # more lines than this are not drawn, only counted
 
 
 def _mark_change_points(axes: Axes, times: tuple[float, ...], label: bool) -> None:

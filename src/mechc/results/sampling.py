@@ -1,8 +1,8 @@
-"""What the pictures and the animation both look at: a run, sampled, projected and named.
+"""A run for pictures and animation: sampled, projected and named.
 
 Input: a finished solution.  Output: plain arrays and text ready to be drawn.
-Invariant: every text that leaves here is one printable line of bounded length; it still has to
-be escaped for the place it goes to (HTML, JSON, matplotlib).
+Invariant: every text from here is one printable line of bounded length; it must still be escaped
+for its format (HTML, JSON, matplotlib).
 """
 
 from __future__ import annotations
@@ -94,13 +94,13 @@ SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def clean_text(text: str, limit: int = 32) -> str:
-    """One printable line of at most `limit` characters; control and bidi marks are spelt out."""
+    """One printable line of at most `limit` characters; control and bidi marks are escaped."""
     shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
     return shown if len(shown) <= limit else shown[: limit - 1] + "…"
 
 
 def pretty_name(name: str) -> str:
-    """A symbol as people write it: theta_0 -> θ₀; anything unusual stays as it was typed."""
+    """A symbol for display: theta_0 -> θ₀; anything unusual stays unchanged."""
     match = re.fullmatch(r"([A-Za-z]+)(?:_?([0-9]{1,4}))?", name)
     if match is None:
         return clean_text(name)
@@ -131,7 +131,7 @@ _SHOWN = {
 
 
 def shown_unit(model: ModelLike, name: str) -> ShownUnit:
-    """How a coordinate or speed is shown: people read degrees where the API has radians."""
+    """How a coordinate or speed is shown: in degrees where the API has radians."""
     quantity = model.quantities.get(name)
     if quantity is None or quantity.kind is Kind.PURE:
         return ShownUnit(1.0, "", "value")
@@ -158,7 +158,7 @@ class Run:
 
     @property
     def change_times(self) -> tuple[float, ...]:
-        """When the run passed through change points, in seconds."""
+        """Times when the run crossed change points, in seconds."""
         return tuple(float(point.t) for point in self.solution.change_points)
 
     def evaluate(self, function: StateFunction) -> Array:
@@ -166,11 +166,11 @@ class Run:
         return np.asarray(function(self.y, self.solution.params, self.t), dtype=float)
 
 
-SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, or chords fill the paths
+SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible
 
 
 def covered(solution: SolutionLike) -> tuple[float, float]:
-    """First and last time of a run, whatever times were asked for."""
+    """First and last time of a run, also if other times are reported."""
     span = getattr(solution, "span", None)
     return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
 
@@ -209,20 +209,20 @@ class PlaneView:
 
     @property
     def size(self) -> float:
-        """The larger side of the box in metres, 1 where everything sits in one point."""
+        """The larger side of the box in metres, 1 if all are in one point."""
         low, high = self.box
         return float((high - low).max()) or 1.0
 
     @property
     def note(self) -> str:
-        """What a reader must know about the projection; empty for a planar mechanism."""
+        """A note on the projection; empty for a planar mechanism."""
         return f"spatial motion, projected on {self.axes[0]} and {self.axes[1]}" * self.projected
 
 
 def plane_view(run: Run) -> PlaneView:
-    """Positions in the x-y plane; of a spatial motion along the axes that the model is seen on.
+    """Positions in the x-y plane; of a spatial motion along the axes of its view.
 
-    These are its own ``view``, or where it has none the two of largest extent.
+    These are the mechanism's ``view``, or by default the two of largest extent.
     """
     names = tuple(run.model.point_names)
     points = run.evaluate(run.model.points) if names else np.zeros((len(run.t), 0, 3))

@@ -1,4 +1,4 @@
-"""A trajectory as people use it: shown, drawn, saved, continued."""
+"""A trajectory for users: displayed, drawn, saved, continued."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Solution(Trajectory):
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
     events
-        An :class:`mechc.EventRecord` (times, states) for each event asked for.
+        An :class:`mechc.EventRecord` (times, states) for each event.
     y : (nt, nq + nu)
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
@@ -45,7 +45,7 @@ class Solution(Trajectory):
         return other
 
     def __deepcopy__(self, memo: Any) -> Solution:
-        """With arrays of its own; the run behind it never changes."""
+        """With copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
         for name in ("_record", "energy", "closure", "velocity_closure"):
@@ -62,9 +62,9 @@ class Solution(Trajectory):
     ) -> Solution:
         """This motion and what follows it until ``t_end``, as one new Solution.
 
-        Goes on from where the run ended, whatever ended it, with the same method, tolerances
-        and events (a terminal one counts anew).  The states are the accepted steps, whatever
-        ``t_eval`` was.
+        Continues from the end of the run, whatever ended it, with the same method, tolerances
+        and events (a terminal one counts from zero).  The states are the accepted steps, also if
+        ``t_eval`` was given.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class Solution(Trajectory):
         Raises
         ------
         ValueOutOfBoundsError
-            If t_end lies on the other side of the run's end.
+            If t_end is before the run's end.
         MechcError
             If the run was made with ``dense=False``.
         """
@@ -87,7 +87,7 @@ class Solution(Trajectory):
             max_steps=max_steps, on_change_point=on_change_point, progress=progress,
         )  # fmt: skip
 
-    # -- what people see ----------------------------------------------------------------------
+    # -- display ------------------------------------------------------------------------------
 
     def to_xarray(self) -> Any:
         """Everything as an ``xarray.Dataset`` over time."""

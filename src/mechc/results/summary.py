@@ -1,4 +1,4 @@
-"""What a model and a solution say about themselves in words and tables."""
+"""Summaries of models and solutions in words and tables."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ def solution_html(sol: Trajectory) -> str:
 
 
 def summary(sol: Trajectory) -> str:
-    """What ``mechc run`` prints: one fact a line."""
+    """The output of ``mechc run``: one fact per line."""
     rows = summary_rows(sol)
     width = max(len(label) for label, _ in rows)
     return "\n".join(f"{label.ljust(width)}  {value}" for label, value in rows)
 
 
 def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
-    """(label, value) pairs of a finished run, in what people read: degrees, metres, joules."""
+    """(label, value) pairs of a finished run, in degrees, metres, joules."""
     system, stats = sol.system, sol.stats
     names = (*system.coordinates, *system.speeds)
     end = [
@@ -85,7 +85,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
 
 
 def _passages(sol: Trajectory) -> list[tuple[str, str]]:
-    """The first few change points, and how many there were."""
+    """The first change points, and their number."""
     points = sol.change_points
     rows = [("change point", f"{c.t:.9g} s, {_configuration(sol.system, c.q)}") for c in points[:3]]
     return [*rows, ("", f"and {len(points) - 3} more")] if len(points) > 3 else rows
@@ -102,7 +102,7 @@ def extremes(sol: Trajectory) -> tuple[Any, Any]:
 
 
 def _extreme(sol: Trajectory, component: int, sign: int) -> float:
-    """Greatest value of ``sign`` times a component: the best of a grid, looked at ever closer."""
+    """Greatest value of ``sign`` times a component: the best of a grid, which is refined."""
     low, high = min(sol.span), max(sol.span)
     grid = np.linspace(low, high, 4001)
     for _ in range(4):
@@ -137,7 +137,7 @@ def _shown(system: System, name: str, value: float) -> str:
 
 
 def json_summary(sol: Trajectory) -> dict[str, Any]:
-    """What ``--json`` prints; angles in rad."""
+    """The output of ``--json``; angles in rad."""
     stats = sol.stats
     width = len(sol.system.coordinates)
     return {

@@ -1,4 +1,4 @@
-"""Files from anybody: bounded in size, plain data only, and nothing that steers a terminal."""
+"""Untrusted files: bounded in size, plain data only, without control characters."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from mechc.system.parameters import Array
 if TYPE_CHECKING:
     import zipfile
 
-LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers that no person typed
-LARGEST_COUNT = 40  # of links and the like: more takes long to derive
+LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers
+LARGEST_COUNT = 40  # of links and similar: more takes long to derive
 LONGEST_OPTION = 200  # characters
 _LONGEST_HEADER = 10_000
 
@@ -69,19 +69,19 @@ def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
 
 
 def json_object(content: bytes | str, where: str) -> dict[str, Any]:
-    """The JSON object in a text; ``where`` it was found is for the message.
+    """The JSON object in a text; ``where`` is for the message.
 
     Raises
     ------
     MechcError
-        If it is no text, no JSON, nested too deeply, or no object.
+        If it is not text, not JSON, nested too deeply, or not an object.
     """
     try:
         found = json.loads(content)
     except (TypeError, ValueError, RecursionError) as error:
         raise MechcError(f"{where} is damaged: {printable(str(error))}") from None
     if not isinstance(found, dict):
-        raise MechcError(f"{where} is damaged: it has not the format of a JSON object")
+        raise MechcError(f"{where} is damaged: it is not a JSON object")
     return found
 
 
@@ -91,7 +91,7 @@ def read_arrays(path: Path) -> dict[str, Array]:
     Raises
     ------
     MechcError
-        If it holds anything else: compressed members may be of any size, objects are code.
+        If it contains anything else: compressed members may have any size, objects are code.
     FileNotFoundError
         If there is none.
     """
@@ -120,7 +120,7 @@ def _array(held: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> Array:
         shape, in_columns, kind = _header(file)
         content = file.read()
     if kind != np.dtype(np.float64) or math.prod(shape) * 8 != len(content):
-        raise ValueError(f"{member.filename!r} holds no doubles of its shape")
+        raise ValueError(f"{member.filename!r} has no doubles of its shape")
     values = np.frombuffer(content).reshape(shape, order="F" if in_columns else "C")
     return np.array(values, order="C")
 
@@ -143,19 +143,19 @@ def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
 
 
 def printable(text: str) -> str:
-    """A text with what steers terminals, or hides in them, written as escapes."""
+    """A text with control and invisible characters written as escapes."""
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def text_of(value: Any, what: str) -> str:
     """A printable text; raises :class:`MechcError` for anything else."""
     if not isinstance(value, str):
-        raise MechcError(f"{what} is no text")
+        raise MechcError(f"{what} is not text")
     return printable(value)
 
 
 def names_of(values: Any, what: str) -> tuple[str, ...]:
-    """A tuple of texts, as they are; raises :class:`MechcError` for anything else."""
+    """A tuple of texts, unchanged; raises :class:`MechcError` for anything else."""
     if not isinstance(values, (list, tuple)) or not all(isinstance(v, str) for v in values):
         raise MechcError(f"{what} are not names")
     return tuple(values)
@@ -164,17 +164,17 @@ def names_of(values: Any, what: str) -> tuple[str, ...]:
 def mapping_of(value: Any, what: str) -> Mapping[str, Any]:
     """A JSON object; raises :class:`MechcError` for anything else."""
     if not isinstance(value, dict):
-        raise MechcError(f"{what} is no object of names and values")
+        raise MechcError(f"{what} is not an object of names and values")
     return value
 
 
 def checked_options(options: Any) -> dict[str, Any]:
-    """Options of a shipped mechanism that a file asks for, so that deriving it takes seconds.
+    """Options of a shipped mechanism in a file, limited so that deriving it takes seconds.
 
     Raises
     ------
     MechcError
-        If one is too large or of no known kind; it says how to open the file all the same.
+        If one is too large or of an unknown kind; it says how to open the file anyway.
     """
     return {name: _option(name, value) for name, value in mapping_of(options, "options").items()}
 
@@ -187,8 +187,8 @@ def _option(name: str, value: Any) -> Any:
     small = isinstance(value, (bool, int, float)) and abs(value) <= LARGEST_COUNT
     if not small and not (isinstance(value, str) and len(value) <= LONGEST_OPTION):
         raise MechcError(
-            f"its option {printable(name)} = {printable(str(value)[:40])} is more than is derived "
-            "for a file, which may come from anybody: load the mechanism yourself and give it "
-            "too, mechc.open(path, mechc.load(...))"
+            f"its option {printable(name)} = {printable(str(value)[:40])} is not derived for "
+            "a file, which is untrusted: load the mechanism yourself and pass it, "
+            "mechc.open(path, mechc.load(...))"
         )
     return value

@@ -42,12 +42,12 @@ class Event:
 
     @classmethod
     def of(cls, given: Any) -> Event:
-        """From an Event, or a function that carries SciPy's attributes.
+        """From an Event, or a function with SciPy's attributes.
 
         Raises
         ------
         ValueOutOfBoundsError
-            If it cannot be called.
+            If it is not callable.
         """
         if isinstance(given, cls):
             return given
@@ -77,7 +77,7 @@ class EventFinder:
         self.too_fast: dict[int, float] = {}  # event: time from which it changes too fast to follow
 
     def look(self) -> float | None:
-        """Search the steps added since the last look; the time of a terminal event, if any."""
+        """Search the steps added since the last search; the time of a terminal event, if any."""
         for start, end in pairwise(self.run.times(self.looked_at).tolist()):
             stop = self._search(start, end)
             if stop is not None:
@@ -86,7 +86,7 @@ class EventFinder:
         return None
 
     def records(self) -> tuple[EventRecord, ...]:
-        """What was found, in the order of the events."""
+        """The zeros found, in the order of the events."""
         return tuple(self._record(np.array(times)) for times in self.found)
 
     def _record(self, times: Array) -> EventRecord:
@@ -95,7 +95,7 @@ class EventFinder:
         return EventRecord(times, self.run.interpolate(times))
 
     def _search(self, start: float, end: float) -> float | None:
-        """All zeros within one step; what comes after a terminal one did not happen."""
+        """All zeros within one step; zeros after a terminal one are omitted."""
         grid = start + (end - start) * FRACTIONS
         grid[-1] = end
         states = self.run.interpolate(grid)
@@ -125,7 +125,7 @@ class EventFinder:
             crossed = before != 0 and (after == 0 or (before < 0) != (after < 0))
             if crossed and event.direction * (after - before) >= 0:
                 roots.append(self._refine(event, t0, t1, before))
-        # what ended the run that this one continues is not found again
+        # the event that ended the run before is not found again
         return [t for t in roots if abs(t - self.start) > located(t)]
 
     def _twice_as_many(
@@ -142,7 +142,7 @@ class EventFinder:
         ]  # fmt: skip
 
     def notes(self) -> tuple[str, ...]:
-        """What to know of events whose zeros could not all be told apart."""
+        """Warnings about events whose zeros could not all be resolved."""
         return tuple(
             f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples a "
             "step do not follow it: zeros may be missing. Shorten the steps with max_step"
@@ -150,7 +150,7 @@ class EventFinder:
         )
 
     def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-        """Where three samples of one sign dip towards zero: the vertex of their parabola."""
+        """The minimum of three samples of one sign, towards zero: the vertex of their parabola."""
         found = []
         for (t0, a), (t1, b), (t2, c) in zip(points, points[1:], points[2:], strict=False):
             if min(a * b, b * c) > 0 and abs(b) <= min(abs(a), abs(c)):
@@ -171,7 +171,7 @@ class EventFinder:
             middle = 0.5 * (low + high)
             if attempt % 3:
                 secant = high - f_high * (high - low) / (f_high - f_low)
-                # a hair past the secant's root, so that the bracket closes from both sides
+                # a little past the secant's root, so that the bracket closes from both sides
                 secant += math.copysign(0.45 * target, middle - secant)
                 middle = secant if min(low, high) < secant < max(low, high) else middle
             f_middle = self._value(event, middle)

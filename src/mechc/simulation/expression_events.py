@@ -1,4 +1,4 @@
-"""Events written as expressions of SymPy: their zeros are found as those of functions are."""
+"""Events written as expressions of SymPy, turned into functions of t and y."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def _as_function(event: Any, system: System, p: Array) -> Any:
 
 
 def is_expression(event: Any) -> bool:
-    """Whether it is a symbol or an expression of SymPy, and no function."""
+    """Whether it is a symbol or an expression of SymPy, not a function."""
     return hasattr(event, "free_symbols") and hasattr(event, "xreplace")
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
-from mechc.simulation.segments import Piece, Segments
-from mechc.simulation.settings import METHODS, Policy
+from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
+from mechc.simulation.segments import Segment, Segments
+from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -15,22 +16,20 @@ OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits i
 
 def begin(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece:
+) -> Segment:
     """The compiled integrator, at the start of the span."""
-    begun: Piece = system.scene.start(
+    begun: Segment = system.scene.start(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense,
-        policy.on_change_point != "continue",
-        policy.stiff_switch,
+        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
     )  # fmt: skip
     return begun
 
 
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Piece | None:
-    """The motion off a change point along the branch that the speeds follow, if they do."""
+) -> Segment | None:
+    """The motion from a change point along the branch of the speeds, if they are on one."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)
@@ -46,16 +45,16 @@ def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     projected: Array
     code, projected, gap, drift = system.scene.project(t0, state, values)
     allowed = OFF_BY_ROUNDING * system.length(values)
-    sound = code == 0 and gap <= allowed and drift <= allowed
+    sound = code == RUNNING and gap <= allowed and drift <= allowed
     if not sound:
         _refuse_state(system, state, gap, drift, allowed)
     return projected
 
 
 def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array:
-    """The state as it is; refused if it is off the constraints by more than rounding.
+    """The state unchanged; refused if it violates the constraints by more than rounding.
 
-    Unlike :func:`checked_state` it needs nothing of the integrators, which may still be compiling.
+    Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
     state = _shaped(system, y0)
     gap, drift = (
@@ -79,7 +78,7 @@ def _shaped(system: System, y0: Array) -> Array:
 
 
 def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:
-    """Say what is wrong with a state, unless its speeds are so high that it is rounding."""
+    """Raise for a state off the constraints, unless its speeds are so high that it is rounding."""
     if not np.isfinite(state).all():
         bad = (*system.coordinates, *system.speeds)[int(np.argmin(np.isfinite(state)))]
         raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")

@@ -1,4 +1,4 @@
-"""Runs one after the other that are read as one."""
+"""Consecutive runs that are read as one."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ ADDED = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "examined
 LEAST = {"least_singular": "least_singular_time", "critical_gap": "critical_time"}
 
 
-class Piece(Protocol):
-    """What a run offers: the compiled one, and that of :mod:`mechc.simulation.singular_start`."""
+class Segment(Protocol):
+    """The interface of a run: compiled, or that of :mod:`mechc.simulation.singular_start`."""
 
     @property
     def status(self) -> int: ...
@@ -22,7 +22,7 @@ class Piece(Protocol):
     @property
     def count(self) -> int: ...
     @property
-    def passages(self) -> int: ...
+    def crossings(self) -> int: ...
     def advance(self, steps: int) -> int: ...
     def stats(self) -> dict[str, Any]: ...
     def states(self) -> tuple[Array, Array]: ...
@@ -34,19 +34,19 @@ class Piece(Protocol):
 class Until:
     """A piece up to a time within it, where an event ended it."""
 
-    def __init__(self, piece: Piece, t: float) -> None:
+    def __init__(self, piece: Segment, t: float) -> None:
         times = piece.times(0)
         self.piece, self.t, self.status = piece, t, piece.status
         self.start = float(times[0])
         self.count = int((np.abs(times - self.start) < abs(t - self.start)).sum()) + 1
 
     @property
-    def passages(self) -> int:
-        """Change points passed until the event."""
+    def crossings(self) -> int:
+        """Change points crossed until the event."""
         return len(self.change_points()[0])
 
     def advance(self, steps: int) -> int:
-        """Nothing is left to do."""
+        """The piece is complete: status finished."""
         return self.status
 
     def stats(self) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class Until:
 class Segments:
     """Pieces of one motion, each from where the last one ended; only the last still advances."""
 
-    def __init__(self, first: Piece, last: Piece) -> None:
+    def __init__(self, first: Segment, last: Segment) -> None:
         self.first, self.last = first, last
         self.joint = float(first.t)
 
@@ -89,14 +89,14 @@ class Segments:
         return self.first.count + self.last.count - 1
 
     @property
-    def passages(self) -> int:
-        return self.first.passages + self.last.passages
+    def crossings(self) -> int:
+        return self.first.crossings + self.last.crossings
 
     def advance(self, steps: int) -> int:
         return self.last.advance(steps)
 
     def stats(self) -> dict[str, Any]:
-        """Counters added up; the least of what is a least."""
+        """The sum of counters; the least of minima."""
         first, last = self.first.stats(), self.last.stats()
         told = {**last, **{name: first[name] + last[name] for name in ADDED}}
         for name, time in LEAST.items():

@@ -1,4 +1,4 @@
-"""How a run is to be carried out: what was asked for, checked before anything is computed."""
+"""Settings of a run, checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
-METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 SEQUENCES = (tuple, list, np.ndarray)
-LOOSEST = 0.1  # rtol beyond this asks for nothing
+LOOSEST = 0.1  # a larger rtol is refused
 
 
 class Policy(NamedTuple):
@@ -39,7 +39,7 @@ def checked_policy(
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For a method or policy that does not exist and numbers that cannot be.
+        For an unknown method or policy and wrong numbers.
     """
     return Policy(
         _checked_rtol(rtol),
@@ -56,8 +56,8 @@ def checked_policy(
 
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
-    if policy not in ("continue", "stop", "raise"):
-        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
+    if policy not in CHANGE_POINT_POLICIES:
+        raise UnknownNameError("policy at change points", policy, CHANGE_POINT_POLICIES)
     return policy
 
 
@@ -70,7 +70,7 @@ def _chosen_method(system: System, method: str) -> str:
         raise UnknownNameError("method", method, ("auto", *METHODS))
     if without_c and method != "dop853":
         raise ValueOutOfBoundsError(
-            f"method={method!r} is compiled code; backend='numpy' has 'dop853' alone"
+            f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
         )
     return method
 
@@ -111,7 +111,7 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
 
 
 def _plainly_inside(times: Array, span: tuple[float, float], slack: float) -> bool:
-    """The usual case, fast: forwards, and each time an end or clear of both."""
+    """The usual case, fast: forwards, and each time is an end or not near one."""
     if times.ndim != 1 or not len(times):
         return False
     inner = times[int(times[0] == span[0]) : -1 if times[-1] == span[1] else None]
@@ -155,10 +155,10 @@ def _positive(name: str, value: float, *, infinite: bool = False) -> float:
 def _checked_rtol(rtol: float) -> float:
     value = _positive("rtol", rtol)
     if value > LOOSEST:
-        raise ValueOutOfBoundsError(f"rtol = {rtol:g} tolerates anything; {LOOSEST:g} at most")
+        raise ValueOutOfBoundsError(f"rtol = {rtol:g} is too large; {LOOSEST:g} at most")
     return value
 
 
 def checked_count(name: str, value: float) -> int:
-    """A whole number above 0; infinity is as many as can be counted."""
+    """A whole number above 0; infinity is the largest."""
     return int(min(_positive(name, value, infinite=True), 2.0**62))

@@ -11,9 +11,17 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.native._codes import (
+    AT_CHANGE_POINT,
+    EVENT_FAILED,
+    INPUT_FAILED,
+    INTERRUPTED,
+    STOPPED_AT_CHANGE_POINT,
+    STOPPED_BY_EVENT,
+)
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
-from mechc.simulation.segments import Piece, Segments, Until
+from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
     checked_change_point,
@@ -25,13 +33,11 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-CHUNK = 2000  # attempted steps between looks at signals and progress
+CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
-COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
+COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
-EXACT = 1e-15  # of the model's length: a change point that is missed by less is none to doubles
-AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
+EXACT = 1e-15  # of the model's length: a change point that is missed by less is exact
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -49,14 +55,14 @@ def run(
 ) -> Made:
     """Integrate; every stage and every accepted state is on the constraints.
 
-    All that is given was checked before: ``state`` (nq + nu,) is on the constraints, ``values``
-    (np,) are all parameters, ``times`` lie within the span.  ``typed`` is the state before it was
-    projected.  ``made`` takes what :class:`Trajectory` takes: it, or a trajectory of a model.
+    Arguments were checked before: ``state`` (nq + nu,) is on the constraints, ``values`` (np,)
+    are all parameters, ``times`` are within the span.  ``typed`` is the state before projection.
+    ``made``: :class:`Trajectory`, or a class with the same arguments.
 
     Raises
     ------
     ChangePointError, EventError, InputError
-        Each holds the trajectory until then.
+        Each contains the trajectory until then.
     """
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
@@ -73,7 +79,7 @@ def _driven(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    compiled: Piece,
+    compiled: Segment,
     values: Array,
     policy: Policy,
     times: Array | None,
@@ -114,7 +120,7 @@ def _driven(
     sol = made(system, values, policy, compiled, status, stats, times, found, stop)
     sol._asked = tuple(events)
     if failure is not None:
-        told = f"{failure}; error.solution has the motion until there"
+        told = f"{failure}; error.solution is the motion until then"
         raise EventError(told, sol) from failure.__cause__
     if driven is not None:
         driven.raise_failure(sol)
@@ -144,7 +150,7 @@ def continued(
         max_steps=checked_count("max_steps", most),
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
-    before: Piece = sol._run if sol._stop is None else Until(sol._run, sol._stop)
+    before: Segment = sol._run if sol._stop is None else Until(sol._run, sol._stop)
     state = before.states()[1][-1]
     chain = Segments(before, begin(sol.system, (end, last), state, sol.params, policy))
     whole = _driven(
@@ -190,8 +196,8 @@ def _drive(
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
-    """What an engineer should know about change points passed."""
-    if not compiled.passages:
+    """Warnings about change points crossed."""
+    if not compiled.crossings:
         return ()
     times = compiled.change_points()[0]
     if stop is not None:
@@ -201,7 +207,7 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
         return ()
     passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
     return (
-        f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
+        f"Crossed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
         "with any play or tolerance in its lengths, has to be guided",
     )
@@ -210,6 +216,8 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
 def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
     """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
     states = compiled.states()[1]
+    if not len(states):  # without memory not even the start was kept
+        return ()
     size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
@@ -229,6 +237,6 @@ def _met(sol: Trajectory) -> str:
         f"{n} = {x:.9g}" for n, x in zip(sol.system.coordinates, point.q, strict=True)
     )
     return (
-        f"a change point at t = {point.t:.9g} s, {where}: the mechanism has two ways on. Pass "
-        "on_change_point='continue' to go straight on; error.solution has the motion until there"
+        f"a change point at t = {point.t:.9g} s, {where}: two branches of the motion cross. Pass "
+        "on_change_point='continue' to go straight on; error.solution is the motion until then"
     )

@@ -1,8 +1,8 @@
-"""The motion of one degree of freedom from a change point on, until it is well clear of it.
+"""The motion of one degree of freedom from a change point on, until it is far enough from it.
 
 On its branch the configuration is a smooth function q(x) of the distance x along the branch's
-tangent, whatever the Jacobian does at x = 0.  It is interpolated between configurations a little
-beside the change point on both sides, where the closure decides them; then
+tangent, although the Jacobian loses rank at x = 0.  It is interpolated between configurations near
+the change point on both sides, which the closure determines; then
 q'^T M (q' x" + q" x'^2) = q'^T F is an equation without constraints, solved by Chebyshev
 collocation (Clenshaw & Norton 1963: Picard iteration of the integrated interpolant).
 """
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 
 from mechc.assembly import tangent_branches as branches
+from mechc.native._codes import FINISHED
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -23,14 +24,13 @@ REACH = 0.15  # of the curve, on both sides; rad, or of the model's length
 CLEAR = 0.08  # where the compiled integrators take over
 NODES, TIMES = 14, 20
 SHORTENED = 24
-ON_BRANCH = 1e-6  # of the speeds: those given must satisfy the closure to second order
+ON_BRANCH = 1e-6  # of the speeds: tolerance of the closure to second order
 EPS = float(np.finfo(float).eps)
-FINISHED = 1
 
 
 @dataclass(frozen=True)
 class SingularStart:
-    """A finished run over a short span, as :class:`mechc.simulation.segments.Piece`."""
+    """A finished run over a short span, as :class:`mechc.simulation.segments.Segment`."""
 
     system: System
     t0: float
@@ -40,7 +40,7 @@ class SingularStart:
     evaluations: int
     status: int = FINISHED
     count: int = 2
-    passages: int = 0
+    crossings: int = 0
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""
@@ -62,7 +62,7 @@ class SingularStart:
         return t, self.interpolate(t)
 
     def change_points(self) -> tuple[Array, Array, Array]:
-        """None: the start is not a passage."""
+        """None: the start is not a crossing."""
         return np.zeros(0), np.zeros((0, len(self.system.coordinates))), np.zeros(0)
 
     def interpolate(self, t: Array) -> Array:
@@ -91,10 +91,10 @@ class _Curve:
 def singular_start(
     system: System, y0: Array, values: Array, span: tuple[float, float]
 ) -> SingularStart | None:
-    """The motion from a change point y0 on, along the branch that its speeds follow.
+    """The motion from a change point y0 on, along the branch of its speeds.
 
-    None where y0 is not one, is at rest, follows no branch, or where the mechanism has more than
-    one degree of freedom, constraints on its motion alone or constraints that depend on time.
+    None if y0 is not one, is at rest, or is on no branch, or if the mechanism has more than one
+    degree of freedom, velocity constraints, or constraints that depend on time.
     """
     width = len(system.coordinates)
     at = branches.find(system, y0, values, span[0])
@@ -111,7 +111,11 @@ def singular_start(
 
 
 def _supported(
-    system: System, at: branches.ChangePoint, y0: Array, values: Array, span: tuple[float, float]
+    system: System,
+    at: branches.SingularConfiguration,
+    y0: Array,
+    values: Array,
+    span: tuple[float, float],
 ) -> bool:
     speeds = len(system.speeds)
     still = np.append(at.q, np.zeros(speeds))
@@ -127,7 +131,7 @@ def _supported(
 
 
 def _branch(
-    system: System, at: branches.ChangePoint, u: Array, values: Array, t: float
+    system: System, at: branches.SingularConfiguration, u: Array, values: Array, t: float
 ) -> _Curve | None:
     """The branch through the change point with the tangent u, x from -REACH to REACH."""
     scale = system.scale(values)[: len(system.coordinates)]
@@ -145,12 +149,12 @@ def _branch(
             bend = (found - at.q - scale * tangent * x[i]) / x[i] ** 2
     curve = _Curve(x, q)
     through = np.abs((curve(np.zeros(1))[0] - at.q) / scale).max()
-    return curve if through < 1e-10 else None  # else the two sides are of different branches
+    return curve if through < 1e-10 else None  # else the two sides are on different branches
 
 
 def _closed(
-    system: System, at: branches.ChangePoint, tangent: Array, scale: Array, x: float, q: Array,
-    values: Array, t: float,
+    system: System, at: branches.SingularConfiguration, tangent: Array, scale: Array, x: float,
+    q: Array, values: Array, t: float,
 ) -> Array | None:  # fmt: skip
     """The closed configuration at the distance x along the tangent, near q."""
     best, least = q, np.inf

@@ -1,4 +1,4 @@
-"""What a run gives back: times, states, dense output, histories, and how it ended."""
+"""The result of a run: times, states, dense output, histories, and its status."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Trajectory:
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
     events
-        An :class:`mechc.EventRecord` (times, states) for each event asked for.
+        An :class:`mechc.EventRecord` (times, states) for each event.
     y : (nt, nq + nu)
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
@@ -58,7 +58,7 @@ class Trajectory:
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:
-        """Times and states as reported; t_eval beyond where the run ended falls away."""
+        """Times and states as reported; times in t_eval after the run's end are omitted."""
         if self._times is not None:
             times = self._reached(self._times)
             return times, self._run.interpolate(times)
@@ -76,7 +76,7 @@ class Trajectory:
         return np.append(t[before], end), np.vstack([y[before], last])
 
     def _reached(self, times: Array) -> Array:
-        """Of times in the direction of the run, those that it came to."""
+        """The times, in the direction of the run, that it reached."""
         start, end = self.span
         if not len(times) or abs(times[-1] - start) <= abs(end - start):
             return times
@@ -132,11 +132,11 @@ class Trajectory:
         t = self._run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
-    # -- histories, computed when asked for ---------------------------------------------------
+    # -- histories, computed when requested ---------------------------------------------------
 
     @cached_property
     def energy(self) -> Array:
-        """Kinetic plus potential energy (nt,), J; NaN where it is not known it."""
+        """Kinetic plus potential energy (nt,), J; NaN where it is not known."""
         if not self.system.knows_energy:
             return np.full(len(self.t), np.nan)
         return self.system.energy(self.y, self.params, self.t)
@@ -155,8 +155,8 @@ class Trajectory:
     def energy_drift(self) -> float:
         """Largest departure of the energy from its first value, relative to the largest T.
 
-        Over all accepted steps, whichever times are reported.  NaN where the model does not know
-        the energy.
+        Over all accepted steps, whichever times are reported.  NaN where the energy is
+        not known.
         """
         if not self.system.knows_energy:
             return float("nan")
@@ -168,7 +168,7 @@ class Trajectory:
 
     @cached_property
     def change_points(self) -> tuple[ChangePoint, ...]:
-        """Change points passed (or, with "stop", met), in order: time and configuration."""
+        """Change points crossed (or, with "stop", reached), in order: time and configuration."""
         times, configurations, gaps = self._run.change_points()
         end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
         return tuple(

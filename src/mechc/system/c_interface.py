@@ -21,17 +21,17 @@ class CFunction:
     """An output of a model as a C function, with its parameters bound.
 
     Called as ``void f(double t, double *y, double *out, void *data)``, with y [q, u] of
-    ``states`` numbers and out of ``width`` numbers.  Such a call takes no lock of Python's, and
-    threads may share the function and its data.
+    ``states`` numbers and out of ``width`` numbers.  A call takes no lock of Python, and threads
+    may share the function and its data.
 
     Attributes
     ----------
     address, data
-        Of the function, and of what its last argument must be.  Both hold as long as this
+        Addresses of the function, and for its last argument.  Both are valid as long as this
         object or its capsule is kept.
     capsule
-        The same as a capsule named by the signature, its context the data: what
-        ``scipy.LowLevelCallable`` takes.
+        The same as a capsule named by the signature, its context the data, for
+        ``scipy.LowLevelCallable``.
     signature
         ``"void (double, double *, double *, void *)"``.
     """
@@ -55,7 +55,7 @@ class CFunction:
 def c_function(system: System, output: str, p: Array) -> CFunction:
     """An output as a C function with the parameters p (np,) bound; they are copied.
 
-    Waits until all of a model that is being compiled is there.
+    Waits until the model is compiled completely.
     """
     _check_output(system, output)
     capsule, address, data, width = system.scene.bound(output, np.ascontiguousarray(p))
@@ -86,7 +86,7 @@ def _check_output(system: System, output: str) -> None:
 
 
 def _place(system: System, name: str) -> int:
-    """Where it stands in y; -1 is the time, unless a coordinate is called so."""
+    """Its index in y; -1 is the time, unless a coordinate is called t."""
     names = (*system.coordinates, *system.speeds)
     if name in names:
         return names.index(name)

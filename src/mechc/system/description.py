@@ -1,4 +1,4 @@
-"""What a scene says about itself: names, units, bounds, drawing."""
+"""The metadata of a scene: names, units, bounds, drawing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 from mechc.errors import UnknownNameError
 from mechc.system.names import name_of
-from mechc.system.parameters import Quantity
+from mechc.system.parameters import NamedQuantity
 
 
 class Description:
@@ -19,11 +19,11 @@ class Description:
     Attributes
     ----------
     name, title
-        What code and people call it.
+        Its name in code, and its title for people.
     coordinates, speeds
         Names, in the order of a state y = [q, u].
     states
-        Those of the coordinates, the last ones, that have rates of their own and no speed:
+        The last of the coordinates, which have differential equations and no speed:
         activations, controllers.
     parameters, inputs
         Names, in order.
@@ -41,10 +41,10 @@ class Description:
         self._state_index = {n: i for i, n in enumerate((*self.coordinates, *self.speeds))}
 
     @cached_property
-    def quantities(self) -> Mapping[str, Quantity]:
+    def quantities(self) -> Mapping[str, NamedQuantity]:
         """Every coordinate, speed and parameter by name."""
         kinds = ("coordinates", "speeds", "parameters")
-        found = (Quantity.from_metadata(each) for kind in kinds for each in self.data[kind])
+        found = (NamedQuantity.from_metadata(each) for kind in kinds for each in self.data[kind])
         return MappingProxyType({quantity.name: quantity for quantity in found})
 
     @property
@@ -84,7 +84,7 @@ class Description:
 
     @property
     def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """What is drawn: (label, names of the points of a polyline)."""
+        """The lines drawn: (label, names of the points of a polyline)."""
         return tuple((label, tuple(points)) for label, points in self.data["links"])
 
     @property
@@ -110,7 +110,7 @@ class Description:
 
     @cached_property
     def array_outputs(self) -> Mapping[str, tuple[int, ...]]:
-        """Outputs of one's own that are vectors, matrices or lists, and their shapes."""
+        """User-defined outputs that are vectors, matrices or lists, and their shapes."""
         found = self.data.get("arrays", {})
         return MappingProxyType({name: tuple(shape) for name, shape in found.items()})
 
@@ -120,7 +120,7 @@ class Description:
         return [f"{name}[{','.join(map(str, place))}]" for place in places]
 
     def state_index(self, name: Any) -> int:
-        """Where a coordinate or speed, by name or symbol, stands in y."""
+        """The index in y of a coordinate or speed, by name or symbol."""
         index = self._state_index.get(name)
         index = self._state_index.get(name_of(name)) if index is None else index
         if index is None:

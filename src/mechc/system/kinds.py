@@ -1,6 +1,6 @@
-"""The kinds of quantities, by which code decides; unit texts are only printed.
+"""The kinds of quantities, which decide in code; unit texts are only printed.
 
-The compiler gives each quantity its kind, and it comes here with the metadata of a scene.
+The compiler gives each quantity its kind, which is part of the metadata of a scene.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _IN_DEGREES = {Kind.ANGLE: "°", Kind.ANGULAR_SPEED: "°/s"}
 
 
 def shown_in(kind: Kind, unit: str) -> tuple[str, float]:
-    """The unit that people read, and the factor that values are multiplied by for it."""
+    """The unit for display, and the factor that values are multiplied by for it."""
     if kind in _IN_DEGREES:
         return _IN_DEGREES[kind], math.degrees(1.0)
     return unit, 1.0

@@ -1,6 +1,6 @@
-"""Names of what users say: texts, and symbols and functions of time of SymPy.
+"""Names in arguments of users: texts, and symbols and functions of time of SymPy.
 
-SymPy is not imported for it: a symbol knows what it is called.
+SymPy is not imported for it: a symbol has its name.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from mechc.errors import UnusedValueWarning, ValueOutOfBoundsError, brief
 
 
 def name_of(key: Any) -> Any:
-    """The name that a key says: a text as it is, a symbol or function of time as it is printed.
+    """The name of a key: a text unchanged, a symbol or function of time as it is printed.
 
     The rate ``q.diff(t)`` is the speed ``q_dot`` of a model by Lagrange's method.  Anything else
-    is returned as it is.
+    is returned unchanged.
     """
     if isinstance(key, str):
         return key
@@ -30,7 +30,7 @@ def name_of(key: Any) -> Any:
 
 
 def names_of(keys: Any) -> list[Any]:
-    """The names of several; one text or symbol by itself is one of them."""
+    """The names of several; a single text or symbol counts as one."""
     if isinstance(keys, str) or not isinstance(keys, Iterable):
         return [name_of(keys)]
     return [name_of(key) for key in keys]
@@ -42,7 +42,7 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
     Raises
     ------
     TypeError
-        For anything but a mapping; ``what`` was meant, and the ``example`` is how to give it.
+        For anything but a mapping; the message has ``what`` and the ``example``.
     ValueOutOfBoundsError
         If two keys have one name.
     """
@@ -58,11 +58,11 @@ def by_name(values: Any, what: str, example: str = "{name or symbol: value}") ->
 
 
 def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -> dict[Any, Any]:
-    """By name, without symbols that are not known: what fell out of the equations.
+    """By name, without symbols that are not in the equations.
 
-    A derivation's constants are kept in one dict, and some of them fall out of the equations: the
-    inertias about two axes of what moves in a plane.  They are named in one warning; a text that
-    is not known stays, and will be refused: it is a slip of the pen.
+    A derivation's constants are often in one dict, and some are not in the equations: two moments
+    of inertia of a body that moves in a plane.  They are named in one warning; an unknown text
+    stays, and is refused later, since it is likely a typing error.
     """
     names, kept = set(known), by_name(values, what)
     symbols = [n for key, n in zip(values, kept, strict=True) if n is not key]
@@ -72,7 +72,7 @@ def without_unused(values: Mapping[Any, Any], known: Iterable[str], what: str) -
     if unused:
         warnings.warn(
             f"{what}: {', '.join(sorted(unused))} {'is' if len(unused) == 1 else 'are'} not in the "
-            "equations of this model, and left out",
+            "equations of this model, and ignored",
             UnusedValueWarning,
             stacklevel=4,
         )

@@ -1,4 +1,4 @@
-"""Parameter values: names to an array, defaults that follow, bounds that hold."""
+"""Parameter values: from names to an array, defaults that follow others, bounds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Parameters = Mapping[str, Any] | Array | None
 
 
 @dataclass(frozen=True)
-class Quantity:
+class NamedQuantity:
     """A named number: unit, description, bounds (finite ones excluded unless ``closed``), kind."""
 
     name: str
@@ -37,7 +37,7 @@ class Quantity:
     kind: Kind = Kind.OTHER
 
     @classmethod
-    def from_metadata(cls, data: Mapping[str, Any]) -> Quantity:
+    def from_metadata(cls, data: Mapping[str, Any]) -> NamedQuantity:
         lower = -math.inf if data["lower"] is None else data["lower"]
         upper = math.inf if data["upper"] is None else data["upper"]
         texts = (data["name"], data["unit"], data["description"])
@@ -71,11 +71,14 @@ class Quantity:
 class ParameterSet:
     """The parameters of one scene.
 
-    ``preset``: defaults that are not compiled in; a value given takes their place.
+    ``preset``: defaults that are not compiled in; a given value replaces them.
     """
 
     def __init__(
-        self, quantities: Sequence[Quantity], scene: Any, preset: Mapping[str, float] | None = None
+        self,
+        quantities: Sequence[NamedQuantity],
+        scene: Any,
+        preset: Mapping[str, float] | None = None,
     ) -> None:
         self.quantities = tuple(quantities)
         self.names = tuple(q.name for q in quantities)
@@ -94,7 +97,7 @@ class ParameterSet:
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
-        """All values, shape (..., np): those given, the others by default.
+        """All values, shape (..., np): those given, and defaults.
 
         A default that follows others (an inertia that follows mass and length) follows those
         given.
@@ -112,7 +115,7 @@ class ParameterSet:
         return largest_of(values, self._lengths) or 1.0
 
     def lengths(self, rows: Array) -> Array:
-        """The same of every row (n,)."""
+        """The length scale of every row (n,)."""
         if not len(self._lengths):
             return np.ones(len(rows))
         largest = np.abs(rows[:, self._lengths]).max(axis=1)
@@ -164,7 +167,7 @@ class ParameterSet:
         return values
 
     def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
-        """The values that are not flagged as given filled in, in place."""
+        """Fill in the values that are not flagged as given, in place."""
         for i, value in self._preset.items():
             if not flags[i]:
                 values[..., i] = value
@@ -182,7 +185,7 @@ class ParameterSet:
         names = ", ".join(n for i, n in enumerate(self.names) if np.isnan(rows[:, i]).any())
         raise MissingParameterError(
             f"these parameters have no default and need a value: {names}. Give them with params, "
-            "or once and for all with mechc.compile(..., defaults={...})"
+            "or permanently with mechc.compile(..., defaults={...})"
         )
 
 
@@ -201,12 +204,12 @@ def doubles(value: Any, what: str) -> Array:
     ValueOutOfBoundsError
         For an integer beyond all doubles.
     TypeError, ValueError
-        NumPy's, for what is no array of numbers.
+        NumPy's, for anything but an array of numbers.
     """
     try:
         return np.asarray(value, dtype=np.float64, order="C")
     except OverflowError:
-        raise ValueOutOfBoundsError(f"{what} holds an integer beyond all doubles") from None
+        raise ValueOutOfBoundsError(f"{what} contains an integer beyond all doubles") from None
 
 
 def is_table(array: object, width: int) -> bool:

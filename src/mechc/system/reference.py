@@ -24,19 +24,19 @@ class ModelReference:
     options
         Of a mechanism of the library: its options, parameters to ``fix`` and ``outputs``.
     custom
-        Whether it was compiled from the user's own mechanism: then its key alone finds it.
+        Whether it was compiled from a user-defined mechanism: then it is found by its key only.
     key
-        Of its entry in the cache; empty for what was compiled when mechc was installed.
+        Of its entry in the cache; empty for a scene compiled when mechc was installed.
     state
         Names of the coordinates and speeds, in order.
     backend
         ``"c"`` or ``"numpy"``.
     defaults
-        Of a mechanism of the user's own: values of parameters where none are given.
+        Of a user-defined mechanism: default values of parameters.
     instruction_set
-        Which compilation is wanted of those made when mechc was installed; None for the widest.
+        The instruction set of a scene compiled when mechc was installed; None for the widest.
     library_file
-        The file of what was compiled when mechc was installed, else empty.
+        The file of a scene compiled when mechc was installed, else empty.
     """
 
     mechanism: str
@@ -51,7 +51,7 @@ class ModelReference:
 
     @cached_property
     def compiled(self) -> str:
-        """What tells this binary from any other: its key, or the hash of its file."""
+        """The identity of this binary: its key, or the hash of its file."""
         if self.key or not self.library_file:
             return self.key
         return hashlib.sha256(Path(self.library_file).read_bytes()).hexdigest()
@@ -74,12 +74,12 @@ class ModelReference:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> ModelReference:
-        """From a file, which nobody vouches for.
+        """From an untrusted file.
 
         Raises
         ------
         MechcError
-            If it holds no reference.
+            If it contains no reference.
         """
         options, state, custom = data.get("options"), data.get("state"), data.get("custom")
         mechanism, key, backend = (data.get(k) for k in ("mechanism", "compiled", "backend"))
@@ -87,7 +87,7 @@ class ModelReference:
         lists = isinstance(options, dict) and isinstance(state, list) and isinstance(custom, bool)
         texts = [mechanism, key, backend, *(state or ())]
         if not (lists and all(isinstance(text, str) for text in texts)):
-            raise MechcError("it does not say which mechanism it is of")
+            raise MechcError("it does not name its mechanism")
         return cls(
             str(mechanism), dict(options or {}), bool(custom), key if custom else "",
             tuple(state or ()), backend, defaults=_numbers(data.get("defaults", {})),
@@ -97,7 +97,7 @@ class ModelReference:
 def _numbers(data: Any) -> dict[str, float]:
     """Name -> finite number, from a file."""
     if not isinstance(data, dict) or not all(type(value) is float for value in data.values()):
-        raise MechcError("its default values are no numbers")
+        raise MechcError("its default values are not numbers")
     if not all(map(math.isfinite, data.values())):
         raise MechcError("its default values are not finite")
     return {str(name): value for name, value in data.items()}

@@ -25,24 +25,24 @@ class System(Description):
 
     Everything here takes arrays that were checked before: states y (..., nq + nu) of doubles, row
     after row in memory, all parameters p (..., np) and times t; leading axes broadcast against
-    each other.  What users give is resolved and checked by :class:`mechc.Model`.
+    each other.  Arguments of users are resolved and checked by :class:`mechc.Model`.
 
     Attributes
     ----------
     scene
-        The compiled functions: a :class:`mechc.native._driver.Scene`, or what does the same.
+        The compiled functions: a :class:`mechc.native._driver.Scene`, or one with its methods.
     driven
-        The scene where it has inputs that are given with a run, else None.
+        The scene if it has inputs that are given with a run, else None.
     parameter_set
         Defaults, bounds and order of the parameters.
     reference
         How another process finds the same scene.
     build
-        What is known of its making: options, seconds of each stage, key in the cache.
+        Facts of its build: options, seconds of each stage, key in the cache.
     operations_of_all
-        Counts the operations with nothing fixed and every usual output, where that is known.
+        Counts the operations with nothing fixed and all default outputs, where that is known.
     angular, dimensionless : (nq + nu,)
-        Which components of a state are angles (or their rates), and which have no length in them.
+        Which components of a state are angles (or their rates), and which contain no length.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class System(Description):
 
     @property
     def instruction_set(self) -> str:
-        """The compilation in use, chosen for this processor."""
+        """The instruction set in use, chosen for this processor."""
         return str(self.scene.instruction_set)
 
     @property
@@ -113,20 +113,20 @@ class System(Description):
         return ParameterSet(quantities, self.scene, known)
 
     def with_defaults(self, defaults: Mapping[str, float]) -> System:
-        """The same system with other values where none are given."""
+        """The same system with other defaults."""
         other = self.replaced_scene(self.scene)
         other.reference = replace(self.reference, defaults=dict(defaults))
         other.parameter_set = other._parameter_set()
         return other
 
     def with_start(self, start: Mapping[str, float]) -> System:
-        """The same system, which is assembled to these coordinates and speeds by itself."""
+        """The same system with these coordinates and speeds as its start."""
         other = self.replaced_scene(self.scene)
         other.data = {**self.data, "start": dict(start)}
         return other
 
     def wait(self) -> None:
-        """Return when all of it is compiled, and so in the cache for other processes."""
+        """Return when it is compiled completely, and in the cache for other processes."""
         _ = self.scene.lanes
 
     # -- sizes ------------------------------------------------------------------------------
@@ -149,7 +149,7 @@ class System(Description):
     # -- outputs ----------------------------------------------------------------------------
 
     def rates(self, y: Array, p: Array, t: Time = 0.0) -> Array:
-        """y' at the state as it is, (..., nq + nu)."""
+        """y' at the state without projection, (..., nq + nu)."""
         return self.evaluate("rates", y, p, t)
 
     def mass_matrix(self, y: Array, p: Array, t: Time = 0.0) -> Array:
@@ -194,7 +194,7 @@ class System(Description):
         Raises
         ------
         UnknownNameError, UnavailableOutputError
-            If there is no such output, or it was not asked for when compiling.
+            If there is no such output, or it was not requested when compiling.
         """
         if name in self.array_outputs:
             return self._array_output(name, y, p, t)
@@ -205,13 +205,13 @@ class System(Description):
         return self._evaluate_many(name, y, p, doubles(t, "the time"))
 
     def _array_output(self, name: str, y: Array, p: Array, t: Time) -> Array:
-        """The elements of an output of one's own that has several, (..., *shape)."""
+        """The elements of a user-defined output that has several, (..., *shape)."""
         parts = [self.evaluate(element, y, p, t) for element in self.array_elements(name)]
         leading = parts[0].shape
         return np.stack(parts, axis=-1).reshape(*leading, *self.array_outputs[name])
 
     def _evaluate_many(self, name: str, y: Array, p: Array, t: Array) -> Array:
-        """Broadcast leading axes; what is the same for all states is passed once."""
+        """Broadcast leading axes; values that are equal for all states are passed once."""
         leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], t.shape)
         rows = np.ascontiguousarray(np.broadcast_to(y, (*leading, y.shape[-1])))
         times = t.reshape(1) if t.ndim == 0 else np.broadcast_to(t, leading).reshape(-1)
@@ -236,7 +236,7 @@ class System(Description):
         return out if shape is None else out.reshape(len(y), *shape)
 
     def refuse_output(self, name: str) -> NoReturn:
-        """Raise the error for an output that is not there."""
+        """Raise the error for an output that does not exist."""
         why = self.data["unavailable"].get(name)
         if why is None:
             raise UnknownNameError("output", name, self.scene.outputs)

@@ -1,4 +1,4 @@
-"""Values as people type them: ``theta_0=85deg``, ``l_3=3500mm``."""
+"""Values as users type them: ``theta_0=85deg``, ``l_3=3500mm``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Quantity
+from mechc.system.parameters import NamedQuantity
 
 TURN = math.pi / 180
 UNITS: dict[Kind, dict[str, float]] = {
@@ -29,8 +29,8 @@ def split_assignment(text: str) -> tuple[str, str]:
     return name.strip(), value.strip()
 
 
-def read_value(text: str, quantity: Quantity) -> float:
-    """A typed number in SI units; without a unit it is in the quantity's own.
+def read_value(text: str, quantity: NamedQuantity) -> float:
+    """A typed number in SI units; without a unit it is in the quantity's unit.
 
     Raises
     ------
@@ -44,14 +44,16 @@ def read_value(text: str, quantity: Quantity) -> float:
     known = UNITS.get(quantity.kind, {quantity.unit: 1.0})
     if unit and unit not in known:
         raise MechcError(
-            f"{quantity.name}: {unit!r} in {text!r} is not a unit of it; use {_choices(known)}"
+            f"{quantity.name}: {unit!r} in {text!r} is not one of its units; use {_choices(known)}"
         )
     return float(number) * (known[unit] if unit else 1.0)
 
 
 def read_seconds(text: str) -> float:
     """A typed duration: ``20``, ``20s``, ``1500ms``, ``2min``."""
-    return read_value(text, Quantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME))
+    return read_value(
+        text, NamedQuantity("time", "s", "time", -math.inf, math.inf, False, Kind.TIME)
+    )
 
 
 def _choices(units: Iterable[str]) -> str:

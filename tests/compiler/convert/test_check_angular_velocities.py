@@ -52,7 +52,7 @@ def test_a_rate_about_another_axis_is_refused_by_the_frames_name() -> None:
     mechanism(three_axes(lambda B: B.z))
     with pytest.raises(MechanismError, match=r"set for frame C in B is not the rate") as told:
         mechanism(three_axes(lambda B: B.x))
-    assert "leave out the set_ang_vel of C" in str(told.value)
+    assert "omit the set_ang_vel of C" in str(told.value)
 
 
 def test_a_rate_of_the_wrong_sign_or_factor_is_refused() -> None:

@@ -106,7 +106,7 @@ def test_joints_that_do_not_reach_the_ground_are_refused_by_the_bodies_that_hang
     joints = [*pins(ground, a), *pins(b, c)]
     with pytest.raises(MechanismError, match="no joint leads from the ground to b, c"):
         from_joints("apart", joints, ground=ground)
-    with pytest.raises(MechanismError, match=r"here those are ground, b; say ground="):
+    with pytest.raises(MechanismError, match=r"here these are ground, b; give ground="):
         from_joints("apart", joints)
 
 
@@ -118,7 +118,7 @@ def test_a_name_twice_is_refused() -> None:
 
 
 def test_what_is_no_joint_is_refused() -> None:
-    with pytest.raises(MechanismError, match="is no joint"):
+    with pytest.raises(MechanismError, match="is not a joint"):
         from_joints("nothing", [Point("P")])
 
 

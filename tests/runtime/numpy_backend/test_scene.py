@@ -195,7 +195,7 @@ def test_batches_and_capsules_say_what_is_missing():
         model.simulate_batch(1.0, np.stack([y0, y0]), REGULAR)
     with pytest.raises(MechcError, match="has no compiled code"):
         _ = model.capsule
-    with pytest.raises(ValueOutOfBoundsError, match="'dop853' alone"):
+    with pytest.raises(ValueOutOfBoundsError, match="'dop853' only"):
         model.simulate(1.0, y0, REGULAR, method="gauss8")
     with pytest.raises(UnknownNameError, match="backend"):
         mechc.load("four_bar", backend="numba")

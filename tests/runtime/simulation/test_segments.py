@@ -62,7 +62,7 @@ def test_change_points_of_both_parts_are_told_once(model):
     np.testing.assert_allclose(
         [c.t for c in parts.change_points], [c.t for c in whole.change_points], atol=1e-8
     )
-    assert f"Passed {len(whole.change_points)} change points" in str(parts.status)
+    assert f"Crossed {len(whole.change_points)} change points" in str(parts.status)
     stopped = model.simulate(3.0, start, rtol=1e-10, on_change_point="stop")
     on = stopped.continue_to(1.2, on_change_point="continue")
     np.testing.assert_allclose(on.y[-1], parts(1.2), rtol=0, atol=1e-7)

@@ -7,13 +7,13 @@ import pytest
 import mechc
 from mechc.errors import MechcError
 from mechc.system.kinds import Kind
-from mechc.system.parameters import Quantity
+from mechc.system.parameters import NamedQuantity
 from mechc.system.units import read_seconds, read_value, split_assignment
 
 
 def quantity(unit):
-    kind = str(mechc.Quantity(unit, "a number").kind)
-    return Quantity("x", unit, "a number", -math.inf, math.inf, False, Kind(kind))
+    kind = str(mechc.NamedQuantity(unit, "a number").kind)
+    return NamedQuantity("x", unit, "a number", -math.inf, math.inf, False, Kind(kind))
 
 
 @pytest.mark.parametrize(
@@ -46,7 +46,7 @@ def test_numbers_with_and_without_unit_are_read_in_si(text, unit, value):
 @pytest.mark.parametrize(
     ("text", "unit", "told"),
     [
-        ("85degg", "rad", r"x: 'degg' in '85degg' is not a unit of it; use rad or deg or °"),
+        ("85degg", "rad", r"x: 'degg' in '85degg' is not one of its units; use rad or deg or °"),
         ("85mm", "rad", "'mm' .* use rad or deg"),
         ("3deg", "m", "'deg' .* use m or cm or mm"),
         ("3 3", "m", "'3' in '3 3'"),
@@ -93,8 +93,8 @@ def test_the_runtime_has_the_kinds_of_the_compiler():
 
 def test_a_kind_decides_and_no_text_of_a_unit():
     """A coordinate in a unit of its own is an angle where its description says so."""
-    quarter = Quantity("x", "grad", "an angle", -math.inf, math.inf, False, Kind.ANGLE)
+    quarter = NamedQuantity("x", "grad", "an angle", -math.inf, math.inf, False, Kind.ANGLE)
     assert read_value("90deg", quarter) == pytest.approx(math.pi / 2)
-    plain = Quantity("x", "rad", "a number called so", -math.inf, math.inf, False)
+    plain = NamedQuantity("x", "rad", "a number called so", -math.inf, math.inf, False)
     with pytest.raises(MechcError, match="use rad"):
         read_value("90deg", plain)

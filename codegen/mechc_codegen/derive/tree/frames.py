@@ -132,7 +132,7 @@ class Frames:
         for entries, written_in in given.args:
             value = self.local.entries(entries)
             if not self.local.at_rest(value):
-                raise NotATreeError(f"frame {frame.name} turns even where all speeds vanish")
+                raise NotATreeError(f"frame {frame.name} turns even if all speeds are zero")
             rows = rotation if written_in is frame else self.motion(written_in).rotation
             relative = tape.total(relative, tape.turned(rows, value))
             for k, column in self.local.columns(value).items():

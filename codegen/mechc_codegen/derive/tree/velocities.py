@@ -1,7 +1,7 @@
 """Velocities set by the user or by SymPy's joints must be those of the tree.
 
 The tree derives velocities from positions.  Where a velocity that was set differs (it holds on the
-constraints only, or the point has no position) the equations are derived written out instead.
+constraints only, or the point has no position) the equations are derived in full instead.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def refuse_other_velocities(mechanism: Mechanism, links: Links) -> None:
         values = _values(links.tape, wanted, seed)
         for point, difference in zip(points, differences, strict=True):
             if any(abs(float(e.xreplace(values))) > SAME for e in difference):
-                raise NotATreeError(f"the velocity set for {point.name} is no rate of its position")
+                raise NotATreeError(f"the velocity of {point.name} is not the rate of its position")
 
 
 def _difference(mechanism: Mechanism, links: Links, point: Point) -> Iterator[Expr]:

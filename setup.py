@@ -12,6 +12,7 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
+INPUTS = "src/mechc/native/_inputs.pxd"  # shared by extensions
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
 
@@ -93,17 +94,23 @@ setup(
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
         Extension(
+            "mechc.native._codes",
+            ["src/mechc/native/_codes.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=headers("abi"),
+        ),
+        Extension(
             "mechc.native._driver",
             ["src/mechc/native/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
-            depends=headers("abi"),
+            depends=[INPUTS, *headers("abi")],
         ),
         Extension(
             "mechc.native._inputs",
             ["src/mechc/native/_inputs.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=headers("abi"),
+            depends=[INPUTS, *headers("abi")],
         ),
         Extension(
             "mechc.native._batch",

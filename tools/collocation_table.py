@@ -90,8 +90,8 @@ for j, node in enumerate(ends):
     barycentric.append(1 / product)
 
 print("""/* Gauss-Legendre collocation with 8 stages, order 16, as data; printed by
- * tools/collocation_table.py.  Matrices are stored by columns: entry [j * 8 + i] is what the rate of
- * stage j gives to stage i. */
+ * tools/collocation_table.py.  Matrices are stored by columns: entry [j * 8 + i] is what the rate
+ * of stage j gives to stage i. */
 #ifndef MECHC_GAUSS_TABLEAU_H
 #define MECHC_GAUSS_TABLEAU_H
 

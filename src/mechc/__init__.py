@@ -90,7 +90,7 @@ __all__ = [
 ]
 
 
-# What mechanisms are described with.
+# For describing mechanisms.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -111,7 +111,7 @@ _DESCRIPTION = {
 
 
 def __getattr__(name: str) -> Any:
-    """What brings sympy with it is imported only when named."""
+    """Names that need SymPy are imported when they are first used."""
     if name in _DESCRIPTION:
         return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")
@@ -125,5 +125,5 @@ def _described_with(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """What is for users, and what Python itself needs."""
+    """The public names, and those that Python itself needs."""
     return sorted({*__all__, "compile", "open", *(n for n in globals() if n.startswith("__"))})

@@ -1,4 +1,4 @@
-"""What mechc raises on purpose: the user's faults, each with what to do about it."""
+"""The errors of mechc: wrong input, each with what to do about it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 
 class MechcError(Exception):
-    """Base of everything the runtime raises on purpose."""
+    """Base of all errors of the runtime."""
 
 
 class UnknownNameError(MechcError, KeyError):
@@ -29,7 +29,7 @@ class UnknownNameError(MechcError, KeyError):
 
 
 class UnavailableOutputError(MechcError):
-    """An output that was not asked for, or that the mechanism's description cannot give."""
+    """An output that was not requested, or that the mechanism's description does not determine."""
 
 
 class ValueOutOfBoundsError(MechcError, ValueError):
@@ -41,22 +41,22 @@ class MissingParameterError(MechcError, ValueError):
 
 
 class MissingInputError(MissingParameterError):
-    """An input that was left open when compiling was not given."""
+    """An input has no value: neither an expression when compiled, nor a value with the run."""
 
 
 class AssemblyError(MechcError, ValueError):
-    """The loops cannot be closed, or the speeds asked for contradict each other."""
+    """The loops cannot be closed, or the speeds given contradict each other."""
 
 
 class RunError(MechcError):
-    """What ends a run with an error; ``solution`` is the motion until then."""
+    """An error that ends a run; ``solution`` is the motion until then."""
 
     def __init__(self, message: str, solution: object) -> None:
         super().__init__(message)
         self.solution = solution
 
     def __reduce__(self) -> tuple[object, ...]:
-        return type(self), (str(self), None)  # a compiled run stays in its process
+        return type(self), (str(self), None)  # a compiled run cannot be pickled
 
 
 class ChangePointError(RunError):
@@ -79,7 +79,7 @@ class MissingPackageError(MechcError, ImportError):
 
 
 class CompilerError(MechcError):
-    """The C compiler is missing or failed; the message holds its command and its output."""
+    """The C compiler is missing or failed; the message has its command and its output."""
 
 
 class CacheError(MechcError):
@@ -91,11 +91,11 @@ class UnusedValueWarning(UserWarning):
 
 
 class CacheWarning(UserWarning):
-    """What is compiled cannot be kept for later processes."""
+    """Compiled scenes cannot be stored for later processes."""
 
 
 def brief(value: object) -> str:
-    """What was given, in few characters."""
+    """The value given, in few characters."""
     text = repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 

@@ -1,4 +1,4 @@
-"""Getting a model: of the library, a variant of one of these, or one's own mechanism."""
+"""Loads or compiles a model: of the library, a variant of it, or a user-defined mechanism."""
 
 from __future__ import annotations
 
@@ -30,24 +30,24 @@ def load(
 ) -> Model:
     """A mechanism of the library.
 
-    ``four_bar`` is compiled when mechc is installed; the others are at their first use, and then
-    cached, which needs a C compiler.
+    ``four_bar`` is compiled when mechc is installed; the others at their first use, which needs a C
+    compiler, and then cached.
 
     Parameters
     ----------
     name
         One of :func:`mechanisms`.
     instruction_set
-        ``"baseline"``, ``"avx2"`` or ``"avx512"`` of what is compiled at install; the widest of
-        this processor when None.
+        ``"baseline"``, ``"avx2"`` or ``"avx512"`` for scenes compiled at install; by default the
+        widest of this processor.
     fix, outputs
-        Parameters that become numbers, and names of the outputs wanted, as in :func:`compile`;
-        such a variant is compiled on demand too.
+        Parameters to replace by numbers, and names of outputs, as in :func:`compile`; such a
+        variant is compiled on demand too.
     backend
         ``"c"``, or ``"numpy"``: derived and evaluated in this process without any compiled code,
-        slowly (docs/backends.md says how and what is missing).
+        slowly (docs/backends.md: what it lacks).
     options
-        What the scene asks for beyond the default, for instance ``friction=True``,
+        Options that differ from the default, for instance ``friction=True``,
         ``crank_torque="2*sin(3*t)"`` or ``links=5`` (``mechc show NAME`` lists them).  Such a
         variant is compiled on demand and cached too.
 
@@ -81,7 +81,7 @@ def compile(
     configuration_constraints: Iterable[Any] | None = None,
     backend: str = "c",
 ) -> Model:
-    """Compile a mechanism of one's own; cached, needs a C compiler unless ``backend="numpy"``.
+    """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
 
     Parameters
     ----------
@@ -92,49 +92,49 @@ def compile(
         method is, with its constants for defaults, its initial conditions for ``model.start`` and
         its specified functions for inputs.
     name
-        What the model is called; by default the kind of the object.
+        Name of the model; by default the kind of the object.
     fix
-        Parameters -> numbers that are folded in; what vanishes by that is not compiled, and they
-        are no parameters any more.
+        Parameters -> numbers that replace them; terms that become zero are not compiled, and the
+        model does not have these parameters.
     outputs
-        What can be asked of the model besides the equations of motion: of ``"energy"``,
+        Outputs besides the equations of motion: of ``"energy"``,
         ``"momenta"``, ``"points"``, ``"multipliers"``, ``"accelerations"`` (of the points),
         ``"reactions"`` (of joints),
         ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
         parameters and multipliers (``mechc.multiplier(row)``), for vectors (their components in
         the inertial frame), matrices and lists of these, which keep their shape.  By default the
-        first four of a Mechanism, the energy of an object of SymPy's.
+        first four of a Mechanism, the energy of a SymPy object.
     defaults, units
         Parameters -> values used where none are given (SI units); parameters, coordinates and
-        speeds -> units in words.  A parameter without a default is asked for by name.  The default
-        of a state is what it starts from where nothing else is said (else 0).  Values for symbols
-        that are not in the equations are left out, with a warning.
+        speeds -> units as text.  A parameter without a default must be given with each call.  The
+        default of a state is its start (by default 0).  Values for symbols that are not in the
+        equations are ignored, with a warning.
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
-        time, coordinates, speeds, states and parameters.  Those that are left open, or None, are
-        given with a run: ``model.simulate(..., inputs={...})``.
+        time, coordinates, speeds, states and parameters.  Those without an expression, or
+        with None, are given with a run: ``model.simulate(..., inputs={...})``.
     states
         Functions of time that are neither coordinates nor speeds -> their rates, expressions of
-        all that is named here: activations, controllers.  Or objects that have ``x`` and
-        ``rhs()``, as the muscles of ``sympy.physics.biomechanics`` do.
+        all of these: activations, controllers.  Or objects that have ``x`` and ``rhs()``, such as
+        the muscles of ``sympy.physics.biomechanics``.
     configuration_constraints
-        Added to those that the object holds, where it was given their rates alone.
+        Added to those of the object, if it was given only their rates.
     backend
         ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
-        pass change points and makes no batches (docs/backends.md).
+        pass change points and has no batches (docs/backends.md).
 
     In all of these a key is a symbol or its printed name; all but ``fix`` and ``outputs`` are
-    for objects of SymPy's.
+    for SymPy objects.
 
     Raises
     ------
     TypeError
-        If it is something else.
+        If it is none of these.
     MechcError
-        If the object cannot say what is needed; the message says what to add.
+        If the object lacks something needed; the message says what to add.
     CompilerError
-        If there is no C compiler or it failed; the message holds its command and output.
+        If there is no C compiler or it failed; the message has its command and output.
     """
     held = mechanism if is_pydy_system(mechanism) else None
     if held is not None:
@@ -157,7 +157,7 @@ def compile(
 
 
 def _with_all_held(system: System, held: Any) -> Model:
-    """The model of a ``System`` of PyDy: its start, and what its specified functions stand for."""
+    """The model of a ``System`` of PyDy, with its start and its specified functions."""
     start = by_name(start_of(held), "initial conditions")
     known = {*system.coordinates, *system.speeds}
     model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))

@@ -1,4 +1,4 @@
-"""A compiled mechanism as people use it: checks what is given, then calls the verbs."""
+"""A compiled mechanism as users see it: checks arguments, then calls functions of its system."""
 
 from __future__ import annotations
 
@@ -43,14 +43,14 @@ class Model(Outputs):
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
-    ``speeds``.  The last of the coordinates are what ``states`` names: activations, controllers,
-    with rates of their own and no speed.  How outputs take states and parameters:
+    ``speeds``.  The last of the coordinates are those in ``states``: activations, controllers,
+    which have differential equations and no speed.  For states and parameters of outputs see
     :class:`mechc.outputs.Outputs`.
     """
 
     @classmethod
     def of_system(cls, system: System) -> Model:
-        """The same model for the same system, as long as there is one."""
+        """The same model for the same system, as long as it exists."""
         known = _models.get(id(system))
         if known is None or known.system is not system:
             known = _models[id(system)] = cls(system)
@@ -58,16 +58,16 @@ class Model(Outputs):
 
     @classmethod
     def of_reference(cls, reference: ModelReference, given: Model | None = None) -> Model:
-        """The model that a reference describes, or the one given if it may be that.
+        """The model that a reference describes, or the one given if it agrees with it.
 
         Raises
         ------
         MechcError
-            If it is not at hand.
+            If it is not found.
         """
         return cls.of_system(system_of(reference, None if given is None else given.system))
 
-    # -- what it is -------------------------------------------------------------------------
+    # -- description -----------------------------------------------------------------------
 
     @property
     def build(self) -> Mapping[str, Any]:
@@ -86,7 +86,7 @@ class Model(Outputs):
 
     @property
     def instruction_set(self) -> str:
-        """The compilation in use, chosen for this processor."""
+        """The instruction set in use, chosen for this processor."""
         return self.system.instruction_set
 
     @property
@@ -98,18 +98,18 @@ class Model(Outputs):
     def capsule(self) -> object:
         """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
 
-        Its name is that of the interface's version; :func:`mechc.get_include` has the header.
+        Its name contains the interface's version; :func:`mechc.get_include` has the header.
         """
         return self.system.scene.capsule
 
     def report(self, *, compare: bool = True) -> Report:
-        """What was kept, what was left out and why, in operations; the seconds of each stage.
+        """What is compiled, what is omitted and why, in operations; the seconds of each stage.
 
         Parameters
         ----------
         compare
-            Where parameters are fixed or outputs were not asked for: derive the scene once more
-            without that, so that the report can say what was saved.  Takes as long as deriving.
+            Where parameters are fixed or outputs were not requested: derive the scene with all of
+            them too, so that the report gives the savings.  Takes as long as deriving.
 
         Returns
         -------
@@ -136,20 +136,20 @@ class Model(Outputs):
         ----------
         coordinates
             Values to keep (rad, m); the other coordinates are solved for, as angles in (-pi, pi].
-            When None, those of the mechanism's own start (``model.start``), with its speeds too
-            as far as ``speeds`` leaves them a freedom.
+            By default those of the mechanism's start (``model.start``), with its speeds too as far
+            as there are degrees of freedom besides ``speeds``.
         speeds
             Values to keep (rad/s, m/s); the others are made consistent, the least ones where the
             constraints leave a choice.
         guess
-            Some coordinates near which the configuration is wanted; of several assemblies the
-            nearest is taken, in the turn of the guess.  Without it the mechanism's preferred one is
-            taken: the elbow-up configuration of a planar loop.  At a change point also some speeds,
-            near which those of one branch are wanted.
+            Some coordinates near the configuration wanted; of several assemblies the nearest is
+            taken, with angles within half a turn of the guess.  By default the mechanism's
+            preferred one: the elbow-up configuration of a planar loop.  At a change point also
+            some speeds, near those of the branch wanted.
         params
             As in every output of the model.
         t
-            The time in s, where constraints depend on it.
+            The time in s, for constraints that depend on it.
 
         Returns
         -------
@@ -158,9 +158,9 @@ class Model(Outputs):
         Raises
         ------
         AssemblyError
-            If the loops cannot close (by how many metres they miss), if the coordinates given leave
-            a choice and there is no guess, if the speeds contradict each other, or if the
-            configuration is a change point and the speeds lead along more than one branch.
+            If the loops cannot close (with the gap in metres), if the coordinates given do not
+            determine the others and there is no guess, if the speeds contradict each other, or if
+            the configuration is a change point and the speeds are possible on several branches.
         """
         given, pace, near = self._named(coordinates, speeds, guess)
         if coordinates is None:
@@ -168,7 +168,7 @@ class Model(Outputs):
         given, pace = self._checked_start(given, pace)
         near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
         if both := sorted(set(near) & set(given)):
-            raise AssemblyError(f"{both[0]} is both given and guessed; leave it out of one of them")
+            raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
         p = self._one_set(params, f"assembly {ONE_SET}")
         return positions.assemble(self.system, given, pace, near, p, t)
 
@@ -182,7 +182,7 @@ class Model(Outputs):
         """Every state that closes the loops with the coordinates given: (n, nq + nu).
 
         The mechanism's preferred assembly comes first; at a change point there is one state for
-        every branch on which the speeds lead.  Parameters and errors as in :meth:`assemble`.
+        every branch on which the speeds are possible.  Arguments and errors as in :meth:`assemble`.
         """
         given, pace, _ = self._named(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
@@ -208,7 +208,7 @@ class Model(Outputs):
         )
 
     def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
-        """Configurations that stay at rest under the loads at time t, the stable ones first.
+        """Equilibria under the loads at time t, the stable ones first.
 
         Found by Newton's method on the accelerations along the manifold from points spread over
         the configurations that close the loops; angles in (-pi, pi].
@@ -216,7 +216,7 @@ class Model(Outputs):
         Raises
         ------
         AssemblyError
-            If no closed configuration was found at all.
+            If no closed configuration was found.
         MechcError
             If the model has states besides coordinates and speeds.
         """
@@ -277,7 +277,7 @@ class Model(Outputs):
         accelerations : (..., nu)
             The speeds' rates u', which must keep the constraints.
         params
-            As everywhere; what they say of the inputs does not matter.
+            As in all outputs; the values of the inputs are ignored.
         inputs
             Names of the inputs (``model.inputs``), or of parameters that are inputs: torques,
             forces; F must be linear in them.
@@ -289,8 +289,8 @@ class Model(Outputs):
         ValueError
             If the shapes do not fit, or the accelerations do not keep the constraints.
         MechcError
-            If an input acts otherwise than linearly, changes the inertia or does nothing; if the
-            inputs cannot make this motion, with the largest force they leave undone.
+            If the equations are not linear in an input, or it changes the inertia or has no effect;
+            if the inputs cannot produce this motion, with the largest force that remains.
         UnknownNameError
             If there is no such parameter.
         """
@@ -319,8 +319,8 @@ class Model(Outputs):
     ) -> Linearization:
         """The linear model about a state on the constraints, an equilibrium or on a trajectory.
 
-        The state's directions along the constraints are spanned by independent coordinates and
-        speeds; the others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
+        The directions along the constraints are spanned by independent coordinates and speeds; the
+        others follow (Peterson, Gede and Hubbard 2014, Multibody System Dynamics 33,
         with the dependent ones found by pivoting).  Derivatives are those of compiled code, exact.
 
         Parameters
@@ -328,17 +328,16 @@ class Model(Outputs):
         y : (nq + nu,)
             A state on the constraints (refused with the gap otherwise).
         params
-            As everywhere; missing ones take their defaults.
+            As in all outputs; missing ones have their defaults.
         t
-            Time, where the equations hold it.
+            Time, if the equations contain it.
         inputs
-            The inputs r: names of ``model.input_values`` (inputs given at run time, the rates of
-            one by themselves), or parameters: a torque, a force.
+            The inputs r: names of ``model.input_values`` (inputs given with a run, each derivative
+            separately), or parameters: a torque, a force.
         outputs
-            Coordinates, speeds and outputs of one's own; by default all coordinates and speeds.
+            Coordinates, speeds and user-defined outputs; by default all coordinates and speeds.
         independent
-            Coordinates and speeds that become the states; by default those that the constraints
-            tie least.
+            Coordinates and speeds that become the states; by default chosen by pivoting.
 
         Raises
         ------
@@ -346,9 +345,9 @@ class Model(Outputs):
             If the model was compiled without ``"state_jacobian"`` or, with inputs, without
             ``"parameter_jacobian"``.
         ChangePointError
-            At a change point, where two branches meet and no one linear model holds.
+            At a change point, where branches cross and no unique linear model exists.
         UnknownNameError, AssemblyError, ValueError
-            For names that do not exist, a state off the constraints, independent ones that are not.
+            For unknown names, a state off the constraints, and ``independent`` that are not so.
         """
         from mechc.analysis.linearize import linearize
 
@@ -387,37 +386,37 @@ class Model(Outputs):
             ``(t0, t1)`` in s, forwards or backwards, or ``t1`` alone with t0 = 0; more than two
             times are ``t_eval`` too.
         y0
-            State (nq + nu,) at t0, from ``model.assemble``.  One that is off the constraints by
-            rounding is projected onto them.  A mapping of coordinates and speeds is assembled.
+            State (nq + nu,) at t0, from ``model.assemble``; projected onto the constraints if it
+            violates them by rounding.  A mapping of coordinates and speeds is assembled.
         params
             A mapping of some parameters or an array (np,) of all; defaults otherwise.
         rtol, atol
             Tolerated error.  ``atol=None``: rtol times each component's scale (1 rad, the model's
             length, speeds by their largest value so far); else ``atol + rtol |y|`` as in SciPy.
         t_eval
-            Times to report at, within the span; the accepted steps when None.
+            Times of the reported states, within the span; by default those of the accepted steps.
         method
             ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
-            ``"gauss8"`` (collocation of order 16, eight stages side by side in SIMD lanes),
+            ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
             ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
-            ``"dop853"`` where the equations have kinks (``Abs``), going over to ``"radau5"`` where
-            stability limits the steps.
+            ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
+            limits the steps.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
         dense
-            Keep what ``sol(t)`` needs.
+            Keep the dense output for ``sol(t)``.
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
             ``terminal``, or an expression of SymPy; their times and states are in ``sol.events``.
         on_change_point
-            At a configuration where the mechanism has more than one way on: ``"continue"`` straight
-            on along the same branch, ``"stop"`` before it, or ``"raise"``
-            :class:`mechc.ChangePointError`.  Passages are in ``sol.change_points``.
+            At a configuration where branches of the motion cross: ``"continue"`` straight on along
+            the same branch, ``"stop"`` before it, or ``"raise"``
+            :class:`mechc.ChangePointError`.  Crossings are in ``sol.change_points``.
         progress
             Called now and then with the fraction done.
         inputs
-            What each input that was left open when compiling is: a number, a
+            A value for each input in ``model.inputs``: a number, a
             :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
             t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
             model driven by them.
@@ -431,10 +430,10 @@ class Model(Outputs):
 
         Notes
         -----
-        What goes wrong during the run does not raise: it ends with ``sol.status``, and what was
-        computed until then is kept; so does Ctrl-C.  A failing event function raises
-        :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which hold the motion
-        until then.
+        A failure during the run raises nothing: the run ends with ``sol.status``, and the solution
+        until then is kept; the same holds for Ctrl-C.  A failing event function raises
+        :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
+        motion until then.
         """
         model = self if inputs is None else self.with_inputs(inputs)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
@@ -452,7 +451,7 @@ class Model(Outputs):
         return run(made, system, span, state, p, policy, times, chosen, progress, y0)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
-        """The state that coordinates and speeds in one mapping say."""
+        """The state from coordinates and speeds in one mapping."""
         values = by_name(given, "y0")
         speeds = {name: value for name, value in values.items() if name in self.speeds}
         rest = {name: value for name, value in values.items() if name not in speeds}
@@ -467,7 +466,7 @@ class Model(Outputs):
         params: Parameters = None,
         **policy: Any,
     ) -> Batch:
-        """Simulate many starts or parameter sets, as :mod:`mechc.batch.simulate` says."""
+        """Simulate many starts or parameter sets; see :mod:`mechc.batch.simulate`."""
         if self.inputs:
             raise MechcError(
                 f"a batch takes no inputs that are given with a run, and {self.name} has "
@@ -480,15 +479,15 @@ class Model(Outputs):
         batch.model = self
         return batch
 
-    # -- elsewhere ----------------------------------------------------------------------------
+    # -- other processes -----------------------------------------------------------------------
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Found again on the other side: in the library, or in this user's cache."""
+        """The model's reference, by which it is found again in the library or the user's cache."""
         system = self.system
         if system.reference.custom and not system.reference.key:
             raise TypeError(
-                f"a model that is compiled nowhere cannot be pickled: compile {self.name!r} again "
-                "on the other side"
+                f"a model that is not in the cache cannot be pickled: compile {self.name!r} again "
+                "in the other process"
             )
         system.wait()
         inputs = {} if system.driven is None else system.driven.given
@@ -498,7 +497,7 @@ class Model(Outputs):
         return self
 
     def __deepcopy__(self, memo: Any) -> Model:
-        """Nothing of a model changes."""
+        """A model is immutable."""
         return self
 
     def __repr__(self) -> str:

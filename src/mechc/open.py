@@ -20,8 +20,8 @@ from mechc.simulation.settings import Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
 
-LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may ask for
-ROWS_A_STEP = 12  # no method keeps more rows of states a step
+LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may need
+ROWS_A_STEP = 12  # no method stores more rows of states per step
 
 
 def open_saved(
@@ -35,17 +35,17 @@ def open_saved(
     Parameters
     ----------
     model
-        Needed for a mechanism of one's own that is not in this user's cache any more: the same,
+        Needed for a user-defined mechanism that is not in this user's cache any more: the same,
         compiled again.
     max_bytes
-        What the states and the dense output of a solution may take when it is simulated again.
-        A file may come from anybody, and can ask for any number of steps.
+        Memory for the states and the dense output of a solution when it is simulated again: an
+        untrusted file may contain any number of steps.
 
     Raises
     ------
     MechcError
-        If the file is not a saved solution or damaged, its mechanism is not at hand, or the
-        motion comes out different or too large.
+        If the file is not a saved solution or damaged, its mechanism is not found, or the motion
+        differs or is too large.
     """
     from mechc.results.files import read
 
@@ -85,7 +85,7 @@ def _model(told: Mapping[str, Any], given: Model | None) -> Model:
 
 
 def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> Solution:
-    """The run up to where it ended, with all that a file says checked as a user's input is."""
+    """The run up to its end; all values in the file are checked as a user's input is."""
     told = Policy(**mapping_of(recipe["policy"], "its policy"))
     room = max_bytes // (8 * ROWS_A_STEP * model.system.scene.width)
     policy = told._asdict() | {
@@ -117,7 +117,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> So
 
 
 def _pickled(sol: Solution) -> tuple[Any, ...]:
-    """What a solution is simulated again from, and its states to compare with."""
+    """The data to simulate a solution again, and its states to compare with."""
     from mechc.results.files import recipe_of
 
     return _unpickled, (sol.model, recipe_of(sol), dict(sol.stats), sol.t, sol.y)
@@ -136,7 +136,7 @@ copyreg.pickle(Solution, _pickled)
 
 
 def _status(told: Mapping[str, Any]) -> Status:
-    """An outcome as a file tells it: known, and with texts that are nothing but text."""
+    """The outcome in a file: a known status, with plain texts."""
     codes = {name for name, *_ in CODES.values()}
     if told["code"] not in codes:
         raise MechcError("its status is unknown")

@@ -1,4 +1,4 @@
-"""What a model can be asked at a state: its equations, energies, points, and their derivatives."""
+"""Outputs of a model at a state: its equations, energies, points, and their derivatives."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ ONE_SET = "a C function has one set of parameters"
 
 
 class Outputs(Description):
-    """A system asked with parameters by name and states of any shape: checked, then evaluated.
+    """Outputs of a system for parameters by name and states of any shape: checked, then evaluated.
 
     Every output takes states of shape (..., nq + nu), parameters as a mapping of some names to
     values or an array (..., np) of all, and a time; it is vectorised over the leading axes, which
@@ -65,7 +65,7 @@ class Outputs(Description):
         return self.system.evaluate(name, *self._checked(y, params), t)
 
     def _checked(self, y: Array, params: Parameters) -> tuple[Array, Array]:
-        """States and all parameters, as the system takes them."""
+        """States and all parameters, as arrays for the system."""
         return self._checked_states(y), self.system.parameter_set.resolve(params)
 
     def _checked_states(self, y: Array) -> Array:
@@ -80,14 +80,14 @@ class Outputs(Description):
         return states
 
     def _one_set(self, params: Parameters, what: str) -> Array:
-        """All parameters (np,), where only one set of them makes sense."""
+        """All parameters (np,), where only one set is allowed."""
         p = self.system.parameter_set.resolve(params)
         if p.ndim != 1:
             raise ValueOutOfBoundsError(f"{what}, not an array {p.shape[:-1]} of them")
         return p
 
     def with_inputs(self, inputs: Mapping[str, Any]) -> Self:
-        """This model driven by inputs, for everything that it can be asked.
+        """This model with its inputs bound, for all outputs and runs.
 
         Parameters
         ----------
@@ -96,20 +96,19 @@ class Outputs(Description):
             interpolant of SciPy, a function ``f(t)`` or ``f(t, q, u)`` of floats and arrays (nq,),
             (nu,), one ``f(x, t)`` of the state, or a tuple of functions of t: value, rate, second
             rate.  A tuple of inputs -> a function that gives all their values.
-            :attr:`inputs` names those that were left open when compiling.
+            :attr:`inputs` names those that need a value.
 
         Raises
         ------
         UnknownNameError, ValueOutOfBoundsError, MissingInputError
-            For inputs that do not exist, that cannot be what they are given for, or that are
-            left out.
+            For inputs that do not exist, have a wrong value, or have none.
 
         Notes
         -----
-        A function is called back from compiled code: a microsecond or so each time, some thousand
-        times a run; ``sol.status.warnings`` say how often and how long.  How smooth it is is not
-        known, so ``method="auto"`` takes the pair of order 8, whose error follows the tolerance
-        over kinks too.
+        Compiled code calls a function some thousand times a run, at about a microsecond each;
+        ``sol.status.warnings`` reports number and time.  Its smoothness is not known, so
+        ``method="auto"`` takes the pair of order 8, whose error follows the tolerance across
+        kinks too.
         """
         driven = object.__new__(type(self))
         driven.__dict__.update(self.__dict__)
@@ -127,19 +126,18 @@ class Outputs(Description):
         *,
         inputs: Mapping[str, Any] | None = None,
     ) -> Array:
-        """State rates y' at the state as it is, shape (..., nq + nu).
+        """State rates y' at the state without projection, shape (..., nq + nu).
 
-        Where closure holds these are the accelerations of the mechanism; off it, those that
-        J u' = gamma asks for.  Into ``out`` if that is given, by compiled code without a copy
-        where it and y are tables of states (n, nq + nu) and t and the parameters are the same for
-        all.  An ``out`` that shares memory with y holds what one apart would.  ``inputs`` as in
-        :meth:`with_inputs`.
+        On the constraints these are the accelerations of the mechanism; off them, those of
+        J u' = gamma.  Written into ``out`` if it is given, by compiled code without a copy if it
+        and y are tables of states (n, nq + nu) and t and the parameters are the same for all.
+        ``out`` may share memory with y.  ``inputs`` as in :meth:`with_inputs`.
         """
         if inputs is not None:
             return self.with_inputs(inputs).rhs(t, y, params, out)
         if out is None:
             return self._evaluate("rates", y, params, t)
-        if not isinstance(out, np.ndarray):
+        if not isinstance(out, np.ndarray) or isinstance(out, np.ma.MaskedArray):
             raise TypeError(f"out is an array for the rates, not {brief(out)}")
         values = self.system.parameter_set.resolve(params)
         scene = self.system.scene
@@ -156,9 +154,8 @@ class Outputs(Description):
     def ode(self, params: Parameters = None) -> Callable[[float, Array], Array]:
         """The plain right-hand side ``f(t, y)`` for SciPy's integrators.
 
-        Unprojected: an integrator that uses it drifts off closure and, near a change point,
-        takes a wrong branch at any tolerance.  Fine for smooth scenes; :meth:`simulate` is
-        right for all.
+        Without projection: an integrator that uses it drifts from closure and, near a change
+        point, takes a wrong branch at any tolerance.  :meth:`simulate` does neither.
         """
         values = self.system.parameter_set.resolve(params)
         return lambda t, y: self.system.rates(self._checked_states(y), values, t)
@@ -208,13 +205,12 @@ class Outputs(Description):
     def reactions(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Reactions:
         """What each joint's parent exerts on its child, force and torque of (..., joints, 3) each.
 
-        In the order of :attr:`joint_names`, cut joints among them; compiled where
-        ``outputs=("reactions", ...)`` asks for them.  Everything that passes through the joint
-        and is no load: springs, friction and motors that are given as loads on the two bodies
-        are not in it, so along a free direction nothing is left of it, except what drives that
-        direction by a constraint on the joint's own speeds.
+        In the order of :attr:`joint_names`, cuts included; compiled with
+        ``outputs=("reactions", ...)``.  Loads are not reactions: springs, friction and motors
+        that are given as loads on the two bodies are not included, so the reaction along a free
+        direction is zero, except that of a drive by a constraint on the joint's speeds.
 
-        By Newton and Euler from the outermost bodies inwards, with the accelerations and
+        By the Newton-Euler equations from the outermost bodies inwards, with the accelerations and
         multipliers of M u' + J^T lambda = F.  Where constraints are redundant many reactions
         balance the same motion: these are those of the multipliers of least norm.  Near a
         crossing they grow like 1/distance.
@@ -240,17 +236,17 @@ class Outputs(Description):
     ) -> Array:
         """Derivative of :meth:`rhs` by the state, shape (..., nq + nu, nq + nu).
 
-        Of the rates as they are written down, which off the constraints say what J u' = gamma asks
-        for: along the constraints it is the mechanism's own.  Exact: M du' + J^T dlambda
-        = -d(M u' + J^T lambda - F), solved by compiled code.  ``of``: instead of an output of one's
-        own, shape (..., nq + nu).
+        Of the rates of :meth:`rhs`, which off the constraints follow J u' = gamma; along the
+        constraints it is that of the mechanism.  Exact: M du' + J^T dlambda
+        = -d(M u' + J^T lambda - F), solved by compiled code.  ``of``: instead of a user-defined
+        output, shape (..., nq + nu).
 
         Raises
         ------
         UnavailableOutputError
             If the model was compiled without ``"state_jacobian"``.
         UnknownNameError
-            If there is no such output of one's own.
+            If there is no such user-defined output.
         """
         return self._jacobian("state", y, params, t, of)
 
@@ -259,18 +255,18 @@ class Outputs(Description):
     ) -> Array:
         """Derivative of :meth:`rhs` by the parameters at a fixed state, (..., nq + nu, np).
 
-        Each parameter by itself: defaults that follow others do not move.  ``of``: instead of an
-        output of one's own, shape (..., np).  Raises as :meth:`state_jacobian` does.
+        Each parameter separately: defaults that follow others stay constant.  ``of``: instead of a
+        user-defined output, shape (..., np).  Raises as :meth:`state_jacobian` does.
         """
         return self._jacobian("parameter", y, params, t, of)
 
     def input_jacobian(
         self, y: Array, params: Parameters = None, t: Time = 0.0, *, of: str | None = None
     ) -> Array:
-        """Derivative of :meth:`rhs` by the inputs that a run is given, (..., nq + nu, n).
+        """Derivative of :meth:`rhs` by the inputs that are given with a run, (..., nq + nu, n).
 
-        Columns in the order of :attr:`input_values`; there where ``"state_jacobian"`` is.
-        ``of``: instead of an output of one's own, shape (..., n).
+        Columns in the order of :attr:`input_values`; compiled with ``"state_jacobian"``.
+        ``of``: instead of a user-defined output, shape (..., n).
         """
         return self._jacobian("input", y, params, t, of)
 
@@ -279,7 +275,7 @@ class Outputs(Description):
 
     @property
     def input_values(self) -> tuple[str, ...]:
-        """Every input with the rates of it that the equations hold: ``("F", "r", "r'", "r''")``."""
+        """Every input with its rates that the equations contain: ``("F", "r", "r'", "r''")``."""
         return input_values(self.system)
 
     @property
@@ -288,15 +284,15 @@ class Outputs(Description):
         return self.system.knows_energy
 
     def output(self, name: str, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
-        """Any output by name, the user's own ones among them."""
+        """Any output by name, user-defined ones included."""
         return self._evaluate(name_of(name), y, params, t)
 
     # -- for C --------------------------------------------------------------------------------
 
     def c_function(self, output: str = "rates", params: Parameters = None) -> CFunction:
-        """An output as a C function; by default the state rates, unprojected as in :meth:`rhs`.
+        """An output as a C function; by default the state rates of :meth:`rhs`.
 
-        Waits until all of a model that is being compiled is there.
+        Waits until the model is compiled completely.
 
         Parameters
         ----------
@@ -324,7 +320,7 @@ class Outputs(Description):
     ) -> Any:
         """A number of an output as a function of coordinates, for ``scipy.integrate.quad``.
 
-        The state is y (nq + nu,) but for what it runs along; nothing closes loops on the way.
+        The state is y (nq + nu,) except the components in ``along``; loops are not closed.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A progress bar on a terminal, for what takes over a second."""
+"""A progress bar on a terminal, for work of more than a second."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class ProgressBar:
         self.shown = False
 
     def update(self, fraction: float, note: str = "") -> None:
-        """Show how much is done, once it has taken a second, at most ten times a second."""
+        """Show the fraction done, after the first second, at most ten times a second."""
         now = time.monotonic()
         if now - self.started < PATIENCE or now - self.shown_at < INTERVAL:
             return
@@ -46,7 +46,7 @@ class ProgressBar:
 
 
 class Notice:
-    """``with Notice("compiling ..."): ...``: said after a second, and taken away at the end."""
+    """``with Notice("compiling ..."): ...``: shown after a second, and removed at the end."""
 
     def __init__(self, text: str) -> None:
         self.text = text
@@ -71,7 +71,7 @@ class Notice:
 
 
 class CountBar(ProgressBar):
-    """A bar for many like things: ``update_count`` also shows the rate and the time left."""
+    """A bar for many equal items: ``update_count`` also shows the rate and the time left."""
 
     def __init__(self, title: str, total: int) -> None:
         super().__init__(title)
@@ -79,7 +79,7 @@ class CountBar(ProgressBar):
         self.before: int | None = None
 
     def update_count(self, done: int) -> None:
-        """``done`` of them; what was done before the first call does not count in the rate."""
+        """``done`` of them; those done before the first call do not count in the rate."""
         if self.before is None:
             self.before = done
         rate = (done - self.before) / max(time.monotonic() - self.started, 1e-9)

@@ -55,6 +55,7 @@ def rate(y, torque=0.0, c=NAMES):
 def model():
     kane, G, A = pendulum()
     tip = {"tip": G.pos_from(O), "both": [q, u], "turn": A.dcm(N), sm.Symbol("power"): T * u}
+    tip["sensors"] = {"rate": u, "axis": A.z}
     outputs = ("energy", "state_jacobian", tip)
     return mechc.compile(kane, defaults=CONSTANTS, inputs={F: sm.S.Zero}, outputs=outputs)
 
@@ -137,6 +138,8 @@ def test_outputs_keep_the_shape_of_vectors_lists_and_matrices(model) -> None:
     assert abs(turn[0, 1] - np.sin(0.4)) < 1e-15
     assert np.abs(driven.output(sm.Symbol("power"), y) - 0.3 * y[:, 1]).max() < 1e-16
     assert (driven.output("tip[1]", y) == tip[:, 1]).all()
+    assert (driven.output("sensors.rate", y) == y[:, 1]).all()
+    assert driven.output("sensors.axis", y[0]).tolist() == [0.0, 0.0, 1.0]
 
 
 def test_linear_models_and_events_by_symbol(model) -> None:

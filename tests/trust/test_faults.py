@@ -35,7 +35,7 @@ SCENARIOS = {
 def shim(tmp_path_factory):
     """The library that makes calls fail."""
     target = tmp_path_factory.mktemp("faults") / "faults.so"
-    source = str(ROOT / "tests" / "support" / "faults.c")
+    source = str(ROOT / "tests" / "support" / "trust" / "faults.c")
     command = ["gcc", "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", source, "-ldl"]
     subprocess.run([*command, "-o", str(target)], check=True)
     return target
@@ -47,7 +47,7 @@ def test_every_call_that_fails_is_told_and_loses_nothing(scenario, shim, thoroug
 
     stride, least = SCENARIOS[scenario]
     folder = tmp_path / "work"
-    command = [sys.executable, "-m", "tests.support.fault_scenarios", scenario, str(folder)]
+    command = [sys.executable, "-m", "tests.support.trust.fault_scenarios", scenario, str(folder)]
     done = subprocess.run(
         [*command, f"1:5000:{1 if thorough else stride}"], capture_output=True, text=True, cwd=ROOT,
         env={**os.environ, "LD_PRELOAD": str(shim), "MECHC_CACHE_DIR": str(tmp_path / "cache")},

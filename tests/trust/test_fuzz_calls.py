@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mechc
-from tests.support.fuzzing import run_cases
+from tests.support.trust.fuzzing import run_cases
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,7 @@ import io
 import pytest
 
 from mechc.cli.commands import main
-from tests.support.fuzzing import run_cases
+from tests.support.trust.fuzzing import run_cases
 
 pytestmark = pytest.mark.slow
 

@@ -94,7 +94,7 @@ def test_the_report_names_what_is_redundant(scene, planar):
     if rank == 3:
         assert "other rocker along y: follows from" in str(found[-1])
     else:
-        assert str(found[-1]).endswith("of axis with y: holds by itself")
+        assert str(found[-1]).endswith("of axis with y: always holds")
         shares = np.array(found[0].shares)  # place along c, of that along a and b
         a, b, c = (axis(model, n) for n in "abc")
         np.testing.assert_allclose(shares @ [a, b], c, atol=1e-12)

@@ -206,7 +206,7 @@ def test_the_derivative_by_states_is_that_of_the_rates(pid):
 
 
 def test_what_searches_for_equilibria_says_that_there_are_states(pid):
-    with pytest.raises(mechc.MechcError, match=r"states of its own \(z\)"):
+    with pytest.raises(mechc.MechcError, match=r"additional states \(z\)"):
         pid.equilibria()
 
 

@@ -13,14 +13,14 @@ from math import hypot
 
 from sympy import Expr, ImmutableDenseMatrix, S
 from sympy.core.function import AppliedUndef
-from sympy.physics.mechanics import Particle, ReferenceFrame, RigidBody, dynamicsymbols
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
 from mechc_codegen.convert.algebra import Rows, evaluator, random_point
 from mechc_codegen.convert.check_accelerations import Flow
 from mechc_codegen.convert.classify_constraints import RateRows, Rates
 from mechc_codegen.description.mechanism import is_rigid
-from mechc_codegen.description.placement import steps_from
+from mechc_codegen.description.placement import ZERO, Number3, Placement, steps_from
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
 
@@ -36,16 +36,18 @@ def refuse_other_angular_velocities(
 ) -> None:
     """Compare the angular velocities of all frames that count with their direction cosines.
 
-    At random motions on the constraints, quaternions of length one.  Frames without an orientation
-    are not judged, nor those that specified functions of time turn.
+    Most agree at any motion, which one random motion shows; the others are compared at random
+    motions on the constraints, with quaternions of length one.  Frames without an orientation are
+    not judged, nor those that specified functions of time turn.
 
     Raises
     ------
     MechanismError
         With the frame's name, both angular velocities and what to do.
     """
-    turns = _Turns(source, rates)
-    claims = [c for c in _claims(source.frame, _frames(source, bodies)) if turns.takes(c)]
+    anywhere, turns = _AnyMotion(source, rates), _Turns(source, rates)
+    claims = [c for c in _claims(source.frame, _frames(source, bodies)) if not anywhere.holds(c)]
+    claims = [claim for claim in claims if turns.takes(claim)]
     if claims:
         for numbers in turns.at_random_motions([rates.in_symbols(e) for e in motion]):
             for claim in claims:
@@ -99,6 +101,58 @@ def _compare(claim: _Claim, turns: _Turns, numbers: Numbers) -> None:
         )
 
 
+def _rates_of(source: Source, rates: Rates) -> dict[Expr, Expr]:
+    """q' and auxiliary speeds -> what stands for them."""
+    time = dynamicsymbols._t
+    moving = {q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)}
+    return moving | dict.fromkeys(source.auxiliary, S.Zero)
+
+
+class _AnyMotion:
+    """One motion at random values of everything, whether the constraints allow it or not.
+
+    Every step from frame to frame is evaluated once, so that long chains are quick.
+    """
+
+    def __init__(self, source: Source, rates: Rates) -> None:
+        self._placement = Placement(source.frame, Point("O"), seed=4)
+        for symbol, rate in _rates_of(source, rates).items():
+            self._placement.assume(symbol, self._placement.value(rate))
+        self._before = steps_from(source.frame, lambda f: f._dcm_dict)
+        self._spins: dict[ReferenceFrame, Number3] = {source.frame: ZERO}
+
+    def holds(self, claim: _Claim) -> bool:
+        """Whether what was set is the rate of the orientation in this motion."""
+        try:
+            said = self._placement.vector(claim.rate)
+            spins = self._spin(claim.frame), self._spin(claim.other)
+        except KeyError:  # not oriented step by step
+            return False
+        apart = (a - b + c for a, b, c in zip(said, *spins, strict=True))
+        return hypot(*apart) <= _SAME * max(1.0, hypot(*said))
+
+    def _spin(self, frame: ReferenceFrame) -> Number3:
+        way = []
+        while frame not in self._spins:
+            way.append(frame)
+            frame = self._before[frame]
+        for step in reversed(way):
+            before = self._before[step]
+            turn = [self._value_and_rate(e) for e in step._dcm_dict[before].T]
+            axis = _axis([value for value, _ in turn], [rate for _, rate in turn])
+            local = _times(list(self._placement.rotation(before)), axis)
+            x, y, z = (a + b for a, b in zip(self._spins[before], local, strict=True))
+            self._spins[step] = (x, y, z)
+            frame = step
+        return self._spins[frame]
+
+    def _value_and_rate(self, entry: Expr) -> tuple[float, float]:
+        if entry.is_Number:
+            return float(entry), 0.0
+        value = self._placement.value
+        return value(entry), value(entry.diff(dynamicsymbols._t))
+
+
 class _Turns:
     """Rotations and angular velocities of frames in the inertial one, by direction cosines.
 
@@ -108,10 +162,7 @@ class _Turns:
     def __init__(self, source: Source, rates: Rates) -> None:
         self._source, self._rates = source, rates
         self._before = steps_from(source.frame, lambda f: f._dcm_dict)
-        time = dynamicsymbols._t
-        self._moving = {
-            q.diff(time): rate for q, rate in zip(source.q, rates.original, strict=True)
-        } | dict.fromkeys(source.auxiliary, S.Zero)
+        self._moving = _rates_of(source, rates)
         self._known = {*source.q, *source.u, *source.auxiliary}
         self._entries: dict[object, Sequence[Expr]] = {}
 
@@ -192,12 +243,17 @@ class _Turns:
         """The angular velocity that the rates of the direction cosines say: R' R^T."""
         rows, total = _IDENTITY, [0.0, 0.0, 0.0]
         for step in self._steps(frame)[1:]:
-            turn, rate = _square(numbers["turn", step]), _square(numbers["rate", step])
-            skew = _product(rate, [list(column) for column in zip(*turn, strict=True)])
-            local = _times(rows, [skew[2][1], skew[0][2], skew[1][0]])
-            total = [a + b for a, b in zip(total, local, strict=True)]
-            rows = _product(rows, turn)
+            local = _axis(numbers["turn", step], numbers["rate", step])
+            total = [a + b for a, b in zip(total, _times(rows, local), strict=True)]
+            rows = _product(rows, _square(numbers["turn", step]))
         return total
+
+
+def _axis(turn: Sequence[float], rate: Sequence[float]) -> list[float]:
+    """The angular velocity of a rotation R and its rate: that of the skew matrix R' R^T."""
+    columns = [list(column) for column in zip(*_square(turn), strict=True)]
+    skew = _product(_square(rate), columns)
+    return [skew[2][1], skew[0][2], skew[1][0]]
 
 
 def _square(entries: Sequence[float]) -> Rows:
@@ -208,5 +264,5 @@ def _product(a: Rows, b: Rows) -> Rows:
     return [_times([list(column) for column in zip(*b, strict=True)], row) for row in a]
 
 
-def _times(rows: Rows, vector: Sequence[float]) -> list[float]:
+def _times(rows: Sequence[Sequence[float]], vector: Sequence[float]) -> list[float]:
     return [sum(x * y for x, y in zip(row, vector, strict=True)) for row in rows]

@@ -16,6 +16,7 @@ from sympy import Expr, Float, Integer, S, Symbol, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, RigidBody, dynamicsymbols
 
+from mechc_codegen.convert.added_inertia import split_accelerations
 from mechc_codegen.convert.check_accelerations import refuse_other_accelerations
 from mechc_codegen.convert.check_angular_velocities import refuse_other_angular_velocities
 from mechc_codegen.convert.classify_constraints import (
@@ -49,12 +50,12 @@ def convert(
 ) -> Mechanism:
     """The mechanism that a Source describes."""
     read = read or fingerprint(source)
-    _refuse_accelerations(source)
     states = _states(source, settings, read)
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
     kinematics = _kinematics(source)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
+    source, added, held = split_accelerations(source, rates)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
     stationary = Stationary(source.frame)
     bodies = tuple(b for b in source.bodies if not stationary.body(b))
@@ -85,29 +86,12 @@ def convert(
         auxiliary=source.auxiliary,
         lagrangian=source.lagrangian,
         potential=potential.value,
-        unknown_potentials=potential.unknown,
+        unknown_potentials=(*potential.unknown, *held),
+        added_inertia=added,
         joints=_joints(source, bodies),
         states=_described_states(source, settings, states, units, parameters),
         gravity=gravity,
     )
-
-
-# -- what is refused ------------------------------------------------------------------------------
-
-
-def _refuse_accelerations(source: Source) -> None:
-    """Loads that contain u' would be part of the mass matrix."""
-    time = dynamicsymbols._t
-    rates = {x.diff(time) for x in (*source.u, *source.auxiliary)}
-    rates |= {q.diff(time, 2) for q in source.q}
-    for place, vector in source.loads:
-        held = {r for matrix, _ in vector.args for r in rates if matrix.has(r)}
-        if held:
-            what = min(map(str, held))
-            raise MechanismError(
-                f"the load on {place.name} holds the acceleration {what}: write it as a body of "
-                "its own (an added mass or inertia), so that it is part of the mass matrix"
-            )
 
 
 # -- kinematics and constraints -------------------------------------------------------------------

@@ -171,6 +171,11 @@ def _kanes_equations(
             for column in range(row, size):
                 mass[row][column] += _mass_term(motion, linear, angular, row, column)
             forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
+    for added in mechanism.added_inertia:
+        for row, partial in enumerate(_partials_at(mechanism, added.place)):
+            for column in range(row, size):
+                load = added.per_acceleration[column].xreplace(mechanism.rates)
+                mass[row][column] -= load.dot(partial)
     return mass, forcing
 
 
@@ -212,15 +217,19 @@ def _rate_at_constant_speeds(mechanism: Mechanism, vector: Vector) -> Vector:
 def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
     forces = [S.Zero] * len(mechanism.u)
     for place, load in (*mechanism.loads, *_weights(mechanism)):
-        velocity = (
-            place.ang_vel_in(mechanism.frame)
-            if isinstance(place, ReferenceFrame)
-            else _velocity(mechanism, place)
-        ).xreplace(mechanism.rates)
-        for k, u in enumerate(mechanism.u):
-            partial = velocity.diff(u, mechanism.frame, var_in_dcm=False)
+        for k, partial in enumerate(_partials_at(mechanism, place)):
             forces[k] += load.xreplace(mechanism.rates).dot(partial)
     return forces
+
+
+def _partials_at(mechanism: Mechanism, place: Point | ReferenceFrame) -> list[Vector]:
+    """Partial velocities of a point, partial angular velocities of a frame."""
+    velocity = (
+        place.ang_vel_in(mechanism.frame)
+        if isinstance(place, ReferenceFrame)
+        else _velocity(mechanism, place)
+    ).xreplace(mechanism.rates)
+    return [velocity.diff(u, mechanism.frame, var_in_dcm=False) for u in mechanism.u]
 
 
 def _weights(mechanism: Mechanism) -> list[Load]:

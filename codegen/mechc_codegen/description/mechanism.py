@@ -95,6 +95,17 @@ Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
 
 
 @dataclass(frozen=True)
+class AddedInertia:
+    """A load of accelerations, which counts as inertia.
+
+    ``per_acceleration`` has for each speed the force or torque at ``place`` per unit of its rate.
+    """
+
+    place: Point | ReferenceFrame
+    per_acceleration: tuple[Vector, ...]
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """A mechanism, described.
 
@@ -147,6 +158,9 @@ class Mechanism:
     unknown_potentials
         Descriptions of the loads for which it is not known whether they have a potential; with any,
         no potential energy is computed.
+    added_inertia
+        Loads that are linear in the speeds' rates, which the mass matrix takes up; what they make
+        of it must be symmetric.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -179,6 +193,7 @@ class Mechanism:
     lagrangian: Expr | None = None
     potential: Expr | None = None
     unknown_potentials: tuple[str, ...] = ()
+    added_inertia: tuple[AddedInertia, ...] = ()
     closures: tuple[Closure, ...] = ()
     gravity: Vector | None = None
     joints: tuple[Joint, ...] = ()
@@ -328,6 +343,9 @@ def _expressions(mechanism: Mechanism) -> Iterable[tuple[str, Expr]]:
         yield f"the constraint {constraint.name}", constraint.expression
     for load_at, vector in mechanism.loads:
         yield from _components(f"the load on {load_at.name}", vector)
+    for added in mechanism.added_inertia:
+        for vector in added.per_acceleration:
+            yield from _components(f"the load on {added.place.name}", vector)
     if mechanism.gravity is not None:
         yield from _components("gravity", mechanism.gravity)
     for closure in mechanism.closures:

@@ -46,6 +46,10 @@ class Placement:
         number = complex(expression.xreplace(self._values))
         return number.real + number.imag
 
+    def assume(self, symbol: Expr, value: float) -> None:
+        """Give a symbol, or a derivative, this value from now on."""
+        self._values[symbol] = Float(value)
+
     def vector(self, vector: Vector) -> Number3:
         total = ZERO
         for matrix, frame in vector.args:

@@ -25,7 +25,8 @@ from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 
 _SPARSE = 64  # elements
-_STATE = "real t, const real *q, const real *u, const real *p, const real *k"
+_STATE = "real t, const real *q, const real *u, const FN(given) *given"
+_ALIASES = "const real *const p = given->p, *const k = given->k;"
 _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 
 
@@ -44,7 +45,7 @@ def emit(
         "scene_sizes.h": sizes_header(functions),
         "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
         "scene_model.c": model_source(functions, metadata, sets),
-        "scene_first.c": template("first.c.in").substitute(unit=sets[-1].name),
+        "scene_outputs_only.c": template("outputs_only.c.in").substitute(unit=sets[-1].name),
     }
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}
@@ -84,7 +85,7 @@ class CWriter(FunctionWriter):
             return body
         first, last = places[0], places[-1] + 1
         read = [f"real inputs[{last - first}];"]
-        read.append(f"FN(read_inputs)(t, q, {speeds}, p, {first}, {last}, inputs);")
+        read.append(f"FN(read_inputs)(t, q, {speeds}, given, {first}, {last}, inputs);")
         symbols = [self.inputs[i] for i in places]
         for i, symbol in zip(places, symbols, strict=True):
             read.append(self.load(symbol, f"inputs[{i - first}]"))
@@ -170,7 +171,7 @@ class CWriter(FunctionWriter):
         if function.kind == "hoist":
             return function.name, "const real *p, real *k"
         if function.kind == "configuration":
-            state = "real t, const real *q, const real *p, const real *k"
+            state = "real t, const real *q, const FN(given) *given"
             arrays = _pointers(self.layout.configuration)
             return function.name, f"{state},{arrays} real *saved, real *turns, int near"
         if function.kind == "motion":
@@ -195,8 +196,12 @@ def _pointers(targets: Mapping[str, str]) -> str:
 
 
 def _definition(comment: str, name: str, signature: str, body: Sequence[str], storage: str) -> str:
-    unused = ", ".join(f"(void){argument}" for argument in argument_names(signature))
-    lines = "\n".join(f"    {line}" for line in [f"{unused};", *body])
+    arguments = argument_names(signature)
+    aliases = []
+    if "given" in arguments:
+        aliases, arguments = [_ALIASES], [*arguments, "p", "k"]
+    unused = ", ".join(f"(void){argument}" for argument in arguments)
+    lines = "\n".join(f"    {line}" for line in [*aliases, f"{unused};", *body])
     head = wrap(
         f"{storage} void FN({name})({signature})",
         98,

@@ -27,7 +27,7 @@ class Build:
     seconds: Mapping[str, float] = field(default_factory=dict)  # that each stage took
 
     @property
-    def first_flags(self) -> tuple[str, ...]:
+    def outputs_only_flags(self) -> tuple[str, ...]:
         """Those of the widest instruction set, which the first unit is compiled for."""
         return max(self.flags.values(), key=len)
 

@@ -18,7 +18,7 @@ FLAGS = (
     "-fvisibility=hidden",
 )
 # Quick to compile rather than quick to run: it serves until the whole is compiled.
-FIRST_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
+OUTPUTS_ONLY_FLAGS = ("-std=gnu11", "-O1", *FLAGS[2:], "-DMECHC_SHARED")
 SHARED = ("-DMECHC_SHARED",)  # the model is found by name
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more
 RUNTIME = Path(str(files("mechc_codegen"))) / "runtime"

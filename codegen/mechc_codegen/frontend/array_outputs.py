@@ -25,7 +25,8 @@ def scalar_outputs(
     """The outputs with every element by itself, and the shape of each that has several.
 
     Vectors become their components in ``frame`` (3,), dyadics (3, 3), matrices keep their rows and
-    columns, lists and tuples of any of these have one axis more.
+    columns, lists and tuples of any of these have one axis more.  What stands in a dict within is
+    called ``group.name``.
 
     Raises
     ------
@@ -39,8 +40,7 @@ def scalar_outputs(
             scalars.append(item)
             continue
         elements: dict[Any, Expr] = {}
-        for key, value in item.items():
-            name = printed_name(key) if isinstance(key, Expr) else key
+        for name, value in _named(item):
             shape, flat = _elements(value, f"outputs: {name!r}", frame)
             if shape:
                 shapes[name] = shape
@@ -50,6 +50,16 @@ def scalar_outputs(
                 elements[element] = expression
         scalars.append(elements)
     return tuple(scalars), shapes
+
+
+def _named(outputs: Mapping[Any, Any]) -> Iterator[tuple[Any, Any]]:
+    """Name and value; those of a dict within are called ``group.name``."""
+    for key, value in outputs.items():
+        name = printed_name(key) if isinstance(key, Expr) else key
+        if isinstance(value, Mapping):
+            yield from ((f"{name}.{inner}", each) for inner, each in _named(value))
+        else:
+            yield name, value
 
 
 def element_names(name: str, shape: Shape) -> Iterator[str]:

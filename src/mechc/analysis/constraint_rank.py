@@ -12,8 +12,8 @@ from mechc.system.system import System
 
 SAMPLES = 8
 STARTS = 64
-DEPENDENT = 1e-8  # of a row's largest length: less is left of it beside the rows before it
-SHARE = 1e-6  # of the largest share: a row with less has no part in a relation
+DEPENDENT = 1e-8  # of a row's largest length: what remains after elimination of the rows before it
+SHARE = 1e-6  # of the largest share: a smaller one counts as zero
 
 
 @dataclass(frozen=True)
@@ -25,10 +25,10 @@ class Redundancy:
     name
         The row, as in ``model.constraint_names``.
     follows_from
-        Rows that imply it; empty where its Jacobian vanishes by itself.
+        Rows that imply it; empty where its Jacobian is always zero.
     shares
-        How much of each is in it, where that is the same on every closed configuration; else
-        empty.
+        Its coefficients in terms of these rows, if they are the same on every closed
+        configuration; else empty.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Redundancy:
 
     def __str__(self) -> str:
         if not self.follows_from:
-            return f"{self.name}: holds by itself"
+            return f"{self.name}: always holds"
         if not self.shares:
             return f"{self.name}: follows from {', '.join(self.follows_from)}"
         terms = [f"{s:+.6g} of {n}" for s, n in zip(self.shares, self.follows_from, strict=True)]
@@ -47,7 +47,7 @@ class Redundancy:
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
     """Rows that are redundant on every closed configuration, in the order of the constraints.
 
-    Found by the rank of J at closed configurations spread over the whole range of the
+    By the rank of J at closed configurations spread over the whole range of the
     coordinates, each row against those before it.  Rows that depend on each other at a change
     point only are not among them.
 
@@ -91,7 +91,7 @@ def _of_highest_rank(jacobian: Array) -> Array:
 
 
 def _shares(jacobian: Array, kept: list[int], row: int) -> tuple[Array, Array]:
-    """Shares (samples, kept) of the rows kept in this one, and what is left of it (samples,)."""
+    """Shares (samples, kept) of the rows kept in this one, and the remainder (samples,)."""
     shares = np.zeros((len(jacobian), len(kept)))
     left = np.linalg.norm(jacobian[:, row], axis=1)
     for i, sample in enumerate(jacobian):

@@ -8,6 +8,7 @@ import numpy as np
 
 from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
 from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -25,7 +26,7 @@ class Equilibrium:
     y : (nq + nu,)
         The state, speeds zero.
     stable
-        Whether the mechanism, moved a little, is driven back in every direction.
+        Whether the mechanism returns after a small displacement in every direction.
     """
 
     y: Array
@@ -33,7 +34,7 @@ class Equilibrium:
 
 
 def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
-    """Configurations that stay at rest under the loads at time t, the stable ones first.
+    """Equilibria under the loads at time t, the stable ones first.
 
     Found by Newton's method on the accelerations along the manifold from points spread over the
     configurations that close the loops; angles in (-pi, pi].
@@ -41,14 +42,14 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
     Raises
     ------
     AssemblyError
-        If no closed configuration was found at all.
+        If no closed configuration was found.
     MechcError
         If the model has states besides coordinates and speeds.
     """
     if system.states:
         raise MechcError(
-            f"{system.name} has states of its own ({', '.join(system.states)}): equilibria are "
-            "known of mechanisms without them; model.rhs vanishes at an equilibrium of both"
+            f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
+            "found for mechanisms without them; at an equilibrium of both model.rhs is zero"
         )
     starts = _closed_starts(system, values, t)
     if not starts:
@@ -92,7 +93,7 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
 
 
 def _closed_at(system: System, name: str, grid: Array, values: Array) -> list[Array | None]:
-    """For each value of a coordinate some closed configuration, or None: all searched at once."""
+    """For each value of a coordinate a closed configuration, or None: all searched at once."""
     driven = system.state_index(name)
     free = system.unknowns([driven])
     fixed = np.tile(system.default_coordinates, (len(grid) * STARTS, 1))
@@ -134,14 +135,14 @@ def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
     for q in even_points(STARTS, width) * reach:
         state = np.concatenate([q, np.zeros(len(system.speeds))])
         status, y, _, _ = system.scene.project(t, state, values)
-        if status == 0:
+        if status == RUNNING:
             y[width:] = 0.0
             starts.append(y)
     return starts
 
 
 def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
-    """Newton's method along the manifold; None where it does not settle."""
+    """Newton's method along the manifold; None where it does not converge."""
     width = len(system.coordinates)
     for _ in range(ITERATIONS):
         basis = _tangent(system, y, values, t)
@@ -198,7 +199,7 @@ def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> 
     trial[:width] += system.rates(with_speeds, values, t)[:width]
     status, moved, _, _ = system.scene.project(t, trial, values)
     moved[width:] = 0.0
-    return np.asarray(moved) if status == 0 else None
+    return np.asarray(moved) if status == RUNNING else None
 
 
 def _is_stable(system: System, y: Array, values: Array, t: float) -> bool:

@@ -1,4 +1,4 @@
-"""Inverse dynamics: the inputs that make a given motion."""
+"""Inverse dynamics: the inputs that produce a given motion."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mechc.inputs.driven_scene import with_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-LINEAR = 1e-9  # of the loads: an input whose effect departs from a straight line by more
-KEPT = 1e-6  # of the accelerations: a given motion that leaves the constraints by more
-MADE = 1e-6  # of the forces: what the inputs leave undone
+LINEAR = 1e-9  # of the loads: a larger deviation means that they are not linear in an input
+KEPT = 1e-6  # of the accelerations: a larger violation of the constraints is refused
+MADE = 1e-6  # of the forces: a larger remainder is refused
 RANK = 1e-10
 
 
 class InverseDynamics(NamedTuple):
-    """What makes a motion.
+    """The inputs and multipliers of a motion.
 
     inputs : (..., m)
-        Values of the inputs, in the order asked for; those of least norm where they are more
+        Values of the inputs, in the order requested; those of least norm where there are more
         than needed.
     multipliers : (..., nc)
-        Of the constraints meanwhile, of least norm.
+        Multipliers of the constraints, of least norm.
     """
 
     inputs: Array
@@ -41,7 +41,7 @@ def inverse_dynamics(
     names: tuple[str, ...],
     t: float | Array,
 ) -> InverseDynamics:
-    """The inputs r that make a motion: see :meth:`mechc.Model.inverse_dynamics`."""
+    """The inputs r that produce a motion: see :meth:`mechc.Model.inverse_dynamics`."""
     pushed = _Pushed(system, states, values, names, t)
     still, per_input = pushed.forces()
     driven, at_one = pushed.at({})
@@ -60,7 +60,7 @@ def inverse_dynamics(
 
 @dataclass(frozen=True)
 class _Pushed:
-    """The model at given states, with the inputs as they are needed."""
+    """The model at given states, with different values of the inputs."""
 
     system: System
     y: Array
@@ -69,7 +69,7 @@ class _Pushed:
     t: float | Array
 
     def at(self, changed: Mapping[str, float]) -> tuple[System, Array]:
-        """Model and parameters with every input 1 but for those that are changed."""
+        """Model and parameters with every input 1 except those that are changed."""
         chosen = dict.fromkeys(self.names, 1.0) | dict(changed)
         given = {name: value for name, value in chosen.items() if name in self.system.inputs}
         moved = np.array(self.values)
@@ -83,7 +83,7 @@ class _Pushed:
         return driven.evaluate(output, self.y, values, self.t)
 
     def forces(self) -> tuple[Array, Array]:
-        """F without the inputs (..., nu), and what each adds (..., nu, m)."""
+        """F with all inputs zero (..., nu), and the change by each (..., nu, m)."""
         ones, columns = self._evaluate("forcing", {}), []
         for name in self.names:
             column = self._evaluate("forcing", {name: 2.0}) - ones
@@ -100,11 +100,11 @@ class _Pushed:
 def _refuse_input(name: str, bent: bool, idle: bool) -> None:
     if bent:
         raise MechcError(
-            f"{name} does not act as a force that the equations are linear in; the inputs of "
-            "inverse dynamics must"
+            f"the equations are not linear in {name}; they must be in the inputs of "
+            "inverse dynamics"
         )
     if idle:
-        raise MechcError(f"{name} does nothing at these states: it cannot be an input")
+        raise MechcError(f"{name} has no effect at these states: it cannot be an input")
 
 
 def _place(system: System, name: str) -> int:
@@ -114,7 +114,7 @@ def _place(system: System, name: str) -> int:
 
 
 def _along(jacobian: Array, columns: Array) -> Array:
-    """What of forces is along motions that the constraints leave free."""
+    """The part of forces along motions that the constraints allow."""
     carried = np.linalg.pinv(jacobian, rcond=RANK) @ (jacobian @ columns)
     return np.asarray(columns - carried)
 
@@ -130,9 +130,9 @@ def _refuse_departing(jacobian: Array, difference: Array, rates: Array) -> None:
     size = np.abs(jacobian).max(initial=0.0) * np.abs(rates).max(initial=1.0)
     if open_by > KEPT * size:
         raise ValueError(
-            f"these accelerations leave the constraints: J u' departs from gamma by {open_by:.3g}. "
+            f"these accelerations violate the constraints: J u' - gamma is {open_by:.3g}. "
             "Take them from a motion that keeps the loops closed (model.assemble closes states; "
-            "model.linearize(...).to_state says which rates follow from independent ones)"
+            "model.linearize(...).to_state gives the rates that follow from independent ones)"
         )
 
 
@@ -140,6 +140,6 @@ def _refuse_undone(undone: Array, needed: Array, names: tuple[str, ...]) -> None
     largest = np.abs(undone).max(initial=0.0)
     if largest > MADE * np.abs(needed).max(initial=1.0):
         raise MechcError(
-            f"{', '.join(names)} cannot make this motion: a generalized force of {largest:.3g} is "
-            "left undone. Every direction that the constraints leave free needs an input"
+            f"{', '.join(names)} cannot produce this motion: a generalized force of {largest:.3g} "
+            "remains. Every direction that the constraints allow needs an input"
         )

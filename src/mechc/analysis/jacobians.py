@@ -1,4 +1,4 @@
-"""Derivatives of the right-hand side, and of outputs of one's own, by compiled code."""
+"""Derivatives of the right-hand side, and of user-defined outputs, by compiled code."""
 
 from __future__ import annotations
 
@@ -15,26 +15,26 @@ def jacobian(
 ) -> Array:
     """Derivatives ``by`` ``"state"``, ``"parameter"`` or ``"input"``: (..., nq + nu, n).
 
-    ``of``: of an output of one's own instead of the right-hand side, (..., n).
+    ``of``: of a user-defined output instead of the right-hand side, (..., n).
 
     Raises
     ------
     UnavailableOutputError
         If the model was compiled without them.
     UnknownNameError
-        If there is no such output of one's own.
+        If there is no such user-defined output.
     """
     name = f"{by}_jacobian"
     if of is None:
         return system.evaluate(name, y, p, t)
     own = system.data["own"]
     if of not in own:
-        raise UnknownNameError("output of one's own", of, own)
+        raise UnknownNameError("user-defined output", of, own)
     whole = system.evaluate(f"own_{name}", y, p, t)
     return np.ascontiguousarray(whole[..., own.index(of), :])
 
 
 def input_values(system: System) -> tuple[str, ...]:
-    """Every input with the rates of it that the equations hold: ``("F", "r", "r'", "r''")``."""
+    """Every input with its derivatives that the equations contain: ``("F", "r", "r'", "r''")``."""
     slots = [InputSlot.from_metadata(data) for data in system.data.get("inputs", ())]
     return tuple(slot.name + "'" * order for slot in slots for order in slot.orders)

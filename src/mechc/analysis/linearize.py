@@ -16,7 +16,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 Places = NDArray[np.intp]
-DEPENDENT = 1e-9  # of the largest pivot: less and a row follows from the others
+DEPENDENT = 1e-9  # of the largest pivot: a row with a smaller one is dependent
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class Linearization:
     A, B, C, D : (n, n), (n, m), (p, n), (p, m)
         n states, m inputs, p outputs.
     states, inputs, outputs
-        Their names: of the states those coordinates and speeds that are independent.
+        Their names: the states are the independent coordinates and speeds.
     t, y, rates
         Time, state (nq + nu,) and its rates there; these vanish at an equilibrium, elsewhere the
-        model is that of the departure from the motion, at this instant.
+        model describes the deviation from the motion, at this instant.
     to_state : (nq + nu, n)
-        What the independent ones make of the whole state, ``dy = to_state dx``.
+        Maps the independent states to all, ``dy = to_state dx``.
     """
 
     A: Array
@@ -55,7 +55,7 @@ class Linearization:
 
 
 class _Tangent(NamedTuple):
-    """Directions (nq + nu, n) along the constraints, and which components they are unit in."""
+    """Directions (nq + nu, n) along the constraints, and the components where they are unit."""
 
     directions: Array
     independent: Places
@@ -102,7 +102,7 @@ def _by_inputs(
     inputs: tuple[str, ...],
     of: str | None = None,
 ) -> Array:
-    """Derivatives by the inputs, (nq + nu, m); of an output of one's own (m,)."""
+    """Derivatives by the inputs, (nq + nu, m); of a user-defined output (m,)."""
     columns = [np.zeros((len(y), 0) if of is None else 0)]
     for name in inputs:
         by, place = _input(system, name)
@@ -111,7 +111,7 @@ def _by_inputs(
 
 
 def _input(system: System, name: str) -> tuple[str, int]:
-    """By what the derivatives by an input are taken, and which of them is its."""
+    """The array of derivatives that has those by an input, and its column there."""
     given = input_values(system)
     if name in given:
         return "input", given.index(name)
@@ -129,7 +129,7 @@ def _output_rows(
         return np.eye(len(names))[names.index(name)], np.zeros(len(inputs))
     own = system.data["own"]
     if name not in own:
-        raise UnknownNameError("coordinate, speed or output of one's own", name, [*names, *own])
+        raise UnknownNameError("coordinate, speed or user-defined output", name, [*names, *own])
     return jacobian(system, "state", y, values, t, name), _by_inputs(
         system, y, values, t, inputs, name
     )
@@ -174,7 +174,7 @@ def _places(system: System, independent: Sequence[str]) -> list[int]:
 
 
 def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) -> Array:
-    """Of the configuration constraints by the coordinates."""
+    """Derivative of the configuration constraints by the coordinates."""
     if "constraint_gradient" in system.scene.outputs:
         return system.evaluate("constraint_gradient", y, values, t)
     holonomic = system.scene.holonomic
@@ -182,7 +182,7 @@ def _gradient(system: System, y: Array, values: Array, t: float, rows: Array) ->
 
 
 def _solved(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tuple[Array, Places]:
-    """A basis of what the rows allow, unit in independent columns, and which these are."""
+    """A basis of the rows' null space, unit in independent columns, and these columns."""
     width = rows.shape[1]
     offered = _least_tied(_scaled(rows))
     free = offered if wanted is None else np.array(wanted, dtype=np.intp)
@@ -202,8 +202,8 @@ def _solved(rows: Array, wanted: list[int] | None, names: tuple[str, ...]) -> tu
 
 
 def _least_tied(rows: Array) -> Places:
-    """The columns left when pivoting has taken those that the rows tie most."""
-    from scipy.linalg import qr  # not at import: it takes longer than all of ours
+    """The columns that pivoting of the rows does not choose."""
+    from scipy.linalg import qr  # slow to import
 
     if not len(rows):
         return np.arange(rows.shape[1])
@@ -214,7 +214,7 @@ def _least_tied(rows: Array) -> Places:
 
 
 def _scaled(rows: Array) -> Array:
-    """Each row over its largest entry; one that vanishes beside the others stays as small."""
+    """Each row over its largest entry; rows that are negligible against the others stay so."""
     largest = np.abs(rows).max(axis=1, initial=0.0, keepdims=True)
     whole = float(largest.max(initial=0.0)) or 1.0
     return np.asarray(rows / np.where(largest > DEPENDENT * whole, largest, whole))
@@ -233,11 +233,11 @@ def _others(width: int, columns: Places) -> Places:
 
 
 def _refuse_change_point(system: System, rows: Array, y: Array, values: Array, t: float) -> None:
-    """Rows that are dependent here and not everywhere."""
+    """Refuse a state where rows are dependent that are independent elsewhere."""
     lost = len(rows) - _rank(rows)
     if lost and lost > len(redundant_constraints(system, values, t)):
         raise ChangePointError(
             "the constraints lose rank at this state: it is a change point, where branches of the "
-            "configuration cross and no one linear model holds; linearize beside it",
+            "configuration cross and no unique linear model exists; linearize near it",
             None,
         )

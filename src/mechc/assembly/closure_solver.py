@@ -1,4 +1,4 @@
-"""The loops of a mechanism as equations in its free coordinates, and what closes them."""
+"""The loops of a mechanism as equations in its free coordinates, and their solution."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Loop:
         """Full states at rest for free coordinates x (n, free)."""
         width = len(self.system.coordinates)
         y = np.zeros((len(x), width + len(self.system.speeds)))
-        y[:, :width] = self.fixed  # (nq,), or (n, nq) with values of their own
+        y[:, :width] = self.fixed  # (nq,), or (n, nq): one for each
         y[:, self.free] = x
         return y
 
@@ -56,7 +56,7 @@ class Loop:
         return self.states(self._distinct(wrapped))[:, : len(self.fixed)]
 
     def search(self, x: Array) -> tuple[Array, Array]:
-        """Where each start (n, free) leads, and whether the loops close there."""
+        """The end of the search from each start (n, free), and whether the loops close there."""
         before = np.full(len(x), np.inf)
         for _ in range(ITERATIONS):
             x = self._descend(x)
@@ -88,9 +88,9 @@ class Loop:
         return best
 
     def _polish(self, x: Array) -> Array:
-        """Gauss-Newton steps, each kept where it closes the loop further.
+        """Gauss-Newton steps, each kept where it reduces the gap.
 
-        Where two assemblies meet they gain one bit a step, so there may be many.
+        Where two assemblies meet they converge by one bit per step, so there may be many.
         """
         for _ in range(POLISHES):
             gap = self.gap(x)
@@ -114,7 +114,7 @@ class Loop:
         return float(np.abs(difference / self.scale).max())
 
     def _least_gap(self, x: Array) -> float:
-        """How close the ends come from x on, m."""
+        """The least gap of the loops found from x on, m."""
         from scipy.optimize import minimize
 
         def square(z: Array) -> tuple[float, Array]:

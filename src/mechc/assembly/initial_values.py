@@ -1,8 +1,8 @@
-"""The scene's own start, and how what is given of another one replaces it.
+"""The scene's default start, and how given values replace it.
 
-A value given replaces the scene's own for the same name.  The scene's other values stay as far as
-there are freedoms for them; where there are not, they give way, and those of coordinates become a
-guess near which the loops are closed, unless the mechanism prefers an assembly of its own.
+A given value replaces the default of the same name.  The other defaults are kept as far as there
+are degrees of freedom for them; otherwise they are dropped, and those of coordinates become a guess
+near which the loops are closed, unless the mechanism has a preferred assembly.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Values = Mapping[str, Any]  # numbers; columns of them, in a batch
 def filled_start(
     system: System, coordinates: Values, speeds: Values, guess: Values
 ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
-    """Coordinates, speeds and a guess to assemble from; the scene's own where nothing is given."""
+    """Coordinates, speeds and a guess to assemble from; the scene's defaults if none is given."""
     own = {n: v for n, v in system.start.items() if n in system.coordinates and n not in guess}
     own_speeds = {n: v for n, v in system.start.items() if n in system.speeds}
     freedoms = len(system.coordinates) - len(system.states) - system.scene.holonomic
@@ -38,7 +38,7 @@ def filled_start(
 
 
 def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:
-    """Both, if there are freedoms for both."""
+    """Both, if there are degrees of freedom for both."""
     both = {**own, **given}
     return both if len(both) <= freedoms else dict(given)
 
@@ -49,7 +49,7 @@ def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For a name that is not known, and for what is no finite number.
+        For an unknown name, and for a value that is not a finite number.
     """
     checked = {}
     for name, value in values.items():

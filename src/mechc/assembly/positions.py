@@ -26,8 +26,7 @@ def assemble(
 ) -> Array:
     """One state (nq + nu,) that closes the loops to rounding; see :meth:`mechc.Model.assemble`.
 
-    ``near``: coordinates near which the configuration is wanted, and speeds near which those of
-    one branch are.
+    ``near``: a guess: coordinates near the configuration wanted, and speeds near those of a branch.
     """
     close_by = {name: value for name, value in near.items() if name not in system.speeds}
     pace = {name: value for name, value in near.items() if name in system.speeds}
@@ -68,7 +67,7 @@ def _without_search(system: System, loop: Loop, near: Values) -> Array:
         gap = float(np.abs(loop.gap(np.zeros((1, 0)))).max())
         if gap > 1e-8 * loop.length:
             raise AssemblyError(
-                f"the coordinates given leave the loop open by {gap:.6g} m; give fewer of them "
+                f"with the coordinates given the loop is open by {gap:.6g} m; give fewer of them "
                 "and let the others be solved for"
             )
     return q[None]
@@ -109,7 +108,7 @@ def preference(system: System, q: Array, values: Array) -> Array:
 
 
 def _nearest(system: System, found: Array, near: Values) -> Array:
-    """The configuration nearest to the guess, its angles in the guess's turn."""
+    """The configuration nearest to the guess, its angles within half a turn of it."""
     chosen = np.argmin(distance(system, found, near))
     return in_turn(system, found[chosen], near)
 

@@ -51,12 +51,12 @@ def _refuse_speeds(
     system: System, y: Array, given: Mapping[str, float], at: branches.SingularConfiguration,
     values: Array, t: float, *, leave_a_choice: bool,
 ) -> None:  # fmt: skip
-    """At a change point: speeds that lead along no branch, or do not say along which."""
+    """At a change point: speeds that follow no branch, or do not determine one."""
     words = ", ".join(f"{name} = {value:g}" for name, value in given.items())
     if leave_a_choice:
         raise AssemblyError(
-            f"{_place(system, y)} is a change point, and {words} leaves more than one freedom "
-            "open there: give more of the speeds"
+            f"{_place(system, y)} is a change point, and with {words} more than one degree of "
+            "freedom remains: give more of the speeds"
         )
     lines = [
         _motion(system, row)
@@ -68,7 +68,7 @@ def _refuse_speeds(
     ][:8]  # fmt: skip
     told = f": {'; or '.join(dict.fromkeys(lines))}" if lines else ""
     raise AssemblyError(
-        f"{_place(system, y)} is a change point, and no branch of the motion leads on with "
+        f"{_place(system, y)} is a change point, and no branch of the motion continues with "
         f"{words}. Give one speed, and a second one near those of a branch as a guess{told}"
     )
 
@@ -87,7 +87,7 @@ def only_branch(
         words = ", ".join(f"{name} = {value:g}" for name, value in given.items())
         ways = "; or ".join(_motion(system, y[len(system.coordinates) :]) for y in states)
         raise AssemblyError(
-            f"{_place(system, states[0])} is a change point, where {words} leads along "
+            f"{_place(system, states[0])} is a change point, where {words} is possible on "
             f"{len(states)} branches: {ways}. Give another of these speeds as a guess "
             "(guess={...}), or take one of model.assemblies(...)"
         )

@@ -1,9 +1,9 @@
-"""Change points: which speeds lead on from a configuration where the configuration curve crosses
+"""Change points: the speeds possible at a configuration where the configuration curve crosses
 itself.
 
-There J loses rank, and J u + b = 0 no longer decides: with every left null vector w of J, the
+There J loses rank, and J u + b = 0 does not suffice: for every left null vector w of J, the
 closure must also hold to second order, w . (d/dt (J u + b)) = 0, quadratic equations in the speeds
-that J leaves free.  Their solutions are the tangents of the branches.
+that J allows.  Their solutions are the tangents of the branches.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from mechc.assembly.closure_solver import even_points
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-NEAR = 1e-5  # of the largest singular value: a closer look is worth it
+NEAR = 1e-5  # of the largest singular value: below it a change point is searched for
 GENERIC = 1e-7
 SNAP = 1e-6  # two assemblies that meet are found to about half the digits
 SAME = 1e-7
@@ -28,7 +28,7 @@ EPS = float(np.finfo(float).eps)
 class SingularConfiguration:
     """A configuration q (nq,) whose Jacobian has the left null vectors ``normals`` (k, nc).
 
-    ``excess``: how many of them it does not have around.
+    ``excess``: how many of them it does not have at configurations around.
     """
 
     q: Array
@@ -79,7 +79,7 @@ def _refined(
         left, singular, right = np.linalg.svd(jacobian)
         rank = int((singular > NEAR * singular[0]).sum())
         normals = left[:, rank:].T
-        free = right[rank:].T  # what is left of J^T w a change of w takes away
+        free = right[rank:].T  # a change of w removes the other components of J^T w
         pulls = (normals @ jacobian @ free).ravel()
         bend = np.stack([
             (normals @ (_jacobian_at(system, still, k, 1e-5, values, t)
@@ -129,9 +129,9 @@ def second_order(
 def speeds_on_branches(
     system: System, at: SingularConfiguration, given: dict[int, float], values: Array, t: float
 ) -> Array | None:
-    """All speeds (n, nu) that lead on and have the values given; None where these leave a choice.
+    """All possible speeds (n, nu) with the values given; None where these do not determine them.
 
-    n = 0 where none do.  Least speeds where only rest is determined.
+    n = 0 where there are none.  Least speeds where only rest is determined.
     """
     count = len(system.speeds)
     still = np.append(at.q, np.zeros(count))

@@ -26,7 +26,7 @@ def configurations(
 
     Returns (coordinates (n, nq), whether the loops close (n,), by how much they miss in m (n,),
     whether Ctrl-C left it complete).  Every member is searched from the same starts, so what is
-    found does not depend on its neighbours.
+    found does not depend on other members.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def configurations(
 def _as_given(
     system: System, recipe: Recipe, values: Array, length: Array, fixed: Array
 ) -> tuple[Array, Array]:
-    """Nothing to solve for: whether the loops close as they are."""
+    """Nothing to solve for: whether the loops are closed."""
     states = np.hstack([fixed, np.zeros((len(fixed), len(system.speeds)))])
     gap = np.abs(system.constraints(states, values, recipe.span[0])).max(axis=1, initial=0.0)
     return gap <= 1e-8 * length, gap

@@ -63,7 +63,7 @@ def compute_on(
 
 
 def run_chunk(reference: ModelReference, recipe: Recipe) -> dict[str, Array]:
-    """What a worker does: one of its threads runs the members of one chunk."""
+    """Runs on a worker: one of its threads computes the members of one chunk."""
     found, complete = run_members(system_of(reference), recipe, threads=1)
     if not complete:
         raise MechcError("the worker was interrupted")

@@ -1,4 +1,4 @@
-"""Batches as xarray datasets: what each axis and each result is called."""
+"""Batches as xarray datasets: names of axes and results."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from mechc.batch.layout import dimensions
 from mechc.batch.reductions import read_reduction
 from mechc.batch.spec import Recipe
+from mechc.native._codes import FINISHED, NOT_RUN, STOPPED_BY_EVENT
 from mechc.results.files import netcdf_names, xarray_module
 from mechc.system.system import System
 
@@ -18,9 +19,10 @@ ABOUT = {
     "y0": "state at the start",
     "y_eval": "states at t_eval",
     "t": "time reached",
-    "status": "how it ended: 1 finished, 109 stopped by an event, 0 not run, else a failure",
-    "miss": "by how much the loops cannot close",
-    "change_points": "change points passed",
+    "status": f"how it ended: {FINISHED} finished, {STOPPED_BY_EVENT} stopped by an event, "
+    f"{NOT_RUN} not run, else a failure",
+    "miss": "remaining closure error of loops that cannot close",
+    "change_points": "change points crossed",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
 }

@@ -1,8 +1,8 @@
-"""How the arrays of a batch lie in a Zarr group of format 3, and whether a folder's lie so.
+"""The layout of a batch's arrays in a Zarr group of format 3, and checks of a folder's layout.
 
-Numbers are stored as they are in memory, without compression: no decoder reads what a stranger
-or a bad disk put there, and a file is as large as its chunk.  What a folder says about an array
-is compared with what the request makes of it before Zarr sees it.
+Numbers are stored as in memory, without compression: no decoder reads untrusted or damaged data,
+and a file is as large as its chunk.  The folder's metadata of an array are compared with those that
+follow from the request before Zarr reads them.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.run import COUNTERS
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
+from mechc.native._codes import COUNTERS
 from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -48,7 +48,7 @@ class Layout:
 
     @property
     def blank(self) -> float:
-        """What stands where nothing was computed."""
+        """The value where nothing was computed."""
         return math.nan if self.kind == "float64" else 0
 
     @property
@@ -102,7 +102,7 @@ def layouts(
 
 
 def output_shapes(system: System, recipe: Recipe) -> dict[str, tuple[int, ...]]:
-    """Output -> its shape at one state, of the outputs asked for."""
+    """Output -> its shape at one state, of the outputs requested."""
     shapes = system.data["shapes"]
     widths = system.scene.outputs
     return {name: tuple(shapes.get(name, (widths[name],))) for name in recipe.outputs}
@@ -120,7 +120,7 @@ def dimensions(name: str, rank: int) -> tuple[str, ...]:
 
 
 def create(zarr: Any, path: Path, layout: Layout, attributes: Mapping[str, str]) -> Any:
-    """A new array, in place of whatever is there."""
+    """A new array, in place of an existing one."""
     return zarr.create_array(
         str(path),
         shape=layout.shape,
@@ -142,7 +142,7 @@ def check(path: Path, layout: Layout) -> None:
     Raises
     ------
     MechcError
-        With what differs.  No data is read.
+        Names what differs.  No data is read.
     """
     try:
         held = read_json(path / METADATA, _LARGEST_METADATA)
@@ -164,7 +164,7 @@ def check_chunk(path: Path, layout: Layout, first: int) -> None:
     Raises
     ------
     MechcError
-        With the file.
+        Names the file.
     """
     for file in chunk_files(path, layout, first):
         try:
@@ -176,7 +176,7 @@ def check_chunk(path: Path, layout: Layout, first: int) -> None:
 
 
 def chunk_files(path: Path, layout: Layout, first: int) -> list[Path]:
-    """Where the members of the chunk that begins with ``first`` lie."""
+    """The file of the chunk that begins with the member ``first``."""
     counts = [-(-n // size) for n, size in zip(layout.shape[1:], layout.chunk[1:], strict=True)]
     row = str(first // layout.members)
     return [path.joinpath("c", row, *map(str, at)) for at in product(*map(range, counts))]
@@ -192,5 +192,5 @@ def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
 
 
 def digest(values: Array) -> str:
-    """The sha256 of numbers as they lie in memory."""
+    """The sha256 of numbers as stored in memory."""
     return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()

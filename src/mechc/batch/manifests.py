@@ -1,4 +1,4 @@
-"""Manifests: what vouches for the chunks of a streamed batch, written after their data."""
+"""Manifests: each certifies a chunk of a streamed batch, and is written after its data."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def path_of(notes: Path, first: int) -> Path:
 
 def write(notes: Path, data: Path, first: int, found: Mapping[str, Array],
           stored: Mapping[str, Layout]) -> None:  # fmt: skip
-    """Vouch for a chunk whose arrays ``found`` have been written below ``data``.
+    """Write the manifest of a chunk whose arrays ``found`` have been written below ``data``.
 
-    They are on the disk before the manifest is there.
+    They are synced to the disk before the manifest is written.
     """
     for name, layout in stored.items():
         _sync_chunk(data / name, chunk_files(data / name, layout, first))
@@ -46,7 +46,7 @@ def _sync_chunk(array: Path, files: list[Path]) -> None:
 
 def damage(notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
            first: int, last: int) -> str | None:  # fmt: skip
-    """What is wrong with a chunk that has a manifest; None if it is sound."""
+    """The damage of a chunk that has a manifest; None if there is none."""
     try:
         told = read_json(path_of(notes, first), _LARGEST)
     except MechcError as error:
@@ -69,7 +69,7 @@ def damaged(
     notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
     ranges: Sequence[tuple[int, int]],
 ) -> Iterator[tuple[int, int, str]]:  # fmt: skip
-    """Chunks that have a manifest and are not what it says: first, last + 1, what is wrong."""
+    """Chunks that do not agree with their manifest: first, last + 1, what is wrong."""
     for first, last in ranges:
         if path_of(notes, first).exists():
             why = damage(notes, data, arrays, stored, first, last)
@@ -78,7 +78,7 @@ def damaged(
 
 
 def discard(notes: Path, data: Path, stored: Mapping[str, Layout], first: int) -> None:
-    """Take back what vouches for a chunk, and its outcome: its members count as not run."""
+    """Remove the manifest of a chunk, and its outcome: its members count as not run."""
     path_of(notes, first).unlink(missing_ok=True)
     sync(notes)
     for file in chunk_files(data / "status", stored["status"], first):

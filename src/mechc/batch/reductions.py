@@ -1,4 +1,4 @@
-"""What stands for a whole trajectory, as people type it: ``max(theta_2)``, ``first(omega_0 < 0)``.
+"""Reductions of a trajectory to a number, from text: ``max(theta_2)``, ``first(omega_0 < 0)``.
 
 The grammar::
 
@@ -19,13 +19,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechc.errors import MechcError, UnknownNameError
+from mechc.native._codes import (
+    ABSOLUTE,
+    COMPONENT,
+    FIRST_CROSSING,
+    LAST,
+    MAXIMUM,
+    MEAN,
+    MINIMUM,
+    NORM,
+)
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
 from mechc.system.units import read_value
 
-MINIMUM, MAXIMUM, MEAN, FIRST, LAST = range(5)
-PLAIN, ABSOLUTE, NORM = range(3)
 KINDS = {"min": MINIMUM, "max": MAXIMUM, "mean": MEAN, "final": LAST}
 DIRECTIONS = {">": 1, "<": -1, "=": 0}
 EXAMPLE = "for instance max(theta_2), mean(energy), range(abs(omega_0)) or first(theta_0 > 180deg)"
@@ -33,7 +41,7 @@ _CALL = re.compile(r"\s*(\w+)\s*\((.*)\)\s*", re.DOTALL)
 _ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
 _LEVEL = re.compile(r"(.*)([<>=])([^<>=]*)", re.DOTALL)
 
-Primitive = tuple[int, int, int, int, int, int, float, int]  # as the compiled loop takes it
+Primitive = tuple[int, int, int, int, int, int, float, int]  # the argument of the compiled loop
 
 
 @dataclass(frozen=True)
@@ -43,9 +51,9 @@ class Reduction:
     Attributes
     ----------
     text
-        As it was typed, without spaces.
+        The text as given, without spaces.
     unit, kind
-        Those of the number, where known.
+        Unit and kind of the number, where known.
     primitives
         What the compiled loop computes; ``range`` needs two.
     """
@@ -100,7 +108,7 @@ def read_reduction(system: System, text: str) -> Reduction:
 
 
 def read_stop(system: System, text: str) -> Primitive:
-    """Parse ``first(theta_0 > 360deg)``, or what stands in its brackets, as an end of runs.
+    """Parse ``first(theta_0 > 360deg)``, or the text in its brackets, as an end of runs.
 
     Raises
     ------
@@ -121,13 +129,15 @@ def _first(system: System, short: str, inside: str) -> Reduction:
     value = read_value(level, quantity.meaning)
     if not math.isfinite(value):
         raise MechcError(f"{short!r}: the level must be finite")
-    return Reduction(short, "s", Kind.TIME, (quantity.primitive(FIRST, DIRECTIONS[sign], value),))
+    return Reduction(
+        short, "s", Kind.TIME, (quantity.primitive(FIRST_CROSSING, DIRECTIONS[sign], value),)
+    )
 
 
 def _quantity(system: System, text: str) -> _Quantity:
     call = _CALL.fullmatch(text)
     if call is None:
-        return _entry(system, text, PLAIN)
+        return _entry(system, text, COMPONENT)
     function, inside = call.groups()
     if function not in ("abs", "norm"):
         raise UnknownNameError("function of a quantity", function, ("abs", "norm"))
@@ -152,10 +162,10 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
     known = (*system.coordinates, *system.speeds, "energy", *order)
     told = NamedQuantity(name, "J" if "energy" in name else "", name, -math.inf, math.inf, False)
     if name == "energy" and "kinetic_energy" in order:
-        if indices is not None or form != PLAIN:
-            raise MechcError("energy is one number: write it as it is")
+        if indices is not None or form != COMPONENT:
+            raise MechcError("energy is one number: write energy")
         kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
-        return _Quantity(PLAIN, kinetic, potential, 0, told)
+        return _Quantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:
         raise UnknownNameError("quantity", name, known)
     shape = system.data["shapes"].get(name, [system.scene.outputs[name]])
@@ -163,16 +173,16 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
 
 
 def _flat(name: str, indices: str | None, shape: list[int], form: int) -> int:
-    """The entry asked for, counted in C order."""
+    """The entry requested, counted in C order."""
     if form == NORM:
         if indices is not None:
-            raise MechcError(f"norm({name}) takes all its entries: leave the index out")
+            raise MechcError(f"norm({name}) takes all its entries: omit the index")
         return 0
     given = [int(i) for i in indices.split(",")] if indices else []
     inside = len(given) == len(shape) and all(i < n for i, n in zip(given, shape, strict=True))
     if not inside:
         words = f"{name} has the shape {tuple(shape)}" if shape else f"{name} is one number"
-        raise MechcError(f"{words}: ask for one entry of it, as in {_sample(name, shape)}")
+        raise MechcError(f"{words}: request one entry of it, as in {_sample(name, shape)}")
     return int(np.ravel_multi_index(given, shape)) if shape else 0
 
 

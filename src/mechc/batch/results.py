@@ -10,13 +10,14 @@ import numpy as np
 
 from mechc.batch.spec import Recipe
 from mechc.errors import UnknownNameError
+from mechc.native._codes import FINISHED, STOPPED_BY_EVENT
 from mechc.simulation.status import CODES, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 ENDED = ("finished", "stopped by an event")
-REACHED = (1, 109)  # the end, or the crossing asked for
+REACHED = (FINISHED, STOPPED_BY_EVENT)  # the end, or the crossing requested
 
 
 class Batch:
@@ -27,7 +28,7 @@ class Batch:
     system, recipe
         What was simulated.
     complete
-        False where Ctrl-C came first: the members left have the status ``"not run"``.
+        False after Ctrl-C: the members not computed have the status ``"not run"``.
     arrays
         Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
@@ -42,7 +43,7 @@ class Batch:
         self.arrays, self.complete = arrays, complete
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Its numbers, and the model as that is pickled."""
+        """Its numbers, and the model's reference."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
         return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
 
@@ -91,18 +92,18 @@ class Batch:
 
     @cached_property
     def counts(self) -> dict[str, int]:
-        """Outcome in words -> how many members ended so."""
+        """Outcome in words -> how many members have it."""
         codes, counts = np.unique(self["status"], return_counts=True)
         return {CODES[int(c)][0]: int(n) for c, n in zip(codes, counts, strict=True)}
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What a careful reader should know of the whole batch."""
+        """Warnings about the whole batch."""
         told = []
         met = int(np.count_nonzero(self["change_points"]))
         if met:
             told.append(
-                f"{met} members passed change points, where the links are in line and two motions "
+                f"{met} members crossed change points, where the links are in line and two motions "
                 "are possible: the ideal mechanism goes straight on, as computed"
             )
         failed = {what: n for what, n in self.counts.items() if what not in ENDED}
@@ -115,8 +116,8 @@ class Batch:
         """Everything as an ``xarray.Dataset`` over ``member``, ``state`` and ``time``.
 
         Parameters, coordinates and speeds that differ between members are coordinates along
-        ``member``; reductions and outputs are called as they were asked for, with what files do
-        not take replaced by ``_``.
+        ``member``; reductions and outputs have their requested names, with
+        characters that files do not take replaced by ``_``.
         """
         from mechc.batch.dataset import to_dataset
 

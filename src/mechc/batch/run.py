@@ -12,16 +12,15 @@ import numpy as np
 
 from mechc.assembly.speeds import DEAD
 from mechc.batch.assemble import configurations
-from mechc.batch.reductions import LAST, read_reduction, read_stop
+from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs, Unit
+from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
 from mechc.simulation.initialise import OFF_BY_ROUNDING
-from mechc.simulation.settings import METHODS
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-LOOK = 0.1  # s between looks at how far the threads are
-COUNTERS = ("steps", "rejected", "rhs_evaluations", "closure_iterations", "change_points")
+LOOK = 0.1  # s between checks of the threads' progress
 LOCKSTEP = "dop853"  # the method that runs members in lockstep, a lane each
 Report = Callable[[int], None]
 
@@ -36,12 +35,12 @@ def cores() -> int:
 def run_members(
     system: System, recipe: Recipe, threads: int, report: Report | None = None
 ) -> tuple[dict[str, Array], bool]:
-    """Run every member; what was asked for, by name, and whether it is complete.
+    """Run every member; the results requested, by name, and whether they are complete.
 
-    Each is the very run that ``model.simulate`` makes, so the states are the same to the last
-    bit whatever the number of threads.  Ctrl-C keeps what is done.
+    Each is the same run as ``model.simulate``, so the states are the same to the last bit for any
+    number of threads.  Ctrl-C keeps the finished members.
     """
-    # what is still being compiled is waited for here; outputs are counted in it from then on
+    # waits for the background compilation; from here on outputs have its numbering
     unit = _unit(system.scene.capsule, system.instruction_set)
     values = parameter_rows(system, unit, recipe)
     length = system.parameter_set.lengths(values)
@@ -56,8 +55,8 @@ def run_members(
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
-    results |= dict(zip(COUNTERS, runs.counts.T.astype(np.int64), strict=True))
-    results |= {"least_singular": runs.least[:, 0], "critical_gap": runs.least[:, 1]}
+    results |= {name: runs.counts[:, i].astype(np.int64) for name, i in COUNTERS.items()}
+    results |= {name: runs.least[:, i] for name, i in LEAST.items()}
     if miss is not None:
         results["miss"] = miss
     first = 0
@@ -71,7 +70,7 @@ def run_members(
 
 @cache
 def _unit(capsule: object, instruction_set: str) -> Any:
-    """The compiled scene as the loop takes it."""
+    """The compiled scene, for the loop over members."""
     return Unit(capsule, instruction_set)
 
 
@@ -99,14 +98,14 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "dense": reduces or len(recipe.t_eval) > 0,
         "lockstep": policy.method == LOCKSTEP,
         "may_stiffen": policy.stiff_switch,
-        "on_change_point": policy.on_change_point != "continue",
+        "on_change_point": CHANGE_POINT_POLICIES[policy.on_change_point],
     }
 
 
 def _starts(
     system: System, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
-    """Start states (n, nq + nu), which members have one, by how much the others miss."""
+    """Start states (n, nq + nu), which members have one, and the gap of the others."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
@@ -141,12 +140,12 @@ def _with_speeds(
 
 
 def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:
-    """What is wanted at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
+    """Results at t_eval: states (n, nt, nq + nu), outputs (n, nt, ...)."""
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
         history = system.evaluate(name, states, values[:, None, :], times)
-        history[np.isnan(states[:, :, 0])] = np.nan  # also what does not depend on the state
+        history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found
 
@@ -158,7 +157,7 @@ def drive(job: Any, threads: int, report: Report | None = None) -> bool:
     def work() -> None:
         try:
             job.work()
-        except BaseException as error:  # to be raised where it is seen
+        except BaseException as error:  # raised again in the main thread
             failures.append(error)
 
     workers = [threading.Thread(target=work, daemon=True) for _ in range(max(threads, 1))]

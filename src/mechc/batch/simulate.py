@@ -13,7 +13,7 @@ import numpy as np
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
 from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
 from mechc.system.names import name_of, names_of
@@ -64,7 +64,7 @@ def simulate_batch(
     states
         False: keep only the outputs at ``t_eval``.
     reduce
-        Numbers that stand for a whole trajectory, computed as it goes: ``"max(theta_2)"``,
+        Numbers of each trajectory, computed during the run: ``"max(theta_2)"``,
         ``"mean(energy)"``, ``"first(theta_0 > 180deg)"``; the grammar is in
         :mod:`mechc.batch.reductions`.  ``("max", q)`` takes a symbol.  Extremes are those of the
         dense output, not of the steps.
@@ -77,7 +77,7 @@ def simulate_batch(
         All cores this process may use when None.
     out
         A folder to stream the results into, as Zarr (``pip install zarr``).  A call that was
-        killed goes on where it stopped when it is made again.
+        killed is resumed when it is repeated.
     chunk
         Members computed and written at a time; memory beyond the arguments is about two
         chunks of results with ``out``.
@@ -89,13 +89,13 @@ def simulate_batch(
     Returns
     -------
     Batch
-        What was asked for, by name; ``to_xarray()`` labels it.  A member that fails has a status
-        and keeps what it reached; Ctrl-C keeps the members that are done.
+        The results requested, by name; ``to_xarray()`` labels them.  A member that fails has a
+        status and its results until then; Ctrl-C keeps the finished members.
 
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError, MechcError, ValueError
-        For arguments that cannot be; before anything is computed.
+        For wrong arguments; before anything is computed.
     """
     recipe = _recipe(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
@@ -119,12 +119,12 @@ def _recipe(
     atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
     on_change_point: str,
 ) -> Recipe:  # fmt: skip
-    """Everything checked that can be before anything is computed."""
+    """All arguments, checked before anything is computed."""
     span = checked_span(t_span)
     times = np.zeros(0) if t_eval is None else checked_times(t_eval, span)
     if on_change_point == "raise":
         raise ValueOutOfBoundsError(
-            "a batch does not raise for one member: take on_change_point='stop' or 'continue'"
+            "a batch raises no error for one member: use on_change_point='stop' or 'continue'"
         )
     policy = checked_policy(
         system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
@@ -142,11 +142,21 @@ def _reductions(reduce: Any) -> list[str]:
         isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
     )
     several = [reduce] if one else reduce
-    return [each if isinstance(each, str) else f"{each[0]}({name_of(each[1])})" for each in several]
+    return [_reduction(each) for each in several]
+
+
+def _reduction(each: Any) -> str:
+    if isinstance(each, str):
+        return each
+    if not isinstance(each, tuple) or len(each) != 2:
+        raise ValueOutOfBoundsError(
+            f"a reduction is a text such as 'max(theta_2)' or ('max', symbol), not {brief(each)}"
+        )
+    return f"{each[0]}({name_of(each[1])})"
 
 
 def _checked_threads(threads: int | None) -> int:
-    """As many as this process may use cores, or as are asked for."""
+    """As many as cores that this process may use, or as requested."""
     if threads is None:
         return cores()
     asked, most = _whole("threads", threads), THREADS_A_CORE * cores()
@@ -170,7 +180,7 @@ def _silent(_: int) -> None:
 
 
 def _source(system: System, recipe: Recipe, threads: int, client: Any) -> Compute:
-    """What turns ranges of members into results: this process, or a cluster's workers."""
+    """The function that computes ranges of members: in this process, or on a cluster's workers."""
     if client is not None:
         from mechc.batch.cluster import compute_on
 
@@ -216,6 +226,6 @@ def _collect(
 
 
 def _empty(values: Array, count: int) -> Array:
-    """Room for all members; NaN, or 0, where nothing comes."""
+    """Arrays for all members; NaN, or 0, where there is no result."""
     blank = np.nan if values.dtype.kind == "f" else 0
     return np.full((count, *values.shape[1:]), blank, values.dtype)

@@ -1,4 +1,4 @@
-"""What a batch is asked to do, as plain data that can be cut, compared and sent."""
+"""The request of a batch, as plain data that can be divided, compared and sent."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Assembly:
     ----------
     coordinates
         Values to keep (rad, m), by name or symbol: numbers, or arrays (n,) with one a member; the
-        others are solved for.  What ``model.assemble`` prefers is taken: elbow up for a planar
-        loop.
+        others are solved for, to the configuration that ``model.assemble`` prefers: elbow up for a
+        planar loop.
     speeds
-        Likewise (rad/s, m/s); the others are made consistent.
+        Values to keep (rad/s, m/s); the others are made consistent.
     guess
-        Numbers near which a configuration is wanted instead of the preferred one.
+        Coordinates near the configuration wanted, instead of the preferred one.
 
     Members that cannot be assembled get the status ``"not assembled"``.
     """
@@ -68,7 +68,7 @@ class Recipe:
     policy: Policy
 
     def cut(self, first: int, last: int) -> Recipe:
-        """Members first ... last - 1 alone."""
+        """Members first ... last - 1 only."""
         states = self.states
         if states is not None and states.ndim == 2:
             states = states[first:last]
@@ -144,7 +144,7 @@ def checked_recipe(
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError, MechcError
-        For names, values, shapes and reductions that cannot be.
+        For wrong names, values, shapes and reductions.
     """
     if isinstance(y0, Mapping):
         y0 = _assembly_of(system, y0)
@@ -200,7 +200,7 @@ def _checked_params(system: System, params: Parameters) -> dict[str, Array]:
     columns = {
         name: _column(system.parameter_set.checked(name, v), name) for name, v in known.items()
     }
-    # what has no default must be given: said here, for one member
+    # parameters without a default must be given: checked here, for one member
     system.parameter_set.resolve({n: float(c.reshape(-1)[0]) for n, c in columns.items() if c.size})
     return columns
 
@@ -224,7 +224,7 @@ def _checked_columns(
         except (TypeError, ValueError, OverflowError):
             raise ValueOutOfBoundsError(f"{name} must be numbers, not {brief(values)}") from None
         if not np.isfinite(checked[name]).all():
-            raise ValueOutOfBoundsError(f"{name} holds a number that is not finite")
+            raise ValueOutOfBoundsError(f"{name} contains a number that is not finite")
     return checked
 
 
@@ -247,5 +247,5 @@ def common_count(every: Mapping[str, Array]) -> int:
         return 1
     if len(set(counts.values())) > 1:
         told = ", ".join(f"{name} ({n})" for name, n in counts.items())
-        raise ValueOutOfBoundsError(f"members are counted differently by {told}")
+        raise ValueOutOfBoundsError(f"the numbers of members differ: {told}")
     return next(iter(counts.values()))

@@ -1,8 +1,8 @@
-"""Batches as xarray datasets, and streamed to Zarr so that a killed call can go on.
+"""Batches streamed to Zarr, so that a killed call can be resumed.
 
 A folder holds ``data.zarr`` (a Zarr group of format 3, one array per result) and ``mechc``: the
 request, and one manifest per finished chunk, moved into place after the chunk's data is on the
-disk.  The manifests are checked when a folder is opened and when a call goes on with it.
+disk.  The manifests are checked when a folder is opened and when a call resumes it.
 """
 
 from __future__ import annotations
@@ -50,13 +50,13 @@ def stream(
     system: System, recipe: Recipe, folder: Path, size: int, compute: Compute,
     report: Callable[[int], None],
 ) -> Batch:  # fmt: skip
-    """Compute the chunks that ``folder`` does not hold yet; the batch, read from there.
+    """Compute the chunks that are not in ``folder`` yet; the batch, read from there.
 
     Raises
     ------
     MechcError
-        If the folder holds something else, or the results of another request: it says what
-        differs.
+        If the folder contains something else, or the results of another request: it names the
+        difference.
     """
     zarr = _zarr()
     notes, data = folder / NOTES, folder / DATA
@@ -84,24 +84,24 @@ def stream(
 
 @contextmanager
 def _named(folder: Path) -> Iterator[None]:
-    """What the operating system refuses, as an error that names the folder."""
+    """Errors of the operating system become errors that name the folder."""
     try:
         yield
     except OSError as error:
         raise MechcError(
             f"cannot write into {folder}: {error.strerror or error}. What is done is kept: make "
-            "the same call again to go on"
+            "the same call again to resume"
         ) from None
 
 
 def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
-    """Write the request into a new folder, or see that the folder holds the same one."""
+    """Write the request into a new folder, or check that the folder has the same one."""
     notes = folder / NOTES
     request = _request(system, recipe, size)
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
-            raise MechcError(f"{folder} holds other things ({foreign[0]}): name a new folder")
+            raise MechcError(f"{folder} contains other files ({foreign[0]}): name a new folder")
         with _named(folder):
             notes.mkdir(exist_ok=True)
             _write_inputs(notes, recipe)
@@ -110,10 +110,10 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     differing = _differences(_read_request(folder), request)
     if differing:
         raise MechcError(
-            f"{folder} holds the results of another request: {'; '.join(differing)}. Name a new "
-            "folder, or make the same call again to go on"
+            f"{folder} contains the results of another request: {'; '.join(differing)}. Name a new "
+            "folder, or make the same call again to resume"
         )
-    _write_inputs(notes, recipe)  # the same, whatever became of them on the disk
+    _write_inputs(notes, recipe)  # again, in case they were damaged on the disk
 
 
 def _request(system: System, recipe: Recipe, size: int) -> dict[str, Any]:
@@ -141,7 +141,7 @@ def _short(value: Any) -> str:
 
 
 def _write_inputs(notes: Path, recipe: Recipe) -> None:
-    """What the members start from, so that the folder can be opened without the call."""
+    """The members' inputs, so that the folder can be opened without the call."""
     columns = {
         f"{kind}/{i}": np.asarray(column)
         for kind in ("params", "coordinates", "speeds")
@@ -168,7 +168,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
 def _prepared(
     zarr: Any, system: System, recipe: Recipe, folder: Path, stored: Mapping[str, Layout]
 ) -> dict[str, Any]:
-    """Every array, writable; one that is not there or is not as it must be begins anew."""
+    """Every array, writable; one that is missing or damaged is created again."""
     group = folder / DATA
     if not (group / METADATA).is_file():
         zarr.open_group(str(group), mode="a", zarr_format=3)
@@ -186,7 +186,7 @@ def _write_chunk(
     folder: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout], first: int,
     found: Mapping[str, Array],
 ) -> None:  # fmt: skip
-    """The data of one chunk, then the manifest that vouches for it."""
+    """The data of one chunk, then its manifest."""
     for name in stored:
         arrays[name][first : first + len(found["t"])] = found[name]
     manifests.write(folder / NOTES, folder / DATA, first, found, stored)
@@ -194,7 +194,7 @@ def _write_chunk(
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """One call at a time; the lock goes with the process that holds it."""
+    """One call at a time; the lock ends with the process that holds it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         file = (folder / LOCK).open("w")
@@ -214,15 +214,15 @@ def _locked(folder: Path) -> Iterator[None]:
 def open_batch(folder: Path, given: System | None = None) -> Batch:
     """A batch that was streamed to a folder, checked; its arrays are read when they are used.
 
-    Everything in the folder may come from a stranger: what it says about its arrays is compared
-    with its request, the request with the system, and the data with their sha256.
+    The folder is untrusted: its metadata of arrays are compared with its request, the request with
+    the system, and the data with their sha256.
 
-    ``given`` is needed where the mechanism is one's own and not in the cache any more.
+    ``given`` is needed for a user-defined mechanism that is not in the cache any more.
 
     Raises
     ------
     MechcError
-        If the folder is not one, its mechanism is not at hand, or it is damaged: with what.
+        If it is not a batch, its mechanism is not found, or it is damaged: with what.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -235,12 +235,12 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
         tails = output_shapes(system, recipe)
     arrays, stored = _opened(zarr, held, tails)
     for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, arrays, stored, held.ranges):
-        raise MechcError(f"{why}. The call that made {folder}, made again, mends it")
+        raise MechcError(f"{why}. Repeat the call that made {folder} to repair it")
     return Batch(system, recipe, arrays, not held.missing())
 
 
 class Examined(NamedTuple):
-    """What :func:`examine` found: chunks in all, those not computed yet, what is wrong."""
+    """Findings of :func:`examine`: chunks in all, those not computed yet, what is wrong."""
 
     chunks: int
     missing: int
@@ -253,7 +253,7 @@ def examine(folder: Path) -> Examined:
     Raises
     ------
     MechcError
-        If the folder is none, or so damaged that its chunks cannot be looked at.
+        If it is not a batch, or so damaged that its chunks cannot be checked.
     """
     zarr = _zarr()
     held = _read(folder)
@@ -295,7 +295,7 @@ def _read(folder: Path) -> _Held:
 
 @contextmanager
 def _damaged(folder: Path) -> Iterator[None]:
-    """Whatever is wrong with what a folder says, as an error that names it."""
+    """Errors in a folder's files become errors that name the folder."""
     try:
         yield
     except MechcError as error:
@@ -309,7 +309,7 @@ def _opened(
 ) -> tuple[dict[str, Any], dict[str, Layout]]:
     """The arrays of a folder, whose metadata are those of its request, unread.
 
-    ``tails``: shapes of the outputs at one state; None: what the folder itself says.
+    ``tails``: shapes of the outputs at one state; None: as in the folder's metadata.
     """
     data = held.folder / DATA
     if tails is None:
@@ -327,7 +327,7 @@ def _read_request(folder: Path) -> dict[str, Any]:
     try:
         request = read_json(folder / NOTES / REQUEST)
     except FileNotFoundError:
-        raise MechcError(f"{folder} holds no batch written by mechc") from None
+        raise MechcError(f"{folder} contains no batch written by mechc") from None
     if request.get("format") != FORMAT:
         raise MechcError(
             f"{folder} was written in another format than {FORMAT}: make the call again into a "
@@ -337,7 +337,7 @@ def _read_request(folder: Path) -> dict[str, Any]:
 
 
 def _read_recipe(notes: Path) -> Recipe:
-    """The request as data; what only the model can tell is not checked yet."""
+    """The request as data; checks that need the model come later."""
     told = read_json(notes / f"{INPUTS}.json")
     arrays = read_arrays(notes / f"{INPUTS}.npz")
     columns = {
@@ -360,7 +360,7 @@ def _read_recipe(notes: Path) -> Recipe:
 
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
-    """The request checked as a user's is; raises ValueError where it comes out different."""
+    """The request, checked as a user's; raises ValueError if the result differs."""
     told = recipe.policy._asdict()
     switches = told.pop("stiff_switch")
     told["method"] = "auto" if switches else told["method"]

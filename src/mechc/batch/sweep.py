@@ -1,6 +1,6 @@
-"""Sweeps: what varies, how it is sampled, and the batch that follows.
+"""Sweeps: what varies, how it is sampled, and the resulting batch.
 
-A variation is typed ``NAME=LOW:HIGH[:COUNT]``, each number with a unit if wanted.
+A variation is ``NAME=LOW:HIGH[:COUNT]``; each number may have a unit.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ def plan(
     sampling
         ``"grid"``, ``"random"``, ``"sobol"`` (scrambled) or ``"lhs"`` (Latin hypercube).
     seed
-        Of what is drawn: the same seed, the same members.
+        Of the random numbers: the same seed gives the same members.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def plan(
 
 def _grid(variations: tuple[Variation, ...], count: int | None, seed: int) -> Plan:
     if count is not None:
-        raise MechcError("a grid takes its counts from --vary: leave --count out")
+        raise MechcError("a grid takes its counts from --vary: omit --count")
     for each in variations:
         if each.count is None:
             raise MechcError(f"{each.name}: a grid needs a count, as in {each.name}=LOW:HIGH:101")
@@ -150,7 +150,7 @@ def _points(sampling: str, size: int, count: int, seed: int) -> Array:
 
     if sampling == "lhs":
         return np.asarray(qmc.LatinHypercube(size, rng=generator).random(count))
-    # balanced in powers of two; the rest of the last one falls away
+    # balanced in powers of two; the surplus is dropped
     whole = qmc.Sobol(size, rng=generator).random_base2(math.ceil(math.log2(count)))
     return np.asarray(whole[:count])
 
@@ -172,7 +172,7 @@ def members(
     """
     for name in chosen.columns:
         if name in params or name in start or name in guess:
-            raise MechcError(f"{name} varies and is fixed as well; leave one of them out")
+            raise MechcError(f"{name} both varies and is fixed; omit one of them")
     given = {**start, **{n: c for n, c in chosen.columns.items() if n not in system.parameters}}
     coordinates = {n: v for n, v in given.items() if n in system.coordinates}
     speeds = {n: v for n, v in given.items() if n in system.speeds}
@@ -225,7 +225,7 @@ def sweep_summary(batch: Batch, chosen: Plan, seconds: float) -> str:
     lines = [f"{len(batch)} members ({shape}) in {seconds:.3g} s, {told['members_per_s']:,.0f}/s"]
     lines += [f"  {what:22} {count}" for what, count in batch.counts.items()]
     if told["change_point_members"]:
-        lines.append(f"  {'passed change points':22} {told['change_point_members']}")
+        lines.append(f"  {'crossed change points':22} {told['change_point_members']}")
     for text, found in told["reductions"].items():
         if found["members"]:
             reduction = read_reduction(batch.system, text)

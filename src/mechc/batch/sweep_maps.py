@@ -1,4 +1,4 @@
-"""The map of a sweep as a picture, with what did not work and change points marked.
+"""The map of a sweep as a picture, with failed members and change points marked.
 
 Input: a batch and its plan.  Output: PNG and SVG files, one a reduction.
 """
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.batch.reductions import read_reduction
+from mechc.native._codes import NOT_ASSEMBLED
 from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
 from mechc.results.panels import _plain
 from mechc.results.sampling import clean_text, pretty_name
@@ -24,8 +25,7 @@ if TYPE_CHECKING:
     from mechc.batch.results import Batch
     from mechc.batch.sweep import Plan
 
-NOT_ASSEMBLED = 112
-WIDE = 1e3  # ratio of values from which on colours are by their logarithm
+WIDE = 1e3  # ratio of values beyond which the colour scale is logarithmic
 CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
 
 
@@ -62,7 +62,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
 
 
 def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
-    """Values of what varies i-th as people read them, and the label."""
+    """Values of the i-th variation in units for display, and the label."""
     name = chosen.variations[i].name
     quantity = batch.system.quantities[name]
     unit, factor = shown_in(quantity.kind, quantity.unit)
@@ -108,10 +108,10 @@ def _draw_plane(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: st
 
 
 def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
-    """What values the colours span, and at which ends there are more beyond.
+    """The range of the colours, and at which ends values exceed it.
 
-    Reactions grow without bound where a change point is met: those members, marked as they are,
-    would leave one colour for all others.  Spans of three decades and more are logarithmic.
+    Reactions grow without bound at a change point: those members, which are marked, would leave one
+    colour for all others.  Ranges of three decades and more are logarithmic.
     """
     from matplotlib.colors import LogNorm, Normalize
 

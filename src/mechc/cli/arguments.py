@@ -1,4 +1,4 @@
-"""What was typed after ``mechc``, read: models, values with units, numbers, the output folder."""
+"""Parses arguments of ``mechc``: models, values with units, numbers, the output folder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STATE = "coordinate or speed"
 
 
 def seconds_of(chosen: argparse.Namespace) -> float:
-    """The end of the run, positive; what suits the mechanism where nothing is said."""
+    """The end of the run, positive; the mechanism's default if it is not given."""
     if chosen.t_end is None:
         return LIBRARY[chosen.name].seconds
     t_end = read_seconds(chosen.t_end)
@@ -28,7 +28,7 @@ def seconds_of(chosen: argparse.Namespace) -> float:
 
 
 def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str, float]) -> Any:
-    """The state that --start and --guess describe, the scene's own where they say nothing."""
+    """The state that --start and --guess describe, with the scene's defaults."""
     state_names = (*model.coordinates, *model.speeds)
     start = values_of(model, chosen.start, state_names, STATE)
     guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
@@ -38,7 +38,7 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
 
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
-    """The output folder, made now so that a bad one is known before the work is done."""
+    """The output folder, made now so that a wrong one is known before the run."""
     if chosen.json and not chosen.out:
         return None
     folder = Path(chosen.out or f"{prefix}_{chosen.name}")
@@ -60,10 +60,10 @@ def known(name: str) -> str:
 
 
 def model_of(chosen: argparse.Namespace) -> mechc.Model:
-    """The mechanism named, with the options typed, compiled to the end."""
+    """The mechanism and options given, compiled completely."""
     name = known(chosen.name)
     options = checked_options(name, options_of(chosen.options))
-    with Notice(f"compiling {name}, which is then kept for the next time ..."):
+    with Notice(f"compiling {name}; the next time it is in the cache ..."):
         model = mechc.load(name, **options)
         model.system.wait()
     return model
@@ -78,12 +78,12 @@ def options_of(typed: Sequence[str]) -> dict[str, Any]:
 
 
 def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
-    """The options, all of which are the mechanism's own: not arguments of ``mechc.load``.
+    """The options, all of which the mechanism has: not arguments of ``mechc.load``.
 
     Raises
     ------
     UnknownNameError
-        For one that the mechanism does not have.
+        For an option that the mechanism does not have.
     """
     if options:
         from mechc.compilation.library import shipped_options

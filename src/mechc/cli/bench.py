@@ -1,4 +1,4 @@
-"""``mechc bench``: the benchmark suite that is installed beside mechc, in a process of its own."""
+"""``mechc bench``: the benchmark suite that is installed with mechc, in a separate process."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mechc.errors import MechcError
 def bench(options: Sequence[str], home: Path | None = None) -> int:
     """Start the suite with its options and wait for it; its exit code.
 
-    Only what lies beside this package is started, never a folder of the same name where the
-    command is typed.  An interrupt goes to the suite too, which ends its scripts and writes what
-    it has; this waits for that.
+    Only the suite that is installed with this package is started, never a folder of the same name
+    in the working directory.  An interrupt goes to the suite too, which ends its scripts and writes
+    its results; this waits for that.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def bench(options: Sequence[str], home: Path | None = None) -> int:
 
 
 def _folder(home: Path) -> Path:
-    """``mechc_bench`` beside the package; in a clone, ``benchmarks`` beside ``src``."""
+    """``mechc_bench`` next to the package; in a clone, ``benchmarks`` next to ``src``."""
     places = [home.parent / "mechc_bench"]
     if home.parent.name == "src":
         places.append(home.parents[1] / "benchmarks")

@@ -52,7 +52,7 @@ FAILED, INTERRUPTED = 1, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; the exit code: 0, 1 if a run ended early, 2 for bad input."""
+    """Run the command; the exit code: 0, 1 if a run ended early, 2 for invalid input."""
     try:
         chosen = _parser().parse_args(arguments)
         command: Callable[[argparse.Namespace], int] = chosen.command
@@ -69,14 +69,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _in_words(error: Exception) -> str:
-    """Lines that a terminal shows as they are, whoever wrote the names in them."""
+    """Lines without control characters, which names of users may contain."""
     told = str(error)
     if isinstance(error, OSError) and error.filename:
         told = f"{error.filename}: {error.strerror}"
     return "\n".join(map(printable, told.split("\n")))
 
 
-# -- what can be typed ------------------------------------------------------------------------
+# -- the parser -------------------------------------------------------------------------------
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -93,12 +93,12 @@ def _parser() -> argparse.ArgumentParser:
     _add(commands, "list", "the library's mechanisms", _list)
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
-    saved = _add(commands, "verify", "whether what was saved is as it was written", verify_command)
+    saved = _add(commands, "verify", "check that saved data are undamaged", verify_command)
     saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
-    show = _add(commands, "show", "what a mechanism is; its derivation as a page", _show)
+    show = _add(commands, "show", "facts about a mechanism; its derivation as a page", _show)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
-    show.add_argument("--out", metavar="FILE", help="write the derivation as a page there")
+    show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)
     emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
@@ -213,7 +213,7 @@ def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
 
 
 def _open_in_browser(path: Path) -> None:
-    """On a desktop; elsewhere the path printed has to do."""
+    """Only on a desktop; elsewhere the path is printed."""
     desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
     if desktop:
         webbrowser.open(path.resolve().as_uri())
@@ -238,7 +238,7 @@ def _show(chosen: argparse.Namespace) -> int:
     for label, sentence in derivation_notes(chosen.name, options, values):
         print(f"{label}: {sentence}.")
     if on_request := shipped_options(chosen.name):
-        print("\nmore on request (--with NAME):")
+        print("\noptions (--with NAME):")
     for name, about in on_request.items():
         print(f"  {name:15} {about}")
     if not chosen.out:

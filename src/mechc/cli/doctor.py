@@ -1,4 +1,4 @@
-"""``mechc doctor``: what of this machine mechc can use, and what to do about the rest."""
+"""``mechc doctor``: checks of what mechc needs on this machine, with advice."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ OPTIONAL = ("nbclient", "ipykernel")
 
 
 def examine() -> list[Check]:
-    """(what, whether it is well, what was found) for everything mechc relies on."""
+    """(name, whether it is right, what was found) for everything that mechc needs."""
     checks = [_python(), *(_package(name) for name in PACKAGES)]
     checks += [_optional(name) for name in OPTIONAL]
     checks += [_shipped(name) for name in COMPILED_AT_INSTALL]
@@ -55,7 +55,7 @@ def _guarded(what: str, check: Callable[[], str]) -> Check:
 
 
 def _compiler() -> str:
-    """Compile and link something small, really."""
+    """Compile and link a small file."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "probe.c").write_text("double probe(double x) { return x * x; }\n")
@@ -68,7 +68,7 @@ def _cache() -> str:
 
 
 def written(checks: list[Check]) -> str:
-    """A line a check."""
+    """One line per check."""
     width = max(len(what) for what, _, _ in checks)
     return "\n".join(
         f"{'ok ' if well else 'BAD'}  {what.ljust(width)}  {found}" for what, well, found in checks

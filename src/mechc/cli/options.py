@@ -1,4 +1,4 @@
-"""What can be typed after ``mechc``: the options of its commands, and the parser's complaints."""
+"""The options of the commands, and a parser with one-line errors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ examples:
   mechc run four_bar --with friction --set c_0=0.5 --json
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
-  mechc run pendulum --with links=5 --open    compiled at the first use, then kept
+  mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc bench --quick                         run time against error, with a report
 """
-# Options of the suite's own parser are no options here: nothing begins with its prefix.
+# The suite parses its options: no argument begins with this prefix, so none is an option here.
 SUITE: Mapping[str, Any] = {
     "help": "the benchmark suite, with a report", "add_help": False, "prefix_chars": "\0",
 }  # fmt: skip
@@ -31,15 +31,15 @@ examples:
 
 reductions: min, max, mean, range or final of a quantity, or first(QUANTITY > LEVEL); a quantity is
 a coordinate, a speed, energy or an output: abs(omega_0), norm(multipliers), points[3,1].
-The same command goes on where it was stopped; mechc.open('study/batch') reads the data.
+The same command resumes a sweep that was stopped; mechc.open('study/batch') reads the data.
 """
 
 
 class Parser(argparse.ArgumentParser):
-    """An argparse parser whose complaints are one line."""
+    """An argparse parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
-        self.exit(BAD_INPUT, f"mechc: {message} (mechc {self._about()}--help says more)\n")
+        self.exit(BAD_INPUT, f"mechc: {message} (see mechc {self._about()}--help)\n")
 
     def _about(self) -> str:
         words = self.prog.split()[1:]
@@ -47,16 +47,16 @@ class Parser(argparse.ArgumentParser):
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:
-    """A mechanism of the library, and what is asked of it beyond its default scene."""
+    """A mechanism of the library, and its options."""
     parser.add_argument("name", metavar="NAME", help="a mechanism of `mechc list`")
     several(
         parser, "--with", "OPTION[=VALUE]", "options",
-        "ask for more than the default scene, e.g. friction, crank_torque='2*sin(t)', links=5",
+        "an option of the mechanism, e.g. friction, crank_torque='2*sin(t)', links=5",
     )  # fmt: skip
 
 
 def suite_options(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """Whatever follows is for the suite."""
+    """All that follows is for the suite."""
     parser.add_argument("options", nargs="*")
     return parser
 
@@ -71,26 +71,26 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
 
 
 def run_options(parser: argparse.ArgumentParser) -> None:
-    """One run: a scene, its start, and what becomes of it."""
+    """One run: a scene, its start, and its output."""
     _start_options(parser)
     parser.add_argument("--open", action="store_true", help="open the animation in a browser")
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:
-    """Many runs: what varies, and what is mapped."""
+    """Many runs: what varies, and the reductions."""
     parser.epilog = SWEEP_EPILOGUE
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     _start_options(parser)
     several(
         parser, "--vary", "NAME=LOW:HIGH[:COUNT]", "vary",
-        "what varies, from where to where; in a grid with how many values",
+        "vary from LOW to HIGH; in a grid with COUNT values",
     )  # fmt: skip
     parser.add_argument("--sample", default="grid", help="grid, random, sobol or lhs [grid]")
-    parser.add_argument("--count", metavar="N", help="members, where they are drawn [1024]")
-    parser.add_argument("--seed", default="0", metavar="N", help="of what is drawn [0]")
+    parser.add_argument("--count", metavar="N", help="number of members that are drawn [1024]")
+    parser.add_argument("--seed", default="0", metavar="N", help="seed of the random numbers [0]")
     several(
         parser, "--reduce", "REDUCTION", "reduce",
-        "what is mapped, e.g. 'max(theta_2)' or 'first(theta_0 > 180deg)'; may be repeated",
+        "a map of it, e.g. 'max(theta_2)' or 'first(theta_0 > 180deg)'; may be repeated",
     )  # fmt: skip
     parser.add_argument("--threads", metavar="N", help="[all cores]")
 
@@ -103,16 +103,16 @@ def _start_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     several(
         parser, "--guess", "NAME=VALUE", "guess",
-        "a coordinate near which to assemble, where there is a choice",
+        "assemble near this coordinate, where several configurations exist",
     )  # fmt: skip
     parser.add_argument(
-        "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [as suits; 20 s of four_bar]"
+        "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [by mechanism; four_bar: 20 s]"
     )
-    parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="tolerated error [1e-9]")
+    parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="relative tolerance [1e-9]")
     parser.add_argument(
         "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
     )
-    parser.add_argument("--out", metavar="DIR", help="where pictures and data go [mechc_NAME]")
+    parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object; write only with --out"
     )

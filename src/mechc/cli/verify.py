@@ -1,4 +1,4 @@
-"""``mechc verify``: whether what was saved is as it was written."""
+"""``mechc verify``: check that a saved solution or batch is undamaged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ DAMAGED = 1
 
 
 def verify_command(chosen: argparse.Namespace) -> int:
-    """0 if all is there and sound, 1 if a batch is damaged or not finished, 2 by an error."""
+    """0 if it is complete and undamaged, 1 if a batch is not, 2 by an error."""
     path = Path(chosen.path)
     if not path.is_dir():
         verify(path)
@@ -26,5 +26,5 @@ def verify_command(chosen: argparse.Namespace) -> int:
     told += [f"{found.missing} not computed yet"] if found.missing else []
     print(f"{path}: {found.chunks} chunks, {', '.join(told) or 'all sound'}")
     if told:
-        print("the call that made it, made again, computes them")
+        print("repeat the call that made it to compute them")
     return DAMAGED if told else 0

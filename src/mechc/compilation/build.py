@@ -1,4 +1,4 @@
-"""From a description to a system: found in the cache, or derived, compiled and kept there."""
+"""From a description to a system: found in the cache, or derived, compiled and cached."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from mechc.inputs.driven_scene import scene_with_inputs
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
-Described = Callable[[], tuple[Any, Any]]  # the mechanism, and what is asked of it
+Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
 Seconds = dict[str, float]
 _compiled: dict[str, System] = {}
 
@@ -28,7 +28,7 @@ _compiled: dict[str, System] = {}
 def compile_described(
     described: Described, reference: ModelReference, seconds: Seconds | None = None
 ) -> System:
-    """Derive and emit; the texts name the cache entry."""
+    """Derive and emit; the texts are the key of the cache entry."""
     from mechc_codegen.extension.build import signature
 
     started, described = time.perf_counter(), lru_cache(described)
@@ -40,7 +40,7 @@ def compile_described(
 def compile_known(
     digest: str, described: Described, reference: ModelReference, seconds: Seconds | None = None
 ) -> System:
-    """What is named without deriving is looked up before anything is derived."""
+    """Look up in the cache, where the key is known, before anything is derived."""
     from mechc_codegen.frontend.cache_key import compiler_signature, files_digest, files_stamp
 
     started, described = time.perf_counter(), lru_cache(described)
@@ -52,7 +52,7 @@ def compile_known(
 def without_c(
     described: Described, reference: ModelReference, seconds: Seconds | None = None
 ) -> System:
-    """Derived in this process, and kept nowhere: what is executed was written here."""
+    """Derived in this process and not cached: only text that was written here is executed."""
     from mechc_codegen.compiler import build_listing
 
     from mechc.numpy_backend.scene import NumpyScene
@@ -66,12 +66,12 @@ def without_c(
 
 
 def compiled_before(reference: ModelReference) -> System:
-    """A scene that is in this user's cache already, by its key.
+    """A scene that is in this user's cache, by its key.
 
     Raises
     ------
     MechcError
-        If it is not there.
+        If it is not in the cache.
     """
     key = reference.key
     if key not in _compiled:
@@ -82,8 +82,8 @@ def compiled_before(reference: ModelReference) -> System:
             raise MechcError(
                 f"the mechanism {reference.mechanism!r} (cache key {key[:16]}) is not a shipped "
                 f"one and not in the cache {cache.cache_folder()} of this process: compile it "
-                "again (and give it too: mechc.open(path, model)), or let MECHC_CACHE_DIR name a "
-                "folder that all share"
+                "again (mechc.open(path, model) takes it), or set MECHC_CACHE_DIR to a "
+                "shared folder"
             )
         _compiled[key] = system_with(scene, ModelReference("", custom=True, key=key))
     found = _compiled[key]
@@ -96,7 +96,7 @@ def system_with(
     seconds: Seconds | None = None,
     described: Described | None = None,
 ) -> System:
-    """The system of a scene; what the reference leaves open is filled in from its metadata."""
+    """The system of a scene; empty fields of the reference are filled in from its metadata."""
     data = json.loads(scene.metadata)
     state = tuple(q["name"] for kind in ("coordinates", "speeds") for q in data[kind])
     found = replace(reference, mechanism=data["name"], state=state)
@@ -110,7 +110,7 @@ def system_with(
 
 
 def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
-    """What ``run()`` gives; the seconds it took are noted."""
+    """The result of ``run()``; its time in seconds is recorded."""
     started = time.perf_counter()
     done = run()
     seconds[stage] = time.perf_counter() - started
@@ -119,7 +119,7 @@ def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
 
 @one_at_a_time
 def _operations_of_all(described: Described) -> dict[str, Any]:
-    """Operation counts with nothing fixed and every usual output."""
+    """Operation counts with nothing fixed and all default outputs."""
     from mechc_codegen.compiler import operations_of_all
 
     found: dict[str, Any] = operations_of_all(*described())
@@ -128,7 +128,7 @@ def _operations_of_all(described: Described) -> dict[str, Any]:
 
 @one_at_a_time
 def _built(described: Described) -> Any:
-    """Described, derived and emitted, with the seconds that each stage took."""
+    """Described, derived and emitted, with the seconds of each stage."""
     from mechc_codegen.compiler import build_scene
 
     seconds: Seconds = {}
@@ -145,7 +145,7 @@ def _system(
     seconds: Seconds,
     started: float,
 ) -> System:
-    """From the cache, or compiled: what it takes to begin with at once, the rest behind it."""
+    """From the cache, or compiled: the first unit at once, the rest in the background."""
     if key not in _compiled:
         reference, seconds = replace(reference, key=key), dict(seconds)
         scene = entries.found(key)
@@ -165,10 +165,10 @@ def _begun(
     seconds: Seconds,
     started: float,
 ) -> System:
-    """A system with its first unit, and the whole of it on the way.
+    """A system with its first unit, while the whole is compiled.
 
-    The first unit is kept too: a program that never integrates never waits for the whole.  Of
-    processes that want the same at once, one derives and compiles it, and the others wait.
+    The first unit is cached too: a program that never integrates never waits for the whole.  Of
+    processes that need the same scene, one derives and compiles it, and the others wait.
     """
     key = reference.key
 
@@ -185,7 +185,7 @@ def _begun(
 
     beside = cache.first_key(key)
     first = entries.found(beside) or entries.made(
-        beside, lambda folder: make("first unit", entries.make_first_unit, folder)
+        beside, lambda folder: make("first unit", entries.make_outputs_only, folder)
     )
     compiled_now = "first unit" in seconds
     if not compiled_now:

@@ -1,6 +1,6 @@
-"""The library as the runtime knows it: names, titles, how long a run is; no compiler is needed.
+"""The library for the runtime: names, titles, duration of a run; needs no compiler.
 
-What a mechanism is, is written in ``mechc_codegen.library.catalogue``, whose titles are these.
+The mechanisms themselves are in ``mechc_codegen.library.catalogue``, with the same titles.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ COMPILED_AT_INSTALL = NAMES
 
 @dataclass(frozen=True)
 class Entry:
-    """A mechanism of the library; ``seconds`` are simulated where no end is given."""
+    """A mechanism of the library; ``seconds``: the duration of a run by default."""
 
     title: str
     seconds: float

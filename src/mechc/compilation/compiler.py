@@ -1,4 +1,4 @@
-"""The compiler package as the runtime meets it: what it offers to users, and its errors."""
+"""The compiler package as the runtime uses it: its public names, and its errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mechc.errors import MechcError
 
 
 def of_compiler(name: str) -> Any:
-    """What the compiler offers its users under this name."""
+    """The public name of the compiler."""
     import mechc_codegen
 
     errors = errors_of_compiler()
@@ -19,9 +19,9 @@ def of_compiler(name: str) -> Any:
 
 @cache
 def errors_of_compiler() -> dict[str, type[MechcError]]:
-    """Name -> error of the compiler that is an error of mechc too; from now on it raises these.
+    """Name -> error of the compiler that is mechc's too; from now on the compiler raises it.
 
-    The compiler imports nothing of the runtime, so it is told.
+    The compiler imports nothing of the runtime, so its classes are set from here.
     """
     from mechc_codegen.errors import KINDS, raise_as
 
@@ -35,7 +35,7 @@ def errors_of_compiler() -> dict[str, type[MechcError]]:
 
 
 def include_folder() -> Path:
-    """Where the headers lie that C programs which use a model include."""
+    """The folder of the headers for C programs that use a model."""
     import mechc_codegen
 
     return Path(mechc_codegen.__file__).parent / "runtime" / "abi"

@@ -1,7 +1,7 @@
-"""Default values of parameters: numbers stay out of what is compiled, so that no value decides it.
+"""Default values of parameters: numbers are not compiled in, so that no value affects the key.
 
-What a number is given for is looked up by name when the model is there.  Defaults that follow
-other parameters are expressions, and compiled.
+Names of numbers are checked when the model is there.  Defaults that follow other parameters are
+expressions, and compiled.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from mechc.system.system import System
 def split(
     defaults: Mapping[Any, Any], states: Iterable[Any]
 ) -> tuple[dict[Any, float], dict[Any, Any]]:
-    """(numbers, what has to be compiled: expressions, and the starts of states)."""
-    by_name(defaults, "defaults")  # each name once
+    """(numbers, values to compile: expressions, and the starts of states)."""
+    by_name(defaults, "defaults")  # refuses a name given twice
     kept = {name_of(state) for state in states}
     numbers: dict[Any, float] = {}
     compiled: dict[Any, Any] = {}
@@ -33,11 +33,10 @@ def split(
 
 
 def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[str]) -> System:
-    """The system with these values; ``read``: names of all symbols that the object holds.
+    """The system with these values; ``read``: names of all symbols that the object contains.
 
-    Those that fell out of the equations are left out: without a word where the object holds them,
-    as it does the inertias about two axes of what moves in a plane, and with a warning where it
-    does not.
+    Values of symbols that are not in the equations are ignored: without a warning if the object
+    contains the symbol (two moments of inertia of a body that moves in a plane), else with one.
 
     Raises
     ------

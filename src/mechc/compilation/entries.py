@@ -13,7 +13,7 @@ from mechc.native._driver import Scene, capsule_of
 
 
 def found(key: str) -> Scene | None:
-    """The scene of an entry that is there and can be loaded."""
+    """The scene of an entry that exists and can be loaded."""
     path = cache.find(key)
     try:
         return None if path is None else scene_in(path)
@@ -23,7 +23,7 @@ def found(key: str) -> Scene | None:
 
 
 def made(key: str, make: Callable[[Path], None]) -> Scene:
-    """The scene of an entry, made if need be; again if it is removed before it is loaded."""
+    """The scene of an entry, made if it is missing, or if it is removed before it is loaded."""
     try:
         return scene_in(cache.entry(key, make))
     except ImportError:
@@ -33,9 +33,9 @@ def made(key: str, make: Callable[[Path], None]) -> Scene:
         return scene_in(path)
     except ImportError as error:
         raise CacheError(
-            f"what was just compiled cannot be loaded: {error}. If programs may not run from "
+            f"the compiled scene cannot be loaded: {error}. If programs may not run from "
             f"{path.parents[1]} (a file system mounted noexec), set MECHC_CACHE_DIR to a folder "
-            "elsewhere; else it is the compiler that does not work for this machine"
+            "elsewhere; otherwise the compiler does not work for this machine"
         ) from None
 
 
@@ -44,15 +44,15 @@ def scene_in(path: Path) -> Scene:
     return Scene(capsule_of(str(path)), None)
 
 
-def make_first_unit(scene: Any, folder: Path) -> None:
+def make_outputs_only(scene: Any, folder: Path) -> None:
     """Compile the scene's first unit into ``folder``; only the shared object stays."""
-    from mechc_codegen.extension.flags import FIRST_FLAGS, RUNTIME
+    from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
-    flags, includes = [*FIRST_FLAGS, *scene.first_flags], (str(RUNTIME), str(work))
+    flags, includes = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags], (str(RUNTIME), str(work))
     target = folder / cache.SHARED_OBJECT
-    toolchain.compile_shared(work, "scene_first.c", flags, includes, target)
+    toolchain.compile_shared(work, "scene_outputs_only.c", flags, includes, target)
     shutil.rmtree(work)
 
 

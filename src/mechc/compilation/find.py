@@ -1,4 +1,4 @@
-"""Systems by name: of the library, and of what a reference describes."""
+"""Systems by name from the library, and systems that a reference describes."""
 
 from __future__ import annotations
 
@@ -53,20 +53,20 @@ def _variant(
         return _installed(name, instruction_set)
     if instruction_set is not None:
         raise ValueError(
-            "backend='numpy' has no instruction sets: leave instruction_set out"
+            "backend='numpy' has no instruction sets: omit instruction_set"
             if backend == "numpy"
-            else "what is compiled on demand is for this processor alone: leave instruction_set out"
+            else "scenes compiled on demand are for this processor only: omit instruction_set"
         )
     return variant(name, options, asked, backend)
 
 
 def system_of(reference: ModelReference, given: System | None = None) -> System:
-    """What a reference describes: the system given, one of the library, or one in the cache.
+    """The system that a reference describes: the one given, of the library, or in the cache.
 
     Raises
     ------
     MechcError
-        If it is not at hand, or the one given or found has other states.
+        If it is not found, or the one given or found has other states.
     """
     if given is None and not reference.custom:
         return library_system(
@@ -122,7 +122,7 @@ def _installed(name: str, instruction_set: str | None) -> System:
 
 
 def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:
-    """What a variant is asked for beside its options, as names and numbers."""
+    """The ``fix`` and ``outputs`` of a variant, as names and numbers."""
     asked: dict[str, Any] = {}
     if fix:
         given = by_name(fix, "parameters to fix", "{'g': 9.81}")
@@ -131,7 +131,7 @@ def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> di
         names = [outputs] if isinstance(outputs, str) else list(outputs)
         if not all(isinstance(each, str) for each in names):
             raise TypeError(
-                "outputs of a shipped mechanism are asked for by name; expressions of one's own "
+                "outputs of a shipped mechanism are requested by name; user-defined expressions "
                 "are for mechc.compile"
             )
         asked["outputs"] = sorted(set(names))

@@ -21,7 +21,7 @@ def shipped_options(name: str) -> dict[str, str]:
 
 
 def beyond_default(name: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """The options that ask for more than a mechanism's default scene, counts as numbers.
+    """The options that differ from a mechanism's default scene, counts as numbers.
 
     Raises :class:`UnknownNameError` for an option that it does not have.
     """
@@ -41,8 +41,8 @@ def variant(
 ) -> System:
     """A mechanism of the library with options that are known to exist, compiled on demand.
 
-    ``asked``: parameters to ``fix`` and ``outputs``, by name.  What mechanism, options and
-    compiler package decide is looked up before anything is derived.
+    ``asked``: parameters to ``fix`` and ``outputs``, by name.  The key follows from mechanism,
+    options and compiler package, and is looked up before anything is derived.
     """
     errors_of_compiler()
     told = _told(options, asked)
@@ -69,7 +69,7 @@ def _as_asked(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -
 
 
 def _told(options: Mapping[str, Any], asked: Mapping[str, Any]) -> dict[str, Any]:
-    """What says the same to another process."""
+    """The reference for another process."""
     kept = (bool, int)
     return {k: v if isinstance(v, kept) else str(v) for k, v in options.items()} | dict(asked)
 
@@ -79,7 +79,7 @@ def _is_plain(value: Any) -> bool:
 
 
 def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
-    """Whether the texts of the options, read again, are the options."""
+    """Whether the options can be restored from their texts."""
     from mechc_codegen.description.parser import parse_expression
     from mechc_codegen.errors import CodegenError
     from sympy.physics.mechanics import dynamicsymbols
@@ -113,7 +113,7 @@ def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, 
 def derivation_notes(
     name: str, options: Mapping[str, Any], values: Mapping[str, float]
 ) -> list[tuple[str, str]]:
-    """What the mechanism says about parameter values: for the four-bar its Grashof class."""
+    """What follows from parameter values: for the four-bar its Grashof class."""
     mechanism = mechanism_of(name, options)
     return list(mechanism.notes(values)) if mechanism.notes else []
 

@@ -1,7 +1,7 @@
 """One thread at a time imports the compiler and compiles.
 
-Modules that import each other are handed out half made when two threads import them at once, and
-what the compiler and SymPy keep for later is theirs for one thread.
+Two threads that import modules with mutual imports at once may see them incomplete, and the caches
+of the compiler and SymPy are not safe for several threads.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _lock = threading.RLock()
 
 
 def one_at_a_time(function: Callable[P, R]) -> Callable[P, R]:
-    """The function, entered by one thread of the process at a time, which may enter again.
+    """The function, for one thread of the process at a time; calls may be nested.
 
-    Whatever waits for another thread must not be called from within.
+    It must not wait for another thread.
     """
 
     @wraps(function)
@@ -32,7 +32,7 @@ def one_at_a_time(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _new_lock() -> None:
-    """In a process that was forked, the thread that held it is missing."""
+    """A new lock in a forked process, where the thread that held the old one does not exist."""
     global _lock
     _lock = threading.RLock()
 

@@ -1,7 +1,7 @@
-"""A model that can be used before all of it is compiled.
+"""A model that can be used before it is compiled completely.
 
-Rates and outputs are compiled first, in a fraction of the time that the integrators take; those
-follow in the background, and whatever needs them waits for them.
+Rates and outputs are compiled first, in a fraction of the time of the integrators; these are
+compiled in the background, and calls that need them wait.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ OUTPUTS_ONLY = frozenset(
 
 
 class Pending:
-    """Something that is made in the background; whoever asks for it waits.
+    """An object that is made in the background; a request for it waits.
 
-    Not begun at once, it is made when it is asked for.  In a process that was forked meanwhile,
-    where the thread is missing, it is made anew; so it is after it failed, when asked for again.
+    If it was not begun at once, it is made when requested.  In a forked process, which has no such
+    thread, it is made again; so it is at the next request after a failure.
     """
 
     def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
@@ -42,7 +42,7 @@ class Pending:
             self._error = error
 
     def result(self) -> Any:
-        """What was made; an error of the making is raised here."""
+        """The object; an error of its making is raised here."""
         if self._begun and self._process == os.getpid():
             self._thread.join()
             self._begun, error = False, self._error
@@ -55,7 +55,7 @@ class Pending:
 
 
 class DeferredScene:
-    """What a compiled scene can do, by its first unit where that is enough."""
+    """A compiled scene, of which the first unit is used where it suffices."""
 
     def __init__(self, first: Any, whole: Pending) -> None:
         self._first, self._whole = first, whole

@@ -1,4 +1,4 @@
-"""The compiler and the processor that a binary is made by and for."""
+"""The compiler that makes a binary, and the processor that it is for."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ CPU_INFO = Path("/proc/cpuinfo")
 
 
 def environment() -> tuple[str, str]:
-    """What names both: the compiler, and this version of mechc with the processor."""
+    """The key of both: the compiler, and this version of mechc with the processor."""
     from mechc import __version__
 
     return toolchain.identity(toolchain.compiler()), f"{__version__} {processor()}"
 
 
 def processor() -> str:
-    """What distinguishes processors: a binary made for one may crash on another."""
+    """Model and features of the processor: a binary made for one may crash on another."""
     found = _cpu_info()
     wanted = [found[key] for key in ("model name", "flags", "Features") if key in found]
     return " ".join([platform.machine(), *wanted])
 
 
 def native() -> Any:
-    """This processor's own instruction set; the binary stays in the user's cache."""
+    """Flags for this processor's instruction set; the binary stays in the user's cache."""
     from mechc_codegen.emit.instruction_sets import BASELINE, WIDER, InstructionSet
 
     features = set(_cpu_info().get("flags", "").split())
@@ -39,7 +39,7 @@ def native() -> Any:
 
 
 def _cpu_info() -> dict[str, str]:
-    """Lines of the first of the processors, which are alike, by what they tell."""
+    """Fields of the first processor; the others are equal."""
     found: dict[str, str] = {}
     if CPU_INFO.exists():
         with CPU_INFO.open() as lines:

@@ -1,4 +1,4 @@
-"""The ``System`` of PyDy, known by its attributes: PyDy itself is never imported."""
+"""The ``System`` of PyDy, recognised by its attributes: PyDy itself is never imported."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ HELD = ("eom_method", "constants", "initial_conditions", "specifieds", "times")
 
 
 def is_pydy_system(thing: Any) -> bool:
-    """Whether it holds a method beside constants, starts, specified functions and times."""
+    """Whether it has a method, constants, initial conditions, specified functions and times."""
     return all(hasattr(thing, name) for name in HELD)
 
 
 def start_of(thing: Any) -> dict[Any, float]:
-    """Coordinates and speeds it starts from; those that are not given start from 0, as there."""
+    """Coordinates and speeds it starts from; by default 0, as in PyDy."""
     method = thing.eom_method
     given = dict(thing.initial_conditions)
     return {state: float(given.get(state, 0.0)) for state in (*method.q, *method.u)}

@@ -1,4 +1,4 @@
-"""A mechanism of the user's own, or an object of SymPy's, with what is asked of it."""
+"""A user-defined mechanism or SymPy object, with its options, as a request for a system."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mechc.system.system import System
 
 
 def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> System:
-    """The system of it; see :func:`mechc.compile`."""
+    """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = timed(seconds, "read", lambda: _read(thing, **asked))
@@ -36,7 +36,7 @@ def _read(
     outputs: Iterable[Any] | None,
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
-    """What is compiled, and the numbers that parameters have where none are given."""
+    """The mechanism to compile, and default numbers of parameters."""
     from mechc_codegen.description.source import ConversionSettings
     from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest, compilable
     from mechc_codegen.frontend.read import readable
@@ -58,7 +58,7 @@ def _read(
 
 
 def _rates(states: Any) -> dict[Any, Any]:
-    """State -> rate, also of objects that know both."""
+    """State -> rate, also from objects that have both."""
     if isinstance(states, Mapping):
         return dict(states)
     several = [states] if hasattr(states, "rhs") else list(states)

@@ -1,4 +1,4 @@
-"""The C compiler of this machine: found, named, run."""
+"""The C compiler of this machine: found, identified, run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from mechc.errors import CompilerError
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?")  # not ccache, not a script
 _STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")
 _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
-_MOST_HEADERS = 5000  # of which the content is read; of more, size and time
+_MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
 LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
 _LONGEST_VERSION = 60.0
 
@@ -33,15 +33,14 @@ def find_compiler() -> list[str] | None:
     Raises
     ------
     CompilerError
-        If ``$CC`` names a command that does not exist: another in its place is not what was
-        asked for.
+        If ``$CC`` names a command that does not exist: no other is used in its place.
     """
     if chosen := os.environ.get("CC", "").strip():
         return _chosen(chosen)
     for name in ("gcc", "clang", "cc"):
         if shutil.which(name):
             return [name]
-    words = shlex.split(sysconfig.get_config_var("CC") or "")  # slow to find out
+    words = shlex.split(sysconfig.get_config_var("CC") or "")  # slow
     return words if words and shutil.which(words[0]) else None
 
 
@@ -53,7 +52,7 @@ def _chosen(command: str) -> list[str]:
     if shutil.which(words[0]) is None:
         raise CompilerError(
             f"CC = {command!r}: there is no command {words[0]!r}; set CC to a C compiler, or unset "
-            "it and the one found is taken"
+            "it to use the one that is found"
         )
     return words
 
@@ -65,17 +64,17 @@ def compiler() -> list[str]:
         raise CompilerError(
             "no C compiler was found: install gcc or clang (Debian and Ubuntu: apt install gcc; "
             "Fedora: dnf install gcc; conda: conda install c-compiler), or set CC. Shipped "
-            "mechanisms run without one, and any other with backend='numpy', slowly"
+            "mechanisms run without one, and all others with backend='numpy', slowly"
         )
     return command
 
 
 def identity(command: Sequence[str]) -> str:
-    """What tells a compiler, with its flags and what in the environment steers it, from others.
+    """The identity of a compiler, with its flags and the environment variables that affect it.
 
-    One whose program is gcc's or clang's own is told by that file, which takes no process: its
-    path, size and time, and its head, which holds the number of its build.  Anything else, such
-    as a script or ccache, only passes on to a compiler, and is asked for the version.
+    A program of gcc or clang is identified by its file, without a process: its path, size and time,
+    and its head, which contains the build number.  Anything else, such as a script or ccache, calls
+    a compiler, and is identified by its ``--version``.
     """
     program = Path(shutil.which(command[0]) or command[0]).resolve()
     steering = [f"{name}={os.environ[name]}" for name in _STEERING if name in os.environ]
@@ -84,7 +83,7 @@ def identity(command: Sequence[str]) -> str:
 
 
 def _headers(variable: str) -> str:
-    """A hash of the headers that a variable of the environment puts before the system's."""
+    """A hash of the headers that an environment variable puts before the system's."""
     digest = hashlib.sha256()
     for folder in os.environ[variable].split(os.pathsep):
         files = sorted(path for path in Path(folder or ".").rglob("*.h") if path.is_file())
@@ -98,7 +97,7 @@ def _headers(variable: str) -> str:
 
 
 def _program(path: Path) -> str | None:
-    """Names the file of a compiler; None if it is not one itself."""
+    """Identity of a compiler's file; None if it is not one itself."""
     if not _OWN_PROGRAM.fullmatch(path.name):
         return None
     try:
@@ -130,7 +129,7 @@ def compile_all(
     Raises
     ------
     CompilerError
-        With the command and what the compiler printed.
+        With the command and the compiler's output.
     """
     command = compiler()
     paths = [f"-I{path}" for path in includes]
@@ -144,7 +143,7 @@ def compile_all(
 
     if not side_by_side:
         return [one(source) for source in sources]
-    from concurrent.futures import ThreadPoolExecutor  # slow to import, and not always needed
+    from concurrent.futures import ThreadPoolExecutor  # slow to import
 
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
         return list(pool.map(one, sources))
@@ -170,16 +169,16 @@ _running: set[subprocess.Popen[str]] = set()
 
 @atexit.register
 def _stop_running() -> None:
-    """A compiler in the background does not outlive its process."""
+    """End compilers in the background with this process."""
     for process in list(_running):
         _end(process)
 
 
-os.register_at_fork(after_in_child=_running.clear)  # they are the other process's
+os.register_at_fork(after_in_child=_running.clear)  # they belong to the parent
 
 
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
-    """Run to the end, in a group of its own: what it starts ends with it."""
+    """Run to the end, in a separate process group, which ends with it."""
     pipe = subprocess.PIPE
     try:
         process = subprocess.Popen(
@@ -214,7 +213,7 @@ def _communicated(
 
 
 def _rest(process: subprocess.Popen[str]) -> str:
-    """What was written to stderr until the end; a child that got away may keep the pipe open."""
+    """The output to stderr until the end; a child that still runs may keep the pipe open."""
     try:
         return process.communicate(timeout=1.0)[1].strip()
     except subprocess.TimeoutExpired as late:
@@ -222,19 +221,19 @@ def _rest(process: subprocess.Popen[str]) -> str:
 
 
 def _end(process: subprocess.Popen[str]) -> None:
-    """End it, and what it has started."""
+    """End it, and its children."""
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(process.pid, signal.SIGKILL)
     process.kill()
 
 
 def _run(command: list[str], folder: Path, target: Path) -> None:
-    """What the compiler writes meanwhile goes to ``folder`` too, and goes with it."""
+    """Environment in which temporary files are in ``folder``, and removed with it."""
     where = {**os.environ, "TMPDIR": str(folder), "LC_ALL": "C"}
     done = _output(command, LONGEST, env=where)
     if done.returncode == 0 and target.is_file() and target.stat().st_size:
         return
-    how = _ending(done.returncode) if done.returncode else f"ended well and wrote no {target.name}"
+    how = _ending(done.returncode) if done.returncode else f"succeeded but wrote no {target.name}"
     raise CompilerError(f"the C compiler {how}.\n{shlex.join(command)}\n{done.stderr.strip()}")
 
 
@@ -245,4 +244,4 @@ def _ending(code: int) -> str:
         name = signal.Signals(-code).name
     except ValueError:
         name = f"signal {-code}"
-    return f"was ended by {name}" + (", perhaps for want of memory" if name == "SIGKILL" else "")
+    return f"was ended by {name}" + (", perhaps for lack of memory" if name == "SIGKILL" else "")

@@ -1,6 +1,6 @@
-"""What people give for inputs -> by name, numbers, signals and functions of t or of t, q and u.
+"""Values given for inputs -> by name: numbers, signals, functions of t or of t, q and u.
 
-Taken besides: samples as ``(times, values)``, interpolants of SciPy, one function for several
+Also accepted: samples as ``(times, values)``, interpolants of SciPy, one function for several
 inputs ``{(F, G): f}``, and functions of state and time together, ``f(x, t)`` or ``f(t, x)`` with
 x = [q, u].
 """
@@ -24,14 +24,14 @@ TIME = ("t", "time")
 def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
     """Name -> number, signal, function, or functions for value and rates.
 
-    ``orders``: of each input the highest derivative that the equations hold.
+    ``orders``: of each input the highest derivative that the equations contain.
 
     Raises
     ------
     TypeError
-        If it is no mapping.
+        If it is not a mapping.
     ValueOutOfBoundsError
-        If samples are no signal, or it cannot be told which argument of a function is the time.
+        If samples are not valid, or it is not known which argument of a function is the time.
     """
     if not isinstance(given, Mapping):
         raise TypeError(f"inputs are given by name, such as {{'F': 0.5}}, not as {brief(given)}")
@@ -64,18 +64,19 @@ def _samples(value: Any) -> bool:
 
 
 def _with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
-    """The function of t, q and u that one of state and time is; any other as it is."""
+    """A function of state and time as one of t, q and u; any other unchanged."""
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of some compiled functions it is not known
+    except (TypeError, ValueError):  # unknown for some compiled functions
         return function
     if _binds(signature, 1) or _binds(signature, 3) or not _binds(signature, 2):
         return function
     first, second = list(signature.parameters)[:2]
     if (first in TIME) == (second in TIME):
         raise ValueOutOfBoundsError(
-            f"{what} is a function of {first} and {second}: which of them is the time cannot be "
-            "told. Write one of t, q and u: lambda t, q, u: f(numpy.hstack([q, u]), t)"
+            f"{what} must be a function of t, or of t, q and u; it takes {signature}, and which "
+            "of the two is the time cannot be told: write lambda t, q, u: "
+            "f(numpy.hstack([q, u]), t)"
         )
     if second in TIME:
         return lambda t, q, u: function(np.concatenate([q, u]), t)
@@ -104,7 +105,7 @@ def _several(names: list[str], value: Any) -> dict[str, Any]:
 
 
 class _Together:
-    """A function of several inputs; the last value is kept, as they are asked for in a row."""
+    """A function of several inputs; its last value is kept, as they are evaluated in sequence."""
 
     def __init__(self, what: str, size: int, function: Callable[..., Any]) -> None:
         self._what, self._size = what, size

@@ -15,15 +15,15 @@ from mechc.inputs.signals import Signal
 from mechc.native._inputs import Caller, Inputs
 from mechc.system.parameters import Array
 
-TICKS = 4  # knots nearer to each other, in units of their last place, are one
+TICKS = 4  # ulps: knots nearer to each other are one
 Function = Callable[..., float]
 
 
 @dataclass(frozen=True)
 class InputSlot:
-    """An input of a scene: the derivatives of it that the equations hold, in order.
+    """An input of a scene: its derivatives that the equations contain, in order.
 
-    ``of_time``: constraints, mass matrix or kinematics hold it: it may depend on time alone.
+    ``of_time``: constraints, mass matrix or kinematics contain it: it may depend on time only.
     """
 
     name: str
@@ -43,7 +43,7 @@ class GivenInputs:
     MissingInputError
         If one is missing; all that are missing are named.
     UnknownNameError, ValueOutOfBoundsError
-        For names that do not exist and values that cannot be what they stand for.
+        For unknown names and wrong values.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class GivenInputs:
         self.caller = Caller(functions, *sizes)
 
     def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
-        """As compiled code takes them; of signals the pieces between two times alone."""
+        """The values for compiled code; of signals only the pieces between two times."""
         low, high = min(t0, t1), max(t0, t1)
         if np.isfinite(low):
             slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
@@ -76,7 +76,7 @@ class GivenInputs:
         return Inputs(self._pieces, self._sources, self.caller, low, high)
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
-        """Times within the span that no step may lead over, in its direction."""
+        """Times within the span that no step may cross, in its direction."""
         low, high = sorted((t0, t1))
         knots = [signal.breaks(rtol, self._order[n]) for n, signal in self.signals.items()]
         times = np.sort(np.concatenate([*knots, [low, high]]))
@@ -99,7 +99,7 @@ class GivenInputs:
                     )
 
     def notes(self) -> tuple[str, ...]:
-        """What the functions that were called back have cost."""
+        """The cost of the Python functions, as warnings."""
         if not self.caller.calls:
             return ()
         which = f"The input {self.called[0]} is a Python function"
@@ -114,8 +114,8 @@ def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInpu
     names = ", ".join(slot.name for slot in slots if slot.name not in given)
     return MissingInputError(
         f"these inputs have no value: {names}. Give each as a number, a mechc.Signal or a function "
-        "of time, with simulate(..., inputs={...}) or model.with_inputs({...}); or once and for "
-        "all as an expression, with mechc.compile(..., inputs={...})"
+        "of time, with simulate(..., inputs={...}) or model.with_inputs({...}); or permanently "
+        "as an expression, with mechc.compile(..., inputs={...})"
     )
 
 
@@ -129,7 +129,7 @@ def _check_names(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> None:
 
 
 def _functions(value: Any) -> tuple[Function, ...]:
-    """The functions that a value consists of; none where it is something else."""
+    """The functions of a value; none if it is something else."""
     if isinstance(value, Signal):
         return ()
     several = value if isinstance(value, (tuple, list)) else (value,)
@@ -139,20 +139,20 @@ def _functions(value: Any) -> tuple[Function, ...]:
 def _checked_functions(
     slot: InputSlot, functions: tuple[Function, ...]
 ) -> list[tuple[str, Function, bool]]:
-    """Of each derivative that is needed the function, and whether it takes the state."""
+    """The function of each derivative that is needed, and whether it takes the state."""
     highest = max(slot.orders)
     if highest >= len(functions):
         raise ValueOutOfBoundsError(
-            f"the equations hold derivatives of the input {slot.name} up to order {highest}, which "
-            f"a function does not tell: give {highest + 1} functions of time (value, rate, ...), "
+            f"the equations contain rates of the input {slot.name} up to order {highest}, which "
+            f"a function does not give: give {highest + 1} functions of time (value, rate, ...), "
             "or a mechc.Signal that is smooth enough"
         )
     chosen = [(slot.name, functions[order], _takes_state(slot, functions[order]))
               for order in slot.orders]  # fmt: skip
     if slot.of_time and any(takes_state for _, _, takes_state in chosen):
         raise ValueOutOfBoundsError(
-            f"constraints, mass matrix or kinematics hold the input {slot.name}: it must be a "
-            "function of time alone"
+            f"constraints, mass matrix or kinematics contain the input {slot.name}: it must be a "
+            "function of time only"
         )
     return chosen
 
@@ -160,7 +160,7 @@ def _checked_functions(
 def _takes_state(slot: InputSlot, function: Function) -> bool:
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # of some compiled functions it is not known
+    except (TypeError, ValueError):  # unknown for some compiled functions
         return False
     for count in (1, 3):
         try:
@@ -188,12 +188,12 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
 
 
 def _check_smoothness(slot: InputSlot, signal: Signal) -> None:
-    """The highest derivative stands where accelerations do, and these may jump."""
+    """Refuse signals with too few derivatives; the highest may jump, as accelerations may."""
     highest = max(slot.orders)
     if highest > signal.smoothness + 1:
         kinds = "'quintic'" if highest > 3 else "'cubic' or 'quintic'"
         raise ValueOutOfBoundsError(
-            f"the equations hold derivatives of the input {slot.name} up to order {highest}, and "
+            f"the equations contain rates of the input {slot.name} up to order {highest}, and "
             f"a {signal.kind} signal{' that is held' if signal.outside == 'hold' else ''} has "
             f"jumps in those of order {signal.smoothness + 1}: take kind={kinds} without "
             "outside='hold'"

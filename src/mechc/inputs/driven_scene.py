@@ -1,4 +1,4 @@
-"""A compiled scene with the inputs that it is driven by."""
+"""A compiled scene with the values of its inputs."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from mechc.system.system import System
 
 
 class DrivenScene:
-    """A scene that has inputs: what needs them gets them, or says which are missing.
+    """A scene that has inputs: calls that need their values get them, or an error names them.
 
-    Everything else that a scene can do is passed on.
+    All other calls are passed on.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class DrivenScene:
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
         """As of :class:`mechc.native._driver.Scene`."""
         if name in self._free:
-            return np.asarray(self._scene.evaluate(name, t, y, _beside(p, 0.0)))
+            return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
         if name.endswith("state_jacobian") and values.caller.takes_state:
             raise MechcError(
@@ -51,15 +51,18 @@ class DrivenScene:
                 "derivative by it: compile with expressions for them"
             )
         values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
-        out = np.asarray(self._scene.evaluate(name, t, y, _beside(p, self._whole.number)))
+        out = np.asarray(self._scene.evaluate(name, t, y, p, self._whole))
         self.raise_failure()
         return out
+
+    def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
+        """As of :class:`mechc.native._driver.Scene`."""
+        out[...] = self.evaluate(name, t, y, p)
 
     def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))
-        passed = _beside(p, self._whole.number)
-        found: tuple[int, Array, float, float] = self._scene.project(t, y, passed)
+        found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
         self.raise_failure()
         return found
 
@@ -74,29 +77,29 @@ class DrivenScene:
             return values.compiled(times[segment], times[segment + 1])
 
         first = inputs(0)
-        run = self._scene.start(t0, t1, y0, _beside(p, first.number), *policy)
+        run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
-        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
-        found: tuple[Any, ...] = self._scene.bound(name, _beside(p, 0.0))
+        found: tuple[Any, ...] = self._scene.bound(name, p)
         return found
 
     def bound_along(self, name: str, p: Array, *along: Any) -> Any:
-        """As of :class:`mechc.native._driver.Scene`, of outputs that hold no input."""
+        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
         self._refuse_in_c(name)
-        return self._scene.bound_along(name, _beside(p, 0.0), *along)
+        return self._scene.bound_along(name, p, *along)
 
     def _refuse_in_c(self, name: str) -> None:
         if name not in self._free:
             raise MechcError(
                 f"{name} needs {', '.join(slot.name for slot in self._slots)}, which are given "
-                "with a run: a C function has parameters alone. Compile with expressions for "
+                "with a run: a C function takes parameters only. Compile with expressions for "
                 "them: mechc.compile(..., inputs={...})"
             )
 
-    # -- functions that are called back ------------------------------------------------------
+    # -- Python functions ----------------------------------------------------------------------
 
     @property
     def called(self) -> bool:
@@ -110,7 +113,7 @@ class DrivenScene:
 
     @property
     def interrupted(self) -> bool:
-        """Whether what failed was Ctrl-C within a function; it is forgotten then."""
+        """Whether Ctrl-C interrupted a function; this is then reset."""
         if self._values is None or not self.failed:
             return False
         caller = self._values.caller
@@ -123,7 +126,7 @@ class DrivenScene:
         """Which function failed, when and how."""
         assert self._values is not None
         name, t, error = self._values.caller.failure
-        why = "gave no finite number" if error is None else f"{type(error).__name__}: {error}"
+        why = "returned no finite number" if error is None else f"{type(error).__name__}: {error}"
         return f"the input {name} failed at t = {t:.9g} s: {why}"
 
     def raise_failure(self, solution: object = None) -> None:
@@ -135,11 +138,11 @@ class DrivenScene:
         self._values.caller.failure = None
         if error is not None and not isinstance(error, Exception):
             raise error
-        kept = "; error.solution has the motion until there" if solution is not None else ""
+        kept = "; error.solution is the motion until then" if solution is not None else ""
         raise InputError(f"{told}{kept}", solution) from error
 
     def notes(self) -> tuple[str, ...]:
-        """What functions have cost in the last run."""
+        """The cost of Python functions in the last run."""
         return () if self._values is None else self._values.notes()
 
     def _needed(self) -> GivenInputs:
@@ -149,7 +152,7 @@ class DrivenScene:
 
 
 def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with room for inputs where its metadata name any."""
+    """The scene, with inputs if its metadata name any."""
     slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
     return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
 
@@ -161,10 +164,3 @@ def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:
             raise UnknownNameError("input", name, system.inputs)
         return system
     return system.replaced_scene(system.driven.with_inputs(inputs))
-
-
-def _beside(p: Array, number: float) -> Array:
-    """Parameters (..., np) with the number behind them that leads to the inputs."""
-    passed = np.empty((*p.shape[:-1], p.shape[-1] + 1))
-    passed[..., :-1], passed[..., -1] = p, number
-    return passed

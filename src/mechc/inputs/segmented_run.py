@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from mechc.native._codes import FINISHED, RUNNING
 from mechc.system.parameters import Array
-
-RUNNING, FINISHED = 0, 1
 
 
 class SegmentedRun:
-    """A compiled run over ``times[-1] - times[0]``, of which no step leads over an inner time.
+    """A compiled run over ``times[-1] - times[0]``, in which no step crosses an inner time.
 
-    It is one run, extended from segment to segment with what its inputs are there: ``inputs(k)``
-    between ``times[k]`` and ``times[k + 1]``, ``whole`` for what is read from the run.
+    It is one run, extended from segment to segment with the inputs of each: ``inputs(k)`` between
+    ``times[k]`` and ``times[k + 1]``, ``whole`` for reading from the run.
     """
 
     def __init__(
@@ -22,14 +21,13 @@ class SegmentedRun:
     ) -> None:
         self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
         self._segment = -1
-        run.read_with(whole.number)
+        run.read_with(whole)
         if len(times) > 2:
             self._next()
 
     def _next(self) -> None:
         self._segment += 1
-        self._at = self._inputs(self._segment)  # lives while the run does
-        self._run.extend(self._times[self._segment + 1], self._at.number)
+        self._run.extend(self._times[self._segment + 1], self._inputs(self._segment))
 
     @property
     def _last(self) -> bool:
@@ -49,8 +47,8 @@ class SegmentedRun:
         return int(self._run.count)
 
     @property
-    def passages(self) -> int:
-        return int(self._run.passages)
+    def crossings(self) -> int:
+        return int(self._run.crossings)
 
     def advance(self, steps: int) -> int:
         """At most so many attempted steps."""

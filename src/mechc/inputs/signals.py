@@ -1,4 +1,4 @@
-"""Sampled signals: what an input is between its samples."""
+"""Sampled signals: the values of an input between its samples."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DEGREES = {"previous": 0, "linear": 1, "cubic": 3, "quintic": 5}
 SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuous derivatives
 HIGHEST = 5
 CONTINUOUS = 1e-9  # of the largest value of a derivative
-FAR = 1e300  # s; where a piece that is held begins
+FAR = 1e300  # s; the begin of a piece that is held
 
 
 class Signal:

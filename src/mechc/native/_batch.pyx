@@ -8,7 +8,7 @@ from libc.stdlib cimport calloc, free
 
 
 cdef extern from "batch/members.h":
-    int MECHC_ABI
+    int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
 
     ctypedef struct mechc_output:
@@ -167,7 +167,8 @@ cdef class Runs(Job):
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
-    (n, nt, width), ``reduced`` (n, nr), ``counts`` (n, 5), ``least`` (n, 2).
+    (n, nt, width), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least`` (n, 2), whose columns are those of
+    :data:`mechc.native._codes.COUNTERS` and ``LEAST``.
     """
 
     cdef mechc_batch batch
@@ -227,9 +228,9 @@ cdef class Runs(Job):
         self.t = np.full(count, np.nan)
         self.at_times = np.full((count, times, width), np.nan)
         self.reduced = np.full((count, quantities), np.nan)
-        self.least = np.full((count, 2), np.nan)
+        self.least = np.full((count, MECHC_LEASTS), np.nan)
         self.status = np.zeros(count, np.intc)
-        self.counts = np.zeros((count, 5), np.int_)
+        self.counts = np.zeros((count, MECHC_COUNTS), np.int_)
         if not count:
             return
         y, t, status, counts, least = self.y, self.t, self.status, self.counts, self.least

@@ -16,6 +16,8 @@ from libc.string cimport memcpy, memset
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
+from mechc.native._inputs cimport Inputs, mechc_inputs
+
 
 cdef extern from "abi/model.h":
     int MECHC_ABI
@@ -27,7 +29,8 @@ cdef extern from "abi/model.h":
         ptrdiff_t stride
 
     ctypedef void (*mechc_evaluate_pointer)(
-        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out
+        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, const mechc_inputs *inputs,
+        double *out
     ) noexcept nogil
 
     ctypedef struct mechc_output:
@@ -39,6 +42,7 @@ cdef extern from "abi/model.h":
         double t0, t1
         const double *y0
         const double *p
+        const mechc_inputs *inputs
         double rtol
         const double *atol
         const double *scale
@@ -68,27 +72,34 @@ cdef extern from "abi/model.h":
         mechc_stats stats
         mechc_trajectory trajectory
 
+    ctypedef struct mechc_given:
+        pass
+
     ctypedef struct mechc_unit:
         const char *instruction_set
         int lanes
         int output_count
         const mechc_output *outputs
-        void (*rates)(double, const double *, const double *, const double *, double *) noexcept nogil
-        void (*prepare)(const double *, double *) noexcept nogil
-        int (*project)(double, double *, const double *, double *) noexcept nogil
+        size_t given_size
+        void (*give)(const double *, const mechc_inputs *, mechc_given *) noexcept nogil
+        void (*rates)(double, const double *, const mechc_given *, double *) noexcept nogil
+        int (*project)(
+            double, double *, const double *, const mechc_inputs *, double *
+        ) noexcept nogil
         size_t run_size
         void (*start)(mechc_run *, const mechc_options *) noexcept nogil
         int (*advance)(mechc_run *, long) noexcept nogil
         void (*release)(mechc_run *) noexcept nogil
         void (*interpolate)(
-            int, const mechc_trajectory *, const double *, ptrdiff_t, const double *, double *
+            int, const mechc_trajectory *, const double *, const mechc_inputs *, ptrdiff_t,
+            const double *, double *
         ) noexcept nogil
-        void (*extend)(mechc_run *, double, double) noexcept nogil
+        void (*extend)(mechc_run *, double, const mechc_inputs *) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi
         const char *metadata
-        int coordinates, speeds, holonomic, rows, parameters, constants
+        int coordinates, speeds, holonomic, rows, parameters
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
         int inputs
@@ -104,7 +115,9 @@ cdef extern from "abi/call.h":
     ctypedef struct mechc_along:
         pass
 
-    mechc_bound *mechc_bind(const mechc_model *, const mechc_unit *, int, const double *) nogil
+    mechc_bound *mechc_bind(
+        const mechc_model *, const mechc_unit *, int, const double *, const mechc_inputs *
+    ) nogil
     void mechc_call(double, const double *, double *, void *) noexcept nogil
     mechc_along *mechc_follow(mechc_bound *, int, int, const int *, const double *, double) nogil
     double mechc_call_along(int, double *, void *) noexcept nogil
@@ -129,6 +142,10 @@ cdef ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
     return min(2 * piece, LARGEST_PIECE) if seconds < 0.5 * PIECE else piece
 
 
+cdef const mechc_inputs *address_of(Inputs inputs) noexcept:
+    return NULL if inputs is None else &inputs.driven.head
+
+
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
 
@@ -143,6 +160,7 @@ ctypedef struct evaluation:
     mechc_output output
     ptrdiff_t left, piece
     mechc_rows t, y, p
+    const mechc_inputs *inputs
     double *out
 
 ctypedef struct advancing:
@@ -157,6 +175,7 @@ ctypedef struct interpolation:
     int method, width
     const mechc_trajectory *trajectory
     const double *p
+    const mechc_inputs *inputs
     ptrdiff_t left, piece
     const double *t
     double *out
@@ -171,6 +190,7 @@ ctypedef struct projection:
     double t
     double *state
     const double *p
+    const mechc_inputs *inputs
     double *moved
     int status
 
@@ -181,7 +201,7 @@ cdef void evaluate_a_while(void *given) noexcept nogil:
     cdef ptrdiff_t some
     while job.left and now - started < LOOK:
         some, before = min(job.piece, job.left), now
-        job.output.evaluate(some, job.t, job.y, job.p, job.out)
+        job.output.evaluate(some, job.t, job.y, job.p, job.inputs, job.out)
         job.t.data += some * job.t.stride
         job.y.data += some * job.y.stride
         if job.p.stride:
@@ -210,7 +230,9 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
     cdef ptrdiff_t some
     while job.left and now - started < LOOK:
         some, before = min(job.piece, job.left), now
-        job.unit.interpolate(job.method, job.trajectory, job.p, some, job.t, job.out)
+        job.unit.interpolate(
+            job.method, job.trajectory, job.p, job.inputs, some, job.t, job.out
+        )
         job.t += some
         job.out += some * job.width
         job.left -= some
@@ -225,7 +247,7 @@ cdef void begin(void *given) noexcept nogil:
 
 cdef void project_state(void *given) noexcept nogil:
     cdef projection *job = <projection *>given
-    job.status = job.unit.project(job.t, job.state, job.p, job.moved)
+    job.status = job.unit.project(job.t, job.state, job.p, job.inputs, job.moved)
 
 
 cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *data) except -1:
@@ -292,7 +314,6 @@ cdef class Scene:
     cdef dict indices
     cdef readonly object capsule
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
-    cdef int passed  # parameters, and behind them where the inputs are
     cdef size_t stack  # bytes that work on it needs beyond those of any thread
 
     def __init__(self, capsule, instruction_set=None):
@@ -319,7 +340,6 @@ cdef class Scene:
         self.holonomic = self.model.holonomic
         self.parameters = self.model.parameters
         self.inputs = self.model.inputs
-        self.passed = self.parameters + (self.inputs > 0)
         self.indices = {
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
@@ -363,22 +383,22 @@ cdef class Scene:
             for i in range(rows.shape[0]):
                 self.model.complete(&given[0], &rows[i, 0])
 
-    def evaluate(self, str name, const double[::1] t, const double[:, ::1] y, const double[:, ::1] p):
+    def evaluate(self, str name, const double[::1] t, const double[:, ::1] y,
+                 const double[:, ::1] p, Inputs inputs=None):
         """Output `name` of y.shape[0] states; t and p have as many rows or one.
 
-        Returns a fresh array (states, width).  Where the scene has inputs, p has one column more
-        than there are parameters: see :class:`mechc.native._inputs.Inputs`.
+        Returns a fresh array (states, width).  Outputs that hold inputs need ``inputs``.
         """
         out = np.empty((y.shape[0], self.unit.outputs[self.indices[name]].width))
-        self.evaluate_into(name, t, y, p, out)
+        self.evaluate_into(name, t, y, p, out, inputs)
         return out
 
     def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
-                      const double[:, ::1] p, double[:, ::1] out):
+                      const double[:, ::1] p, double[:, ::1] out, Inputs inputs=None):
         """The same, into an array (states, width)."""
         cdef mechc_output output = self.unit.outputs[self.indices[name]]
         cdef ptrdiff_t count = y.shape[0]
-        if y.shape[1] != self.width or p.shape[1] != self.passed:
+        if y.shape[1] != self.width or p.shape[1] != self.parameters:
             raise ValueError("wrong number of state components or parameters")
         if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
             raise ValueError("times and parameters must be given once or once a state")
@@ -389,11 +409,12 @@ cdef class Scene:
             return
         times.data, times.stride = &t[0], t.shape[0] > 1
         states.data, states.stride = &y[0, 0], self.width
-        parameters.data = &p[0, 0] if self.passed else NULL
-        parameters.stride = self.passed if p.shape[0] > 1 else 0
+        parameters.data = &p[0, 0] if self.parameters else NULL
+        parameters.stride = self.parameters if p.shape[0] > 1 else 0
         cdef evaluation job
         job.output, job.left, job.piece = output, count, LANES
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
+        job.inputs = address_of(inputs)
         while job.left:
             with_stack(self.stack, evaluate_a_while, &job)
             PyErr_CheckSignals()
@@ -401,9 +422,9 @@ cdef class Scene:
     cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
         cdef int index = -1 if name == "rates" else self.indices[name]
         cdef mechc_bound *bound
-        if p.shape[0] != self.passed:
+        if p.shape[0] != self.parameters:
             raise ValueError(f"{self.parameters} parameters are needed")
-        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.passed else NULL)
+        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.parameters else NULL, NULL)
         if bound == NULL:
             raise MemoryError()
         return bound
@@ -443,18 +464,19 @@ cdef class Scene:
         For benchmarks: no Python in between.
         """
         cdef double[::1] state = np.array(y), rates = np.empty(self.width)
-        cdef double[::1] constants = np.empty(max(self.model.constants, 1))
+        cdef double[::1] prepared = np.empty(-(-self.unit.given_size // sizeof(double)))
+        cdef mechc_given *given = <mechc_given *>&prepared[0]
         cdef long i
         from time import perf_counter
-        self.unit.prepare(&p[0], &constants[0])
+        self.unit.give(&p[0], NULL, given)
         start = perf_counter()
         with nogil:
             for i in range(repeats):
-                self.unit.rates(t, &state[0], &p[0], &constants[0], &rates[0])
+                self.unit.rates(t, &state[0], given, &rates[0])
                 state[0] += 1e-18 * rates[self.width - 1]
         return perf_counter() - start
 
-    def project(self, double t, const double[::1] y, const double[::1] p):
+    def project(self, double t, const double[::1] y, const double[::1] p, Inputs inputs=None):
         """The nearest state on the constraints.
 
         Returns (status code, new state, largest closure gap before, largest velocity residual);
@@ -464,12 +486,12 @@ cdef class Scene:
         cdef double[::1] state = out
         cdef double[2] moved
         cdef int i
-        if y.shape[0] != self.width or p.shape[0] != self.passed:
+        if y.shape[0] != self.width or p.shape[0] != self.parameters:
             raise ValueError("wrong number of state components or parameters")
         memcpy(&state[0], &y[0], self.width * sizeof(double))
         cdef projection job
         job.unit, job.t, job.state, job.moved = self.unit, t, &state[0], moved
-        job.p = &p[0] if self.passed else NULL
+        job.p, job.inputs = &p[0] if self.parameters else NULL, address_of(inputs)
         with_stack(self.stack, project_state, &job)
         for i in range(self.width):
             if not isfinite(y[i]):
@@ -478,8 +500,8 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0, bint may_stiffen=False):
-        """Begin a run; see Run.  on_change_point: 0 passes straight on, 1 stops before it."""
+              bint dense, int on_change_point=0, bint may_stiffen=False, Inputs inputs=None):
+        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
@@ -487,15 +509,16 @@ cdef class Scene:
         run.unit = self.unit
         run.method = method
         run.piece = 1
-        if p.shape[0] != self.passed:
+        if p.shape[0] != self.parameters:
             raise ValueError("wrong number of parameters")
-        run.p = np.array(p)
+        run.p, run.inputs = np.array(p), inputs
         run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
         if run.run == NULL:
             raise MemoryError()
         memset(run.run, 0, self.unit.run_size)
         options.t0, options.t1 = t0, t1
-        options.y0, options.p = &y0[0], &p[0] if self.passed else NULL
+        options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
+        options.inputs = address_of(inputs)
         options.rtol = rtol
         options.atol = NULL
         if atol is not None:
@@ -521,6 +544,7 @@ cdef class Run:
     cdef mechc_run *run
     cdef int method
     cdef object p
+    cdef Inputs inputs, whole  # of the end of the run; of all of it
     cdef ptrdiff_t piece  # attempted steps until the next look at the clock
 
     def __dealloc__(self):
@@ -542,16 +566,18 @@ cdef class Run:
         PyErr_CheckSignals()
         return job.status
 
-    def extend(self, double t1, double inputs):
+    def extend(self, double t1, Inputs inputs not None):
         """Go on to t1, from the end of the run or while it is under way, with other inputs."""
+        cdef const mechc_inputs *driven = address_of(inputs)
         if self.unit.extend == NULL:
             raise ValueError("this scene has no inputs")
+        self.inputs = inputs
         with nogil:
-            self.unit.extend(self.run, t1, inputs)
+            self.unit.extend(self.run, t1, driven)
 
-    def read_with(self, double inputs):
+    def read_with(self, Inputs inputs not None):
         """The inputs that :meth:`interpolate` takes, of the whole run."""
-        self.p[self.scene.parameters] = inputs
+        self.whole = inputs
 
     @property
     def status(self):
@@ -564,20 +590,7 @@ cdef class Run:
 
     def stats(self):
         """Counters and the least conditioning met."""
-        cdef mechc_stats s = self.run.stats
-        return {
-            "steps": s.steps,
-            "rejected": s.rejected,
-            "rhs_evaluations": s.rhs_evaluations,
-            "closure_iterations": s.closure_iterations,
-            "least_singular": s.least_singular,
-            "least_singular_time": s.least_singular_time,
-            "coordinate": s.coordinate,
-            "examined": s.examined,
-            "critical_gap": s.critical_gap,
-            "critical_time": s.critical_time,
-            "rounding": s.rounding,
-        }
+        return self.run.stats  # the struct as a dict, by the names of its fields
 
     def states(self):
         """Accepted times (nt,) and states (nt, width), copied."""
@@ -591,7 +604,7 @@ cdef class Run:
         return t, y
 
     @property
-    def passages(self):
+    def crossings(self):
         """Number of change points passed."""
         return self.run.trajectory.crossing_count
 
@@ -629,10 +642,11 @@ cdef class Run:
         out = np.empty((t.shape[0], self.scene.width))
         cdef double[:, ::1] view = out
         cdef double[::1] p = self.p
-        cdef const double *parameters = &p[0] if self.scene.passed else NULL
+        cdef const double *parameters = &p[0] if self.scene.parameters else NULL
         cdef interpolation job
         job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
         job.p, job.left, job.piece = parameters, t.shape[0], 1
+        job.inputs = address_of(self.inputs if self.whole is None else self.whole)
         if job.left:
             job.t, job.out = &t[0], &view[0, 0]
         job.width = self.scene.width

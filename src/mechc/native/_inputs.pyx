@@ -7,39 +7,7 @@ import numpy as np
 
 from cpython.mem cimport PyMem_Calloc, PyMem_Free
 from libc.math cimport NAN, isfinite
-from libc.stdint cimport uintptr_t
 from libc.string cimport memcpy
-
-
-cdef extern from "abi/signals.h":
-    int MECHC_ADDRESS_BITS
-
-    ctypedef struct mechc_inputs:
-        void (*evaluate)(
-            const mechc_inputs *, int, int, double, const double *, const double *, double *
-        ) noexcept nogil
-        int needs_state
-
-    ctypedef struct mechc_signal:
-        ptrdiff_t first, last
-        int degree
-        const double *knots
-        const double *coefficients
-
-    ctypedef struct mechc_source:
-        const mechc_signal *signal
-        int order
-
-    ctypedef struct mechc_driven:
-        mechc_inputs head
-        const mechc_source *sources
-        void *caller
-        double (*call)(void *, int, double, const double *, const double *) noexcept nogil
-
-    double mechc_inputs_passed(const mechc_inputs *) noexcept nogil
-    void mechc_driven_evaluate(
-        const mechc_inputs *, int, int, double, const double *, const double *, double *
-    ) noexcept nogil
 
 
 cdef class Caller:
@@ -49,13 +17,6 @@ cdef class Caller:
     None.  After one has failed none is called any more and every value is NaN; ``failure`` is then
     (name, time, the exception; None where the function gave no finite number).
     """
-
-    cdef list functions
-    cdef int coordinates, speeds
-    cdef public object failure
-    cdef readonly long calls
-    cdef readonly double seconds
-    cdef readonly bint takes_state
 
     def __init__(self, functions, int coordinates, int speeds):
         self.functions = list(functions)
@@ -115,7 +76,7 @@ cdef double call_back(void *caller, int which, double t, const double *q, const 
 
 
 cdef class Inputs:
-    """The inputs of a run; ``number`` tells a compiled scene where they are.
+    """The inputs of a run, as compiled scenes read them.
 
     Parameters
     ----------
@@ -127,13 +88,6 @@ cdef class Inputs:
     low, high
         Times of which the pieces are used, the outer ones also beyond.
     """
-
-    cdef mechc_driven driven
-    cdef mechc_signal *signals
-    cdef mechc_source *sources
-    cdef object arrays
-    cdef readonly Caller caller
-    cdef readonly double number
 
     def __cinit__(self, signals, sources, Caller caller, double low, double high):
         cdef const double[::1] knots
@@ -160,9 +114,6 @@ cdef class Inputs:
         self.driven.head.needs_state = caller.takes_state
         self.driven.sources = self.sources
         self.driven.caller, self.driven.call = <void *>caller, call_back
-        if <uintptr_t>&self.driven >> MECHC_ADDRESS_BITS:
-            raise MemoryError("an address of more than 52 bits")
-        self.number = mechc_inputs_passed(&self.driven.head)
 
     def __dealloc__(self):
         PyMem_Free(self.signals)

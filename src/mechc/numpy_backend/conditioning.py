@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from mechc.native._codes import AT_CHANGE_POINT, NEARLY_DEPENDENT, RUNNING
 from mechc.numpy_backend.linear import Rows
-from mechc.numpy_backend.projection import RUNNING, Manifold
+from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
 
-AT_CHANGE_POINT, NEAR_CHANGE_POINT = 9, 11
 DEPENDENT = 1e-7  # of the largest singular value
 POOR = 1e-3  # of the conditioning at ordinary configurations: what doubles tell is lost from here
 FADING = 0.03
@@ -49,7 +49,7 @@ class Conditioning:
         if self.first <= DEPENDENT:
             self.status = AT_CHANGE_POINT
         elif self.first < POOR * self.usual:
-            self.status = NEAR_CHANGE_POINT
+            self.status = NEARLY_DEPENDENT
 
     def meet(self, t: float, rows: Rows | None) -> None:
         """Take note of a stage."""

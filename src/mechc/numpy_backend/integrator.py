@@ -16,12 +16,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.native._codes import (
+    FINISHED,
+    NEARLY_DEPENDENT,
+    NOT_CLOSED,
+    NOT_FINITE,
+    RUNNING,
+    SINGULAR_MASS,
+    STEP_TOO_SMALL,
+    TOO_MANY_STEPS,
+)
 from mechc.numpy_backend.conditioning import Conditioning
 from mechc.numpy_backend.linear import EPS, massless
-from mechc.numpy_backend.projection import NOT_CLOSED, NOT_FINITE, RUNNING, SINGULAR_MASS, Manifold
+from mechc.numpy_backend.projection import Manifold
 from mechc.system.parameters import Array
 
-FINISHED, STEP_TOO_SMALL, TOO_MANY_STEPS, NEAR_CHANGE_POINT = 1, 3, 6, 11
 ORDER, STAGES, RATES, DENSE_ROWS = 8, 12, 16, 7
 SHARE = 0.03  # of the tolerance that one step may use: local errors accumulate over a run
 MOST_GROWTH, LEAST_SHRINK, SAFETY = 6.0, 0.2, 0.9
@@ -56,7 +65,7 @@ class _Pair:
 class NumpyRun:
     """A run under way or finished, with the interface of :class:`mechc.native._driver.Run`."""
 
-    passages = 0
+    crossings = 0
 
     def __init__(
         self, manifold: Manifold, t0: float, y0: Array, scale: Array, first_step: float,
@@ -194,7 +203,7 @@ class NumpyRun:
         if self.watch.may_hide_a_zero():
             return self._refuse(0.5, last)
         if self.watch.poor():
-            return NEAR_CHANGE_POINT
+            return NEARLY_DEPENDENT
         return self._accept(h, end, factor, last)
 
     def _refuse(self, factor: float, last: bool) -> int:
@@ -207,7 +216,7 @@ class NumpyRun:
 
     def _too_small(self) -> int:
         if self.watch.fading():
-            return NEAR_CHANGE_POINT
+            return NEARLY_DEPENDENT
         return self.failure or STEP_TOO_SMALL
 
     def _accept(self, h: float, end: Array, factor: float, last: bool) -> int:

@@ -6,16 +6,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.native._codes import NOT_CLOSED, NOT_FINITE, RUNNING, SINGULAR_MASS
 from mechc.numpy_backend.equations import ArrayEquations, Place, accelerations, rows_of
 from mechc.numpy_backend.linear import EPS, Rows, diagonal, times
 from mechc.system.parameters import Array
 
-RUNNING, NOT_CLOSED, NOT_FINITE, SINGULAR_MASS = 0, 2, 4, 5
 ITERATIONS = 20
 
 
 class Closed(NamedTuple):
-    """Configurations (n, nq) with what is known there; status: 0 where the loops close."""
+    """Configurations (n, nq) with what is known there; status: ``RUNNING`` where the loops
+    close."""
 
     q: Array
     place: Place

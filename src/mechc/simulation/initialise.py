@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
+from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
 from mechc.simulation.segments import Segment, Segments
-from mechc.simulation.settings import METHODS, Policy
+from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -20,9 +21,7 @@ def begin(
     begun: Segment = system.scene.start(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense,
-        policy.on_change_point != "continue",
-        policy.stiff_switch,
+        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
     )  # fmt: skip
     return begun
 
@@ -46,7 +45,7 @@ def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     projected: Array
     code, projected, gap, drift = system.scene.project(t0, state, values)
     allowed = OFF_BY_ROUNDING * system.length(values)
-    sound = code == 0 and gap <= allowed and drift <= allowed
+    sound = code == RUNNING and gap <= allowed and drift <= allowed
     if not sound:
         _refuse_state(system, state, gap, drift, allowed)
     return projected

@@ -22,7 +22,7 @@ class Segment(Protocol):
     @property
     def count(self) -> int: ...
     @property
-    def passages(self) -> int: ...
+    def crossings(self) -> int: ...
     def advance(self, steps: int) -> int: ...
     def stats(self) -> dict[str, Any]: ...
     def states(self) -> tuple[Array, Array]: ...
@@ -41,7 +41,7 @@ class Until:
         self.count = int((np.abs(times - self.start) < abs(t - self.start)).sum()) + 1
 
     @property
-    def passages(self) -> int:
+    def crossings(self) -> int:
         """Change points passed until the event."""
         return len(self.change_points()[0])
 
@@ -89,8 +89,8 @@ class Segments:
         return self.first.count + self.last.count - 1
 
     @property
-    def passages(self) -> int:
-        return self.first.passages + self.last.passages
+    def crossings(self) -> int:
+        return self.first.crossings + self.last.crossings
 
     def advance(self, steps: int) -> int:
         return self.last.advance(steps)

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
-METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # rtol beyond this asks for nothing
 
@@ -56,8 +56,8 @@ def checked_policy(
 
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
-    if policy not in ("continue", "stop", "raise"):
-        raise UnknownNameError("policy at change points", policy, ("continue", "stop", "raise"))
+    if policy not in CHANGE_POINT_POLICIES:
+        raise UnknownNameError("policy at change points", policy, CHANGE_POINT_POLICIES)
     return policy
 
 

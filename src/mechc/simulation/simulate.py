@@ -11,6 +11,14 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
+from mechc.native._codes import (
+    AT_CHANGE_POINT,
+    EVENT_FAILED,
+    INPUT_FAILED,
+    INTERRUPTED,
+    STOPPED_AT_CHANGE_POINT,
+    STOPPED_BY_EVENT,
+)
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.segments import Segment, Segments, Until
@@ -27,8 +35,8 @@ from mechc.system.system import System
 
 CHUNK = 2000  # attempted steps between looks at signals and progress
 EVENT_CHUNK = 50
-AT_CHANGE_POINT, STOPPED_AT_CHANGE_POINT = 9, 10
-INTERRUPTED, STOPPED_BY_EVENT, EVENT_FAILED, INPUT_FAILED = 108, 109, 110, 113
+COARSE = 0.01  # of rtol: angles whose doubles lie farther apart are warned of
+FINEST = 1e-12  # below it, of this rtol
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -96,6 +104,7 @@ def _driven(
         stats["critical_gap"],
         (
             *_warnings(compiled, code, stop),
+            *_coarse_angles(system, compiled, policy.rtol),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
@@ -186,7 +195,7 @@ def _drive(
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     """What an engineer should know about change points passed."""
-    if not compiled.passages:
+    if not compiled.crossings:
         return ()
     times = compiled.change_points()[0]
     if stop is not None:
@@ -199,6 +208,24 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
         f"Passed {passages}, first at t = {times[0]:.9g} s: there the links are in line and two "
         "motions are possible. The ideal mechanism goes straight on, as computed; a real one, "
         "with any play or tolerance in its lengths, has to be guided",
+    )
+
+
+def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
+    """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    states = compiled.states()[1]
+    if not len(states):  # without memory not even the start was kept
+        return ()
+    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
+    largest = int(np.argmax(angles)) if len(angles) else 0
+    if not len(angles) or not np.spacing(angles[largest]) > COARSE * max(rtol, FINEST):
+        return ()
+    return (
+        f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "
+        f"{np.spacing(angles[largest]):.1g} rad apart: loops close and energy stays to no better, "
+        "beside change points to much less, and no rtol helps. Leave whole turns out of the start, "
+        "or go on in shorter runs",
     )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 
 from mechc.assembly import tangent_branches as branches
+from mechc.native._codes import FINISHED
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -25,7 +26,6 @@ NODES, TIMES = 14, 20
 SHORTENED = 24
 ON_BRANCH = 1e-6  # of the speeds: those given must satisfy the closure to second order
 EPS = float(np.finfo(float).eps)
-FINISHED = 1
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class SingularStart:
     evaluations: int
     status: int = FINISHED
     count: int = 2
-    passages: int = 0
+    crossings: int = 0
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""

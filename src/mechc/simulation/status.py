@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from mechc.native import _codes as codes
+
 
 @dataclass(frozen=True)
 class ChangePoint:
-    """A passage of a configuration where the configuration curve crosses itself.
+    """A crossing of a configuration where the configuration curve crosses itself.
 
     Attributes
     ----------
@@ -78,90 +80,98 @@ class Status:
 
 
 CODES = {
-    1: ("finished", "", ""),
-    2: (
+    codes.FINISHED: ("finished", "", ""),
+    codes.NOT_CLOSED: (
         "not closed",
         "the loops could not be closed any further: the step led to a configuration that the "
         "lengths do not allow",
         "Check the state with model.constraints(y); start from model.assemble(...)",
     ),
-    3: (
+    codes.STEP_TOO_SMALL: (
         "step too small",
         "the step needed fell below the spacing of doubles: the solution is singular here, or "
         "the tolerance is beyond what doubles give",
         "Loosen rtol, or look at sol.stats['least_singular']: near zero the constraints are "
         "nearly dependent",
     ),
-    4: (
+    codes.NOT_FINITE: (
         "not finite",
         "the equations gave infinity or NaN",
         "Look at the last state and the parameters: a load may have left its domain",
     ),
-    5: (
+    codes.SINGULAR_MASS: (
         "singular mass matrix",
         "the mass matrix is not positive definite in the direction of {coordinate}",
         "Give every body that moves with it a positive mass or inertia",
     ),
-    6: (
+    codes.TOO_MANY_STEPS: (
         "too many steps",
         "max_steps attempted steps were used up",
         "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
     ),
-    7: ("no memory", "the trajectory did not fit into memory", "Pass dense=False and t_eval"),
-    8: (
+    codes.NO_MEMORY: (
+        "no memory",
+        "the trajectory did not fit into memory",
+        "Pass dense=False and t_eval",
+    ),
+    codes.UNDECIDED: (
         "undecided",
         "the links come so nearly in line that doubles cannot tell on which side they pass: the "
         "loop misses the change point by {gap:.1e} m",
         "Which way the motion goes on depends on digits below rounding. Change a length by more "
         "than that, or make it exact",
     ),
-    9: (
+    codes.AT_CHANGE_POINT: (
         "at a change point",
         "the start is a change point, where the configuration has more than one way on, and the "
         "speeds do not choose one",
         "Take speeds along one branch, as model.assemblies(..., speeds=...) gives them, or start a "
         "little beside it",
     ),
-    10: (
+    codes.STOPPED_AT_CHANGE_POINT: (
         "stopped at a change point",
         "a change point comes next, and on_change_point='stop' was asked for",
         "sol.change_points holds its time and configuration; continue past it with "
         "on_change_point='continue'",
     ),
-    11: (
+    codes.NEARLY_DEPENDENT: (
         "undecided",
         "the constraints become nearly dependent here: a change point, or a near miss of one, is "
         "close by, and backend='numpy' does not pass these",
         "Install a C compiler and compile without backend; sol.stats['least_singular'] says how "
         "near it came",
     ),
-    109: ("stopped by an event", "", ""),
-    110: (
+    codes.STOPPED_BY_EVENT: ("stopped by an event", "", ""),
+    codes.EVENT_FAILED: (
         "event failed",
         "an event function raised an error or gave NaN",
         "Mend the function: it is called at states between the steps too, not only at events",
     ),
-    113: (
+    codes.INPUT_FAILED: (
         "input failed",
         "a function that gives an input raised an error or gave no finite number",
         "Mend the function: it is called at states between the steps too",
     ),
-    0: (
+    codes.NOT_RUN: (
         "not run",
         "the batch was stopped before its turn",
         "Call again; with out=..., what is done is not repeated",
     ),
-    112: (
+    codes.NOT_ASSEMBLED: (
         "not assembled",
         "the loops cannot close with this start and these lengths",
         "The variable 'miss' of the batch says by how many metres",
     ),
-    111: (
+    codes.OPEN_AT_START: (
         "open at the start",
         "the start is not finite, leaves a loop open, or has speeds that open one",
         "Take mechc.Assembly(...), which closes the loops member by member",
     ),
-    108: ("interrupted", "the run was interrupted", "What was computed until then is kept"),
+    codes.INTERRUPTED: (
+        "interrupted",
+        "the run was interrupted",
+        "What was computed until then is kept",
+    ),
 }
 
 

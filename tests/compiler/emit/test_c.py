@@ -27,7 +27,7 @@ from mechc_codegen.description.terms import multiplier
 from mechc_codegen.emit.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.extension.build import signature
-from mechc_codegen.extension.flags import FIRST_FLAGS, FLAGS, RUNTIME, STRICT
+from mechc_codegen.extension.flags import FLAGS, OUTPUTS_ONLY_FLAGS, RUNTIME, STRICT
 from sympy import (
     Abs,
     E,
@@ -90,7 +90,7 @@ def compiles(
     """Every source, or one, with its own flags; any warning is an error."""
     build.write(folder)
     units = {source: (*FLAGS, *flags) for source, flags in build.flags.items()}
-    units["scene_first.c"] = (*FIRST_FLAGS, *build.first_flags)
+    units["scene_outputs_only.c"] = (*OUTPUTS_ONLY_FLAGS, *build.outputs_only_flags)
     for source, flags in units.items():
         if only not in (None, source):
             continue
@@ -168,7 +168,7 @@ def test_scenes_with_jacobians_compile_without_a_warning(
     known = set(OPTIONAL) - (set() if mechanism.joints else {"reactions"})
     build = build_scene(mechanism, request=OutputRequest(frozenset(known), expressions=own))
     compiles(build, tmp_path, compiler, only="scene_avx2.c")
-    compiles(build, tmp_path, compiler, only="scene_first.c")
+    compiles(build, tmp_path, compiler, only="scene_outputs_only.c")
 
 
 def test_every_instruction_set_is_compiled_in_a_unit_of_its_own() -> None:

@@ -72,13 +72,13 @@ static void outputs(const mechc_unit *unit, ptrdiff_t n, const double *t, const 
         const mechc_output *output = &unit->outputs[i];
         const mechc_rows one_time = rows(t, 0), one_set = rows(p, 0);
         double *out = heap(n * output->width);
-        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), out);
+        output->evaluate(n, rows(t, 1), rows(y, NX), rows(p, MECHC_NP), NULL, out);
         printf("%s", output->name);
         say("", out, n * output->width);
         free(out);
         for (ptrdiff_t few = 0; few <= unit->lanes + 1; few++) { /* blocks that are not full */
             double *some = heap(few * output->width);
-            output->evaluate(few, one_time, rows(y, NX), one_set, some);
+            output->evaluate(few, one_time, rows(y, NX), one_set, NULL, some);
             free(some);
         }
     }
@@ -87,16 +87,17 @@ static void outputs(const mechc_unit *unit, ptrdiff_t n, const double *t, const 
 static void scalar_rates(const mechc_unit *unit, ptrdiff_t n, const double *t, const double *y,
                          const double *p)
 {
-    double *k = heap(MECHC_NK), *out = heap(n * NX);
+    mechc_given *given = malloc(unit->given_size);
+    double *out = heap(n * NX);
     for (ptrdiff_t i = 0; i < n; i++) {
         double *state = heap(NX);
         memcpy(state, y + i * NX, NX * sizeof(double));
-        unit->prepare(p + i * MECHC_NP, k);
-        unit->rates(t[i], state, p + i * MECHC_NP, k, out + i * NX);
+        unit->give(p + i * MECHC_NP, NULL, given);
+        unit->rates(t[i], state, given, out + i * NX);
         free(state);
     }
     say("scalar_rates", out, n * NX);
-    free(k);
+    free(given);
     free(out);
 }
 
@@ -156,7 +157,7 @@ int main(int count, char **arguments)
     for (ptrdiff_t i = 0; i < n; i++) {
         double moved[2], state[NX];
         memcpy(state, y + i * NX, sizeof state);
-        unit->project(t[i], state, p + i * MECHC_NP, moved);
+        unit->project(t[i], state, p + i * MECHC_NP, NULL, moved);
     }
     free(t), free(y), free(p), free(start), free(defaults);
     return 0;

@@ -102,11 +102,11 @@ def test_what_cannot_be_linearized_is_refused(four_bar):
         four_bar.linearize(y, REGULAR, independent=("theta_0", "theta_1"))
     with pytest.raises(mechc.UnknownNameError, match="no input or parameter is called"):
         four_bar.linearize(y, REGULAR, inputs=("torque",))
-    with pytest.raises(mechc.UnknownNameError, match="coordinate, speed or output"):
+    with pytest.raises(mechc.UnknownNameError, match="coordinate, speed or user-defined output"):
         four_bar.linearize(y, REGULAR, outputs=("pul",))
     with pytest.raises(mechc.AssemblyError, match="leaves the loop open"):
         four_bar.linearize(y + 0.1, REGULAR)
-    with pytest.raises(mechc.ChangePointError, match="linearize beside it"):
+    with pytest.raises(mechc.ChangePointError, match="linearize near it"):
         four_bar.linearize(np.array([np.pi, 0, 0, 0, 0, 0]), {"l_3": 4.0})
     with pytest.raises(mechc.UnavailableOutputError, match=r"outputs=\(..., 'state_jacobian'\)"):
         mechc.load("four_bar").linearize(y, REGULAR)
@@ -173,16 +173,16 @@ def test_inverse_dynamics_gives_back_the_torque_of_a_motion(four_bar, torque):
 def test_what_no_input_can_make_is_refused(four_bar, torque):
     y = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
     rates = four_bar.rhs(0.0, y, REGULAR)[3:]
-    with pytest.raises(ValueError, match="leave the constraints"):
+    with pytest.raises(ValueError, match="violate the constraints"):
         four_bar.inverse_dynamics(y, rates + 1.0, REGULAR, inputs=(torque,))
-    with pytest.raises(mechc.MechcError, match="l_0 does not act as a force"):
+    with pytest.raises(mechc.MechcError, match="not linear in l_0"):
         four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("l_0",))
     with pytest.raises(ValueError, match=r"must have the shape \(3,\)"):
         four_bar.inverse_dynamics(y, rates[:2], REGULAR, inputs=(torque,))
     with pytest.raises(mechc.UnknownNameError):
         four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("T",))
     free = mechc.compile(two_masses(), defaults={"m": 1.0})
-    with pytest.raises(mechc.MechcError, match=r"cannot make this motion: .* is left undone"):
+    with pytest.raises(mechc.MechcError, match=r"cannot produce this motion: .* remains"):
         free.inverse_dynamics(np.zeros(4), np.array([1.0, 2.0]), inputs=("f",), params={"f": 0.0})
 
 
@@ -199,7 +199,7 @@ def test_a_shipped_mechanism_is_linearized_when_asked_for_its_jacobian(four_bar)
     assert pickle.loads(pickle.dumps(model)) is model
     with pytest.raises(mechc.MechcError, match="'enery' is not one of energy"):
         mechc.load("four_bar", outputs=["enery"])
-    with pytest.raises(TypeError, match="asked for by name"):
+    with pytest.raises(TypeError, match="requested by name"):
         mechc.load("four_bar", outputs=[{"own": Symbol("g")}])
 
 

@@ -309,7 +309,7 @@ def test_a_full_disk_is_told_with_the_folder_and_the_call_goes_on(call, tmp_path
     full = OSError(errno.ENOSPC, "No space left on device")
     with monkeypatch.context() as patch:
         patch.setattr(manifests, "sync", failing(full))
-        with pytest.raises(mechc.MechcError, match=r"batch: No space left.*go on"):
+        with pytest.raises(mechc.MechcError, match=r"batch: No space left.*resume"):
             call(tmp_path / "batch")
     same(call(), call(tmp_path / "batch"))
 

@@ -244,10 +244,10 @@ def test_a_crossing_ends_a_member_and_what_is_reduced_ends_with_it(model, drawn)
         ({"reduce": "first(theta_0 > 3 parsec)"}, "rad or deg"),
         ({"reduce": "first(theta_0)"}, "level"),
         ({"until": "max(theta_0)"}, "level"),
-        ({"params": {"l_3": [3.5, 3.6], "m_1": [1.0, 2.0, 3.0]}}, "counted differently"),
+        ({"params": {"l_3": [3.5, 3.6], "m_1": [1.0, 2.0, 3.0]}}, "numbers of members differ"),
         ({"params": {"l_3": [3.5, -1.0]}}, "l_3"),
         ({"outputs": ["points"]}, "t_eval"),
-        ({"on_change_point": "raise"}, "does not raise"),
+        ({"on_change_point": "raise"}, "raises no error"),
         ({"threads": 0}, "threads"),
     ],
 )

@@ -140,7 +140,7 @@ def test_one_variation_is_a_line_and_drawn_ones_are_points():
         (("--vary", "l_3=3.4:4.6:3", "--set", "l_3=3.5"), "varies and is fixed"),
         (("--vary", "l_3=3.4:4.6:3", "--sample", "sobol"), "only a grid"),
         (("--vary", "l_3=3.4:4.6", "--sample", "dice"), "no sampling"),
-        (("--vary", "l_3=3.4:4.6:3", "--count", "9"), "leave --count out"),
+        (("--vary", "l_3=3.4:4.6:3", "--count", "9"), "omit --count"),
         (("--vary", "l_3=3.4:4.6:3", "--reduce", "max(theta_2"), "not a reduction"),
         (("--vary", "l_3=1:2:99999", "--vary", "l_2=1:2:99999"), "too many"),
         (("--vary", "l_3=3.4:4.6:3", "--threads", "some"), "whole number"),

@@ -151,7 +151,7 @@ def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(fresh):
 
 def test_a_killed_compiler_is_told_and_the_next_attempt_works(fresh, monkeypatch):
     monkeypatch.setenv("CC", compiler_script(fresh, "kill -9 $$"))
-    with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for want of memory"):
+    with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for lack of memory"):
         rate(3.0)
     assert not list(cache.cache_folder().glob(".new-*"))
     compiler_script(fresh, 'exec gcc "$@"')
@@ -164,7 +164,7 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
     monkeypatch.setattr(build, "Pending", Pending)
-    only_first = 'case "$*" in *scene_first.c*) exec gcc "$@";; esac; kill -9 $$'
+    only_first = 'case "$*" in *scene_outputs_only.c*) exec gcc "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))
     with pytest.raises(CompilerError, match="SIGKILL"):
@@ -225,11 +225,11 @@ def test_what_cannot_be_written_is_told_whatever_the_reason(fresh, monkeypatch, 
     def fail(*_):
         raise OSError(number, os.strerror(number))
 
-    inner = entries.make_first_unit
-    monkeypatch.setattr(entries, "make_first_unit", fail)
+    inner = entries.make_outputs_only
+    monkeypatch.setattr(entries, "make_outputs_only", fail)
     with pytest.raises(CacheError, match=f"{os.strerror(number)}.*set MECHC_CACHE_DIR"):
         rate(4.75)
-    monkeypatch.setattr(entries, "make_first_unit", inner)
+    monkeypatch.setattr(entries, "make_outputs_only", inner)
     assert right(rate(4.75), 4.75)
 
 

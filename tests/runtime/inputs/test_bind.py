@@ -277,7 +277,7 @@ def test_an_input_whose_rates_are_needed_must_give_them(driven):
         (MOVED[0], r"up to order 2.*give 3 functions"),
         (mechc.Signal(times, np.sin(times), "linear"), r"'cubic' or 'quintic'"),
         (mechc.Signal(times, np.sin(times), outside="hold"), r"without outside='hold'"),
-        ((lambda t, q, u: q[0],) * 3, r"function of time alone"),
+        ((lambda t, q, u: q[0],) * 3, r"function of time only"),
     ):
         with pytest.raises(mechc.ValueOutOfBoundsError, match=told):
             driven.with_inputs({"r": given})
@@ -306,8 +306,28 @@ def test_what_is_no_input_is_refused(pushed, value):
         pushed.simulate(1.0, [0.0, 0.0], inputs={"F": value})
 
 
+def test_rates_of_a_driven_model_go_into_an_array(pushed):
+    """By the compiled table of rows as by any other way: m u' = F - k q."""
+    y, out = np.array([[0.3, 0.7], [0.1, -0.2]]), np.empty((2, 2))
+    driven = pushed.with_inputs({"F": lambda t: 5.0 + t})
+    assert driven.rhs(1.0, y, out=out) is out
+    np.testing.assert_allclose(out, np.column_stack([y[:, 1], [6.0 / MASS] * 2]), rtol=1e-14)
+    np.testing.assert_array_equal(driven.rhs(1.0, y), out)
+
+
+def test_compiled_code_without_inputs_gives_no_number(pushed):
+    """Whatever calls it below the model: NaN, never what happens to lie in memory."""
+    scene = pushed.system.scene._scene
+    y, p = np.zeros((3, 2)), np.array([[MASS, 0.0]])
+    rates = scene.evaluate("rates", np.zeros(1), y, p)
+    assert np.isnan(rates[:, 1]).all()
+    np.testing.assert_array_equal(rates[:, 0], 0.0)
+
+
 def test_a_function_of_other_arguments_is_refused(pushed):
     with pytest.raises(mechc.ValueOutOfBoundsError, match=r"of t, or of t, q and u; it takes \(a"):
+        pushed.with_inputs({"F": lambda a, b, c, d: 0.0})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="which of them is the time cannot be"):
         pushed.with_inputs({"F": lambda a, b: 0.0})
 
 
@@ -336,7 +356,7 @@ def test_a_function_that_fails_ends_the_run_and_is_told(pushed):
     assert sol.status.code == "input failed"
     assert 0.5 < sol.t[-1] <= 0.6
     np.testing.assert_allclose(sol["u"][-1], sol.t[-1] / MASS, rtol=1e-9)
-    with pytest.raises(mechc.InputError, match="gave no finite number"):
+    with pytest.raises(mechc.InputError, match="returned no finite number"):
         pushed.rhs(0.0, [0.0, 0.0], inputs={"F": lambda t: np.inf})
     with pytest.raises(mechc.InputError, match="TypeError"):
         pushed.rhs(0.0, [0.0, 0.0], inputs={"F": lambda t: "much"})

@@ -73,6 +73,14 @@ def test_energy_stays(sol):
     assert 0 < sol.energy_drift < 1e-9
 
 
+def test_angles_too_large_for_the_tolerance_are_warned_of(model, regular):
+    params, start = regular
+    turned = start + np.repeat([2e5 * np.pi, 0.0], 3)
+    (told,) = model.simulate(0.5, turned, params).status.warnings
+    assert told.startswith("theta_0 comes to 6.28e+05 rad, where doubles lie 1e-10 rad apart")
+    assert not model.simulate(0.5, start, params, rtol=1e-12).status.warnings
+
+
 def test_the_energy_drift_is_that_of_all_steps_whatever_is_reported(model, regular):
     params, start = regular
     whole = model.simulate(2, start, params, rtol=1e-6)

@@ -14,26 +14,30 @@ typedef struct {
     const mechc_unit *unit;
     mechc_evaluate *evaluate; /* NULL: the state rates */
     int states, width;        /* lengths of y and of out */
-    const double *p, *constants;
+    const double *p;
+    const mechc_inputs *inputs;
+    const mechc_given *given;
 } mechc_bound;
 
-/* `output` is an index of unit->outputs, or -1 for the state rates; NULL where memory is out. */
+/* `output` is an index of unit->outputs, or -1 for the state rates; `inputs` may be NULL where it
+ * holds none.  Returns NULL where memory is out. */
 static inline mechc_bound *mechc_bind(const mechc_model *model, const mechc_unit *unit, int output,
-                                      const double *p)
+                                      const double *p, const mechc_inputs *inputs)
 {
-    const size_t np = (size_t)model->parameters + (model->inputs > 0); /* see inputs.h */
-    const size_t nk = (size_t)model->constants;
-    mechc_bound *bound = malloc(sizeof *bound + (np + nk) * sizeof(double));
+    const size_t np = (size_t)model->parameters;
+    mechc_bound *bound = malloc(sizeof *bound + np * sizeof(double) + unit->given_size);
     if (bound == NULL) return NULL;
     double *values = (double *)(bound + 1);
+    mechc_given *given = (mechc_given *)(values + np);
     if (np > 0) memcpy(values, p, np * sizeof(double));
-    unit->prepare(values, values + np);
+    unit->give(values, inputs, given);
     bound->unit = unit;
     bound->evaluate = output < 0 ? NULL : unit->outputs[output].evaluate;
     bound->states = model->coordinates + model->speeds;
     bound->width = output < 0 ? bound->states : unit->outputs[output].width;
     bound->p = values;
-    bound->constants = values + np;
+    bound->inputs = inputs;
+    bound->given = given;
     return bound;
 }
 
@@ -42,10 +46,10 @@ static inline void mechc_call(double t, const double *y, double *out, void *data
 {
     const mechc_bound *bound = data;
     if (bound->evaluate == NULL) {
-        bound->unit->rates(t, y, bound->p, bound->constants, out);
+        bound->unit->rates(t, y, bound->given, out);
     } else {
         const mechc_rows time = {&t, 0}, state = {y, 0}, parameters = {bound->p, 0};
-        bound->evaluate(1, time, state, parameters, out);
+        bound->evaluate(1, time, state, parameters, bound->inputs, out);
     }
 }
 

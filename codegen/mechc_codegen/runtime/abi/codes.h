@@ -17,13 +17,17 @@ typedef enum {
     MECHC_STOPPED_AT_CHANGE_POINT = 10 /* as asked for; the crossing is recorded, not the step */
 } mechc_status;
 
-/* How a member of a batch ended, where no run says it. */
+/* How a run, or a member of a batch, ended where its driver decides that. */
 typedef enum {
     MECHC_NOT_RUN = 0,
+    MECHC_NEARLY_DEPENDENT = 11, /* the constraints, where no crossing is looked for */
+    MECHC_INTERRUPTED = 108,
     MECHC_STOPPED_BY_EVENT = 109,
+    MECHC_EVENT_FAILED = 110, /* the function of an event */
     MECHC_OPEN_AT_START = 111,
-    MECHC_NOT_ASSEMBLED = 112
-} mechc_member_status;
+    MECHC_NOT_ASSEMBLED = 112,
+    MECHC_INPUT_FAILED = 113 /* the function of an input */
+} mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */
 typedef enum {
@@ -36,6 +40,23 @@ typedef enum {
 
 /* What to do at a change point: mechc_options.on_change_point. */
 typedef enum { MECHC_CONTINUE_STRAIGHT = 0, MECHC_STOP_BEFORE = 1 } mechc_change_point_policy;
+
+/* What a batch counts of each member: columns of mechc_batch.counts. */
+typedef enum {
+    MECHC_COUNT_STEPS = 0,
+    MECHC_COUNT_REJECTED = 1,
+    MECHC_COUNT_RHS = 2,
+    MECHC_COUNT_CLOSURE = 3,
+    MECHC_COUNT_CHANGE_POINTS = 4,
+    MECHC_COUNTS = 5 /* how many columns there are */
+} mechc_count;
+
+/* The least values that each member met: columns of mechc_batch.least. */
+typedef enum {
+    MECHC_LEAST_SINGULAR = 0,
+    MECHC_LEAST_GAP = 1,
+    MECHC_LEASTS = 2 /* how many columns there are */
+} mechc_least;
 
 /* Reductions of a trajectory to one number: mechc_quantity.reduction. */
 typedef enum {

@@ -1,18 +1,6 @@
-/* Inputs that are given to a run: numbers, sampled signals, functions that someone calls back.
- *
- * A scene that has any finds them by one number more behind its parameters, so that nothing else
- * has to hand them on.  The number is 1 + address / 2^52, which no arithmetic mode takes for a
- * denormal: moved and copied like a parameter, never computed with.
- */
+/* Inputs that are given to a run: numbers, sampled signals, functions that are called back. */
 #ifndef MECHC_INPUTS_H
 #define MECHC_INPUTS_H
-
-#include <math.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <string.h>
-
-#define MECHC_ADDRESS_BITS 52
 
 typedef struct mechc_inputs mechc_inputs;
 
@@ -23,20 +11,5 @@ struct mechc_inputs {
                      const double *u, double *values);
     int needs_state;
 };
-
-static inline double mechc_inputs_passed(const mechc_inputs *inputs)
-{
-    const uint64_t bits = (uint64_t)(uintptr_t)inputs | UINT64_C(1023) << MECHC_ADDRESS_BITS;
-    double number;
-    memcpy(&number, &bits, sizeof number);
-    return number;
-}
-
-static inline const mechc_inputs *mechc_inputs_found(double number)
-{
-    uint64_t bits;
-    memcpy(&bits, &number, sizeof bits);
-    return (const mechc_inputs *)(uintptr_t)(bits & ((UINT64_C(1) << MECHC_ADDRESS_BITS) - 1));
-}
 
 #endif

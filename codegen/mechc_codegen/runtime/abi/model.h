@@ -3,10 +3,11 @@
 #define MECHC_MODEL_H
 
 #include <stddef.h>
+#include "inputs.h"
 #include "run.h"
 
-#define MECHC_ABI 4
-#define MECHC_CAPSULE "mechc.model.4"
+#define MECHC_ABI 5
+#define MECHC_CAPSULE "mechc.model.5"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -14,8 +15,13 @@ typedef struct {
     ptrdiff_t stride;
 } mechc_rows;
 
-/* out[k*width ...] = output at (t[k], y[k], p[k]), k < count; out is contiguous. */
-typedef void mechc_evaluate(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, double *out);
+/* out[k*width ...] = output at (t[k], y[k], p[k]), k < count; out is contiguous.  `inputs` may be
+ * NULL for outputs that hold none. */
+typedef void mechc_evaluate(ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p,
+                            const mechc_inputs *inputs, double *out);
+
+/* Parameters, inputs and constants of one scene: given_size bytes that start at a multiple of 8. */
+typedef struct mechc_given mechc_given;
 
 typedef struct {
     const char *name;
@@ -29,12 +35,13 @@ typedef struct {
     int lanes;
     int output_count;
     const mechc_output *outputs;
-    /* Unprojected state rates of one state, with constants from prepare(). */
-    void (*rates)(double t, const double *y, const double *p, const double *constants, double *out);
-    void (*prepare)(const double *p, double *constants);
+    size_t given_size;
+    void (*give)(const double *p, const mechc_inputs *inputs, mechc_given *given);
+    /* Unprojected state rates of one state, with what give() has prepared. */
+    void (*rates)(double t, const double *y, const mechc_given *given, double *out);
     /* Nearest state on the constraints; moved[0], moved[1]: largest closure gap and largest
        velocity residual found before. */
-    int (*project)(double t, double *y, const double *p, double *moved);
+    int (*project)(double t, double *y, const double *p, const mechc_inputs *inputs, double *moved);
     size_t run_size;
     void (*start)(mechc_run *run, const mechc_options *options);
     /* At most `steps` attempted steps; returns run->status. */
@@ -45,20 +52,20 @@ typedef struct {
     void (*release)(mechc_run *run);
     /* Dense output, projected onto the constraints. */
     void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
-                        ptrdiff_t count, const double *t, double *out);
-    /* Go on to t1, beyond the end of the run or before it, with other inputs (see inputs.h); NULL
-     * where the scene has none. */
-    void (*extend)(mechc_run *run, double t1, double inputs);
+                        const mechc_inputs *inputs, ptrdiff_t count, const double *t, double *out);
+    /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL where the scene
+     * has none. */
+    void (*extend)(mechc_run *run, double t1, const mechc_inputs *inputs);
 } mechc_unit;
 
 typedef struct {
     int abi;
     const char *metadata; /* JSON */
-    int coordinates, speeds, holonomic, rows, parameters, constants;
+    int coordinates, speeds, holonomic, rows, parameters;
     /* Parameters not given take their defaults, which may follow those given. */
     void (*complete)(const unsigned char *given, double *p);
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
-    int inputs; /* values of inputs; where there are any, p has one number more: see inputs.h */
+    int inputs; /* values that a run is given: see inputs.h */
 } mechc_model;
 
 #endif

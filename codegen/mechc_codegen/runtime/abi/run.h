@@ -4,11 +4,13 @@
 
 #include <stddef.h>
 #include "codes.h"
+#include "inputs.h"
 
 typedef struct {
     double t0, t1;
     const double *y0;
     const double *p;
+    const mechc_inputs *inputs; /* NULL where the scene has none */
     double rtol;
     const double *atol;  /* per component, or NULL: rtol times each component's scale */
     const double *scale; /* per component, used where atol is NULL */

@@ -95,7 +95,7 @@ static void mechc_close_evaluate(const mechc_closing *job, mechc_closer *closer,
             closer->y[k * job->width + job->unknown[i]] =
                 closer->x[at] - change * mechc_close_unit(job, closer, i);
         }
-    job->unit->outputs[output].evaluate(MECHC_CLOSE_TEAM, t, y, p, out);
+    job->unit->outputs[output].evaluate(MECHC_CLOSE_TEAM, t, y, p, NULL, out);
 }
 
 static double mechc_close_norm(const double *values, int count)

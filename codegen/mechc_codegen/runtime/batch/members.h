@@ -17,7 +17,6 @@
 #define MECHC_BATCH_PIECE 48 /* steps between drains */
 #define MECHC_BATCH_LOOK 256 /* components of states stepped on between looks at the stop flag */
 #define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
-#define MECHC_BATCH_COUNTS 5
 
 typedef struct {
     const mechc_unit *unit;
@@ -35,7 +34,7 @@ typedef struct {
     /* Out, a row a member. */
     double *y, *t, *at_times, *reduced, *least;
     int *status;
-    long *counts; /* steps, rejected, rhs evaluations, closure iterations, change points */
+    long *counts; /* columns: mechc_count; of `least`: mechc_least */
     ptrdiff_t next, done;
     int stop;
 } mechc_batch;
@@ -104,7 +103,7 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, d
         if (!(fabs(y0[i]) < HUGE_VAL)) return 0;
         if (i >= batch->coordinates) fastest = fmax(fastest, fabs(y0[i]));
     }
-    batch->unit->project(batch->options.t0, state, p, moved);
+    batch->unit->project(batch->options.t0, state, p, batch->options.inputs, moved);
     return moved[0] <= allowed && moved[1] <= allowed * fastest;
 }
 
@@ -123,7 +122,8 @@ static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
     }
     if (*reached > first)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, *reached - first,
+                                 batch->p + member * batch->parameters,
+                                 batch->options.inputs, *reached - first,
                                  batch->t_eval + first,
                                  batch->at_times + (member * batch->times + first) * batch->width);
 }
@@ -158,22 +158,25 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     const int stopped = !isnan(slot->reducer.stop);
     const double t = stopped ? slot->reducer.stop : run->t;
     double *y = batch->y + member * batch->width;
-    long *counts = batch->counts + member * MECHC_BATCH_COUNTS;
+    long *counts = batch->counts + member * MECHC_COUNTS;
+    double *least = batch->least + member * MECHC_LEASTS;
     if (stopped)
         batch->unit->interpolate(batch->options.method, steps,
-                                 batch->p + member * batch->parameters, 1, &t, y);
+                                 batch->p + member * batch->parameters,
+                                 batch->options.inputs, 1, &t, y);
     else
         memcpy(y, steps->y + (steps->count - 1) * batch->width,
                (size_t)batch->width * sizeof(double));
     mechc_reducer_end(&slot->reducer, t, y, batch->reduced + member * batch->quantities);
     batch->t[member] = t;
-    batch->least[2 * member] = stats->least_singular;
-    batch->least[2 * member + 1] = stats->critical_gap;
-    counts[0] = stats->steps;
-    counts[1] = stats->rejected;
-    counts[2] = stats->rhs_evaluations;
-    counts[3] = stats->closure_iterations;
-    counts[4] = stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
+    least[MECHC_LEAST_SINGULAR] = stats->least_singular;
+    least[MECHC_LEAST_GAP] = stats->critical_gap;
+    counts[MECHC_COUNT_STEPS] = stats->steps;
+    counts[MECHC_COUNT_REJECTED] = stats->rejected;
+    counts[MECHC_COUNT_RHS] = stats->rhs_evaluations;
+    counts[MECHC_COUNT_CLOSURE] = stats->closure_iterations;
+    counts[MECHC_COUNT_CHANGE_POINTS] =
+        stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
 }
 
 static long mechc_batch_attempts(const mechc_run *run)
@@ -231,7 +234,7 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
     options.scale = slot->scale;
     memset(slot->run, 0, batch->unit->run_size);
     batch->unit->start(slot->run, &options);
-    mechc_reducer_begin(&slot->reducer, options.t0, options.p);
+    mechc_reducer_begin(&slot->reducer, &options);
     slot->member = member;
     slot->reached = 0;
     slot->taken = 0;
@@ -284,9 +287,10 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
     }
 }
 
-/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system, whose cost
- * grows up to the cube of its width, takes as long as very many of a narrow one. */
-static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy, long ahead)
+/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system,
+ * whose cost grows up to the cube of its width, takes as long as very many of a narrow one. */
+static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy,
+                                long ahead)
 {
     const long look = 1 + MECHC_BATCH_LOOK / batch->width;
     for (long left = ahead; left > 0; left -= look) {

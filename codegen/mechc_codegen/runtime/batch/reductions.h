@@ -32,6 +32,7 @@ typedef struct {
     int width, widest, quantities;
     const mechc_quantity *quantity;
     const double *p;
+    const mechc_inputs *inputs;
     double t0;
     double stop;    /* when a terminal crossing came, or NaN */
     double *value;  /* a quantity each: the result so far */
@@ -75,10 +76,11 @@ static void mechc_reducer_free(mechc_reducer *reducer)
     free(reducer->outputs);
 }
 
-static void mechc_reducer_begin(mechc_reducer *reducer, double t0, const double *p)
+static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
 {
-    reducer->p = p;
-    reducer->t0 = t0;
+    reducer->p = options->p;
+    reducer->inputs = options->inputs;
+    reducer->t0 = options->t0;
     reducer->stop = NAN;
     for (int i = 0; i < reducer->quantities; i++) {
         reducer->known[i] = 0;
@@ -91,7 +93,7 @@ static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdif
                                 const double *t, const double *states, double *out)
 {
     const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {reducer->p, 0};
-    reducer->unit->outputs[output].evaluate(count, times, rows, p, out);
+    reducer->unit->outputs[output].evaluate(count, times, rows, p, reducer->inputs, out);
 }
 
 /* One number from the values of an output at one state. */
@@ -162,7 +164,8 @@ static void mechc_look_many(const mechc_look *look, ptrdiff_t count, const doubl
         return;
     }
     for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_look_time(look, s[i]);
-    reducer->unit->interpolate(0, look->steps, reducer->p, count, t, reducer->states);
+    reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, count, t,
+                               reducer->states);
     mechc_reduce_states(reducer, quantity, count, t, reducer->states, out);
 }
 
@@ -180,7 +183,8 @@ static double mechc_look_projected(const mechc_look *look, double s)
     const mechc_reducer *reducer = look->reducer;
     const double t = mechc_look_time(look, s);
     double value;
-    reducer->unit->interpolate(0, look->steps, reducer->p, 1, &t, reducer->states);
+    reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, 1, &t,
+                               reducer->states);
     mechc_reduce_states(reducer, look->quantity, 1, &t, reducer->states, &value);
     return value;
 }

@@ -1,5 +1,6 @@
-/* Trees whose loops close on the ground: the rows of J eliminated link by link; generic over `real`.
+/* Trees whose loops close on the ground: the rows of J are eliminated link by link.
  *
+ * Generic over `real`.
  * Gauss's principle is a least problem along the tree: what a link's motion a costs all that hangs
  * on it is a^T I a / 2 - a^T p, subject to the rows R a = r that the cuts beyond it leave open
  * (Vereshchagin 1974; Featherstone 2008, chapter 8).  At a joint with axis S a speed either gives
@@ -53,7 +54,8 @@ MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
         const int second = mechc_cut[2 * i] < 0, link = mechc_cut[2 * i + second];
         real arm[MECHC_ARM], force[MECHC_DIM], *row = rows + mechc_cut_place[i] * MECHC_DIM;
         for (int j = 0; j < MECHC_ARM; j++)
-            arm[j] = point[second * MECHC_ARM + j] - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            arm[j] = point[second * MECHC_ARM + j]
+                   - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
         for (int j = 0; j < MECHC_DIM; j++) force[j] = row[j] = R(0.0);
         for (int j = 0; j < MECHC_ARM; j++)
             force[MECHC_DIM - MECHC_ARM + j] = second ? -axis[j] : axis[j];

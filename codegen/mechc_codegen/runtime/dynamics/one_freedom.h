@@ -1,5 +1,6 @@
-/* Mechanisms with one degree of freedom and up to three speeds, in closed form; generic over `real`.
+/* Mechanisms with one degree of freedom and up to three speeds, in closed form.
  *
+ * Generic over `real`.
  * The rows of J leave one direction n, in three dimensions their cross product.  With m = M n the
  * only x on which the rows take the values v and for which m . x = w is
  *     x = (C(v, m) + w n) / (m . n),   C(v, m) = (v_0 J_1 - v_1 J_0) x m  in three dimensions.

@@ -12,7 +12,7 @@
 #include "simd/lanes.h"
 
 /* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
-MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const double *k,
+MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given *given,
                                    double *moved)
 {
     mechc_scalar_place place;
@@ -20,10 +20,10 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
     moved[0] = moved[1] = 0.0;
 #if MECHC_NH > 0
     double rounding;
-    mechc_scalar_locate(t, y, p, k, &place);
+    mechc_scalar_locate(t, y, given, &place);
     moved[0] = mechc_scalar_gap(&place, y, &rounding);
 #endif
-    const int status = mechc_scalar_close_loops(t, y, p, k, &place, &iterations);
+    const int status = mechc_scalar_close_loops(t, y, given, &place, &iterations);
 #if MECHC_NC > 0
     double residual[MECHC_NC];
     if (status == MECHC_RUNNING) {
@@ -44,13 +44,13 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const double *p, const d
 #define MECHC_SURELY 1e-28
 
 /* The rows at q without those that are that weak; returns how many these are. */
-MECHC_ONCE int mechc_strong_rows(double t, const double *q, const double *p, const double *k,
+MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     int weak = 0;
-    const int rank = (int)k[MECHC_NK];
-    mechc_scalar_locate_all(t, q, p, k, place);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, k[MECHC_NK], rows);
+    const int rank = (int)given->k[MECHC_NK];
+    mechc_scalar_locate_all(t, q, given, place);
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, given->k[MECHC_NK], rows);
     for (int i = 1; i < rank; i++)
         if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
     return weak;
@@ -70,12 +70,12 @@ MECHC_STATIC void mechc_steady_rows(const mechc_scalar_place *place,
 
 #if MECHC_NH > 0
 /* Close the loops; left: the gap, in units of rounding. */
-MECHC_STATIC int mechc_close_between(double t, double *q, const double *p, const double *k,
+MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_given *given,
                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     double before = HUGE_VAL, rounding, gap, values[MECHC_NC], step[MECHC_NU];
     for (int iteration = 0;; iteration++) {
-        const int weak = mechc_strong_rows(t, q, p, k, place, rows);
+        const int weak = mechc_strong_rows(t, q, given, place, rows);
         gap = mechc_scalar_gap(place, q, &rounding);
         if (!(gap < HUGE_VAL)) return MECHC_NOT_FINITE;
         const int settled = (weak || gap <= 16.0 * rounding) && gap >= 0.25 * before;
@@ -84,7 +84,7 @@ MECHC_STATIC int mechc_close_between(double t, double *q, const double *p, const
         before = gap;
         mechc_scalar_gap_values(place, values);
         mechc_scalar_least_change(rows, MECHC_NC, values, step);
-        mechc_scalar_displace(t, q, p, k, step);
+        mechc_scalar_displace(t, q, given, step);
     }
 }
 
@@ -105,7 +105,7 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
 
 /* Beside a crossing the closure's rounding leaves q undecided along the weakest row, and that row
  * turns with it: move q there, by no more than closes as well, so that the speeds fit. */
-MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, const double *k,
+MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_given *given,
                                       mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     const int last = (int)rows->rank - 1;
@@ -120,8 +120,8 @@ MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, cons
     const double small = 1e-7 / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
     memcpy(moved, y, sizeof moved);
-    mechc_scalar_displace(t, moved, p, k, by);
-    mechc_strong_rows(t, moved, p, k, &near, &there);
+    mechc_scalar_displace(t, moved, given, by);
+    mechc_strong_rows(t, moved, given, &near, &there);
     const double slope = (mechc_weakest_rate(&near, &there, y + MECHC_NQ, turned) - rate) / small;
     mechc_scalar_gap(place, y, &rounding);
     const double most = rounding / sqrt(rows->norm[last]);
@@ -129,30 +129,30 @@ MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const double *p, cons
     step = mechc_max(-most, mechc_min(most, step));
     if (!(fabs(step) * fastest < 1e-3)) return;
     for (int j = 0; j < MECHC_NU; j++) by[j] = step * direction[j];
-    mechc_scalar_displace(t, y, p, k, by);
-    mechc_strong_rows(t, y, p, k, place, rows);
+    mechc_scalar_displace(t, y, given, by);
+    mechc_strong_rows(t, y, given, place, rows);
 }
 #endif
 
 /* A state between accepted ones. */
-MECHC_ONCE int mechc_project_between(double t, double *y, const double *p, const double *k)
+MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_given *given)
 {
 #if MECHC_NC > 0
     mechc_scalar_place place;
     mechc_scalar_factors rows;
 #if MECHC_NH > 0
-    const int last = (int)k[MECHC_NK] - 1;
-    const int status = mechc_close_between(t, y, p, k, &place, &rows);
+    const int last = (int)given->k[MECHC_NK] - 1;
+    const int status = mechc_close_between(t, y, given, &place, &rows);
     if (status != MECHC_RUNNING) return status;
     if (last > 0 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
         && rows.norm[last] > MECHC_SURELY * rows.norm[0])
-        mechc_fit_to_speeds(t, y, p, k, &place, &rows);
+        mechc_fit_to_speeds(t, y, given, &place, &rows);
 #else
-    mechc_strong_rows(t, y, p, k, &place, &rows);
+    mechc_strong_rows(t, y, given, &place, &rows);
 #endif
     mechc_steady_rows(&place, &rows, y + MECHC_NQ);
 #else
-    (void)t, (void)y, (void)p, (void)k;
+    (void)t, (void)y, (void)given;
 #endif
     return MECHC_RUNNING;
 }

@@ -5,7 +5,7 @@
 #include "scene_sizes.h"
 
 #ifndef MECHC_NI
-#define MECHC_NI 0 /* values of inputs that a run is given; the sizes of a scene that has any say so */
+#define MECHC_NI 0 /* values of inputs that a run is given */
 #endif
 
 #ifndef MECHC_STATES
@@ -15,6 +15,5 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 /* Constants made of parameters, and last the number of rows that count: see generic_rank.h. */
 #define MECHC_CONSTANTS (MECHC_NK + 1)
-#define MECHC_PASSED (MECHC_NP + (MECHC_NI > 0)) /* numbers handed on as parameters */
 
 #endif

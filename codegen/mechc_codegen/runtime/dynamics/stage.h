@@ -13,6 +13,8 @@
 #define MECHC_STAGE_SCALAR
 #endif
 #include "abi/codes.h"
+#include "abi/inputs.h"
+#include "dynamics/given.h"
 #include "dynamics/linear.h"
 #include "dynamics/loop_motion.h"
 #include "dynamics/motion.h"
@@ -21,12 +23,21 @@
 #include "scene_program.h"
 #include "simd/lanes.h"
 
-/* What a run keeps beside its parameters. */
-MECHC_INLINE void FN(constants)(const real *p, real *k)
+/* The constants, once the parameters are there. */
+MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
-    FN(hoist)(p, k);
-    k[MECHC_NK] = R((double)MECHC_NC);
+    FN(hoist)(given->p, given->k);
+    given->k[MECHC_NK] = R((double)MECHC_NC);
 }
+
+#if !R_VECTOR
+MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_scalar_given *given)
+{
+    for (int i = 0; i < MECHC_NP; i++) given->p[i] = p[i];
+    mechc_scalar_give_inputs(given, 0, inputs);
+    mechc_scalar_make_constants(given);
+}
+#endif
 
 typedef struct {
 #if MECHC_NC > 0
@@ -49,24 +60,24 @@ typedef struct {
 
 /* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
  * from a configuration near this one; regular: the rows are known to be far from dependent. */
-MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const real *k,
-                                  FN(place) *place, real *turns, int near, int regular)
+MECHC_INLINE void FN(locate_near)(real t, const real *q, const FN(given) *given, FN(place) *place,
+                                  real *turns, int near, int regular)
 {
 #if MECHC_LINKS > 0
     real *const jacobian = 0, *const mass = 0;
 #else
     real *const jacobian = place->jacobian, *const mass = place->mass;
 #endif
-    FN(configuration)(t, q, p, k, place->gap, jacobian, place->bias, mass, place->saved, turns,
+    FN(configuration)(t, q, given, place->gap, jacobian, place->bias, mass, place->saved, turns,
                       near);
 #if MECHC_NC > 0 && MECHC_LINKS > 0
     (void)regular;
     place->bad = -1;
-    place->rank = k[MECHC_NK];
+    place->rank = given->k[MECHC_NK];
     FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
 #elif MECHC_NC > 0
     place->bad = -1;
-    place->rank = k[MECHC_NK];
+    place->rank = given->k[MECHC_NK];
     FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
 #elif MECHC_ARTICULATED
     (void)regular;
@@ -77,17 +88,16 @@ MECHC_INLINE void FN(locate_near)(real t, const real *q, const real *p, const re
 #endif
 }
 
-MECHC_INLINE void FN(locate)(real t, const real *q, const real *p, const real *k, FN(place) *place)
+MECHC_INLINE void FN(locate)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
-    FN(locate_near)(t, q, p, k, place, 0, 0, 0);
+    FN(locate_near)(t, q, given, place, 0, 0, 0);
 }
 
 #if MECHC_NC > 0
 /* Gap, rows and mass matrix, whatever they are solved with. */
-MECHC_ONCE void FN(locate_all)(real t, const real *q, const real *p, const real *k,
-                               FN(place) *place)
+MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN(place) *place)
 {
-    FN(configuration)(t, q, p, k, place->gap, place->jacobian, place->bias, place->mass,
+    FN(configuration)(t, q, given, place->gap, place->jacobian, place->bias, place->mass,
                       place->saved, 0, 0);
 }
 #endif
@@ -105,14 +115,14 @@ MECHC_INLINE int FN(find_massless)(FN(place) *place)
     return place->bad;
 }
 
-MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u, const real *p,
-                                          const real *k, real *rates)
+MECHC_INLINE void FN(coordinate_rates_of)(real t, const real *q, const real *u,
+                                          const FN(given) *given, real *rates)
 {
 #if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)q, (void)p, (void)k;
+    (void)t, (void)q, (void)given;
     for (int i = 0; i < MECHC_NQ; i++) rates[i] = u[i];
 #else
-    FN(output_coordinate_rates)(t, q, u, p, k, rates);
+    FN(output_coordinate_rates)(t, q, u, given, rates);
 #endif
 }
 
@@ -213,35 +223,34 @@ MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
 }
 
 /* q moved by a step of the speeds. */
-MECHC_INLINE void FN(displace)(real t, real *q, const real *p, const real *k, const real *step)
+MECHC_INLINE void FN(displace)(real t, real *q, const FN(given) *given, const real *step)
 {
 #if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)p, (void)k;
+    (void)t, (void)given;
     for (int i = 0; i < MECHC_NQ; i++) q[i] += step[i];
 #else
     real map[MECHC_NQ * MECHC_NU], still[MECHC_NU];
     for (int i = 0; i < MECHC_NU; i++) still[i] = R(0.0);
-    FN(output_kinematic_matrix)(t, q, still, p, k, map);
+    FN(output_kinematic_matrix)(t, q, still, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
         for (int j = 0; j < MECHC_NU; j++) q[i] += map[i * MECHC_NU + j] * step[j];
 #endif
 }
 
 /* One Gauss-Newton correction of q, the least in the metric of the rows. */
-MECHC_INLINE void FN(correct)(real t, real *q, const real *p, const real *k,
-                              const FN(place) *place)
+MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(place) *place)
 {
     real values[MECHC_NC], step[MECHC_NU];
     FN(gap_values)(place, values);
     FN(least_step_at)(place, values, step);
-    FN(displace)(t, q, p, k, step);
+    FN(displace)(t, q, given, step);
 }
 #endif
 
 #if MECHC_NH > 0
 /* The same, but a gap within so many units of rounding is left: its last digit, chased from one
  * iteration to the next, would be magnified into noise. */
-MECHC_INLINE void FN(correct_beyond)(real t, real *q, const real *p, const real *k,
+MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,
                                      const FN(place) *place, double units)
 {
     real values[MECHC_NC], step[MECHC_NU], rounding;
@@ -250,20 +259,20 @@ MECHC_INLINE void FN(correct_beyond)(real t, real *q, const real *p, const real 
     FN(gap_values)(place, values);
     for (int i = 0; i < MECHC_NH; i++) values[i] = R_SELECT(shows, values[i], R(0.0));
     FN(least_step_at)(place, values, step);
-    FN(displace)(t, q, p, k, step);
+    FN(displace)(t, q, given, step);
 }
 #endif
 
 /* Close the loops by moving q; place is left at the final q.  Returns MECHC_RUNNING or a failure;
  * *iterations counts configurations computed. */
-MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, FN(place) *place,
+MECHC_INLINE int FN(close_loops)(real t, real *q, const FN(given) *given, FN(place) *place,
                                  long *iterations)
 {
 #if MECHC_NH > 0
     double before = HUGE_VAL, rounding;
     real turns[MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)];
     for (int iteration = 0; iteration < 20; iteration++) {
-        FN(locate_near)(t, q, p, k, place, turns, iteration > 0, 0);
+        FN(locate_near)(t, q, given, place, turns, iteration > 0, 0);
         ++*iterations;
         if (FN(find_massless)(place) >= 0) return MECHC_SINGULAR_MASS;
         const double gap = FN(gap)(place, q, &rounding);
@@ -271,11 +280,11 @@ MECHC_INLINE int FN(close_loops)(real t, real *q, const real *p, const real *k, 
         if (gap <= rounding || (gap <= 16.0 * rounding && gap >= 0.25 * before))
             return MECHC_RUNNING;
         before = gap;
-        FN(correct)(t, q, p, k, place);
+        FN(correct)(t, q, given, place);
     }
     return MECHC_NOT_CLOSED;
 #else
-    FN(locate)(t, q, p, k, place);
+    FN(locate)(t, q, given, place);
     ++*iterations;
     return FN(find_massless)(place) >= 0 ? MECHC_SINGULAR_MASS : MECHC_RUNNING;
 #endif
@@ -304,40 +313,40 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 }
 
 /* Accelerations, and the multipliers when asked for. */
-MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const real *p, const real *k,
+MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
                                  const FN(place) *place, real *accelerations, real *lambda)
 {
 #if MECHC_NC > 0 && MECHC_LINKS > 0
     real gamma[MECHC_NC], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
-    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
+    FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(place->saved, bias, wrench);
     FN(solve_motion)(place->saved, &place->rows, wrench, gamma, accelerations, lambda);
 #elif MECHC_NC > 0
     real forcing[MECHC_NU], gamma[MECHC_NC];
     const FN(motion_terms) terms = {place->mass, place->jacobian, forcing, gamma, place->rank};
-    FN(motion)(t, q, u, p, k, place->saved, forcing, gamma);
+    FN(motion)(t, q, u, given, place->saved, forcing, gamma);
     FN(solve_motion)(&terms, &place->rows, accelerations, lambda);
 #elif MECHC_ARTICULATED
     real none[1], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
     (void)lambda;
-    FN(tree_motion)(t, q, u, p, k, place->saved + MECHC_AT_SAVED, bias, wrench, none);
+    FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
     FN(let_go)(place->saved, &place->factored, bias, wrench, accelerations);
 #else
     real none[1];
     (void)lambda;
-    FN(motion)(t, q, u, p, k, place->saved, accelerations, none);
+    FN(motion)(t, q, u, given, place->saved, accelerations, none);
     FN(forward)(&place->factored, MECHC_NU, accelerations);
     FN(backward)(&place->factored, MECHC_NU, accelerations);
 #endif
 }
 
 /* State rates at a state taken as it is. */
-MECHC_INLINE void FN(rates)(real t, const real *y, const real *p, const real *k, real *out)
+MECHC_INLINE void FN(rates)(real t, const real *y, const FN(given) *given, real *out)
 {
     FN(place) place;
-    FN(locate)(t, y, p, k, &place);
-    FN(coordinate_rates_of)(t, y, y + MECHC_NQ, p, k, out);
-    FN(accelerate)(t, y, y + MECHC_NQ, p, k, &place, out + MECHC_NQ, 0);
+    FN(locate)(t, y, given, &place);
+    FN(coordinate_rates_of)(t, y, y + MECHC_NQ, given, out);
+    FN(accelerate)(t, y, y + MECHC_NQ, given, &place, out + MECHC_NQ, 0);
 }
 
 #endif

@@ -76,7 +76,8 @@ MECHC_INLINE void FN(add_inertia)(const real *arm, const real *inertia, real *ou
     const real x = arm[0] * inertia[5] - arm[1] * inertia[4]; /* arm x the lines of the forces */
     const real y = arm[0] * inertia[8] - arm[1] * inertia[7];
     const real coupling[2] = {inertia[1] + x, inertia[2] + y};
-    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1]) - arm[1] * (inertia[1] + coupling[0]);
+    out[0] += inertia[0] + arm[0] * (inertia[2] + coupling[1])
+            - arm[1] * (inertia[1] + coupling[0]);
     for (int j = 0; j < 2; j++) {
         out[1 + j] += coupling[j];
         out[3 * (1 + j)] += coupling[j];
@@ -397,60 +398,60 @@ MECHC_ONCE real FN(most_partials)(const real *tree)
 
 /* The same functions that the equations of other scenes are written out as; jacobian and mass may
  * be NULL. */
-MECHC_INLINE void FN(configuration)(real t, const real *q, const real *p, const real *k, real *gap,
+MECHC_INLINE void FN(configuration)(real t, const real *q, const FN(given) *given, real *gap,
                                     real *jacobian, real *bias, real *mass, real *saved,
                                     real *turns, int near)
 {
 #if MECHC_NC > 0
-    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
+    FN(tree_configuration)(t, q, given, gap, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_REFERENCE,
                            saved + MECHC_AT_CUT, saved + MECHC_AT_SAVED, turns, near);
     if (jacobian) FN(cut_rows)(saved, jacobian);
     for (int i = 0; i < MECHC_NC; i++) bias[i] = R(0.0);
 #else
     (void)jacobian, (void)bias;
-    FN(tree_configuration)(t, q, p, k, gap, saved, saved + MECHC_AT_SUBSPACE,
+    FN(tree_configuration)(t, q, given, gap, saved, saved + MECHC_AT_SUBSPACE,
                            saved + MECHC_AT_INERTIA, saved + MECHC_AT_SAVED, turns, near);
 #endif
     if (mass) FN(composite_mass)(saved, mass);
 }
 
-MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const real *p, const real *k,
+MECHC_INLINE void FN(motion)(real t, const real *q, const real *u, const FN(given) *given,
                              const real *saved, real *forcing, real *gamma)
 {
     real bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
-    FN(tree_motion)(t, q, u, p, k, saved + MECHC_AT_SAVED, bias, wrench, gamma);
+    FN(tree_motion)(t, q, u, given, saved + MECHC_AT_SAVED, bias, wrench, gamma);
     FN(take_bias)(saved, bias, wrench);
     FN(along_speeds)(saved, wrench, forcing);
 }
 
 /* Any of the three may be NULL. */
-MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const real *p, const real *k,
+MECHC_ONCE void FN(tree_terms)(real t, const real *q, const real *u, const FN(given) *given,
                                real *rows, real *mass, real *forcing)
 {
     real saved[MECHC_SAVED], gap[MECHC_AT_LEAST_ONE(MECHC_NH)], bias[MECHC_AT_LEAST_ONE(MECHC_NC)];
     real gamma[MECHC_AT_LEAST_ONE(MECHC_NC)];
-    FN(configuration)(t, q, p, k, gap, rows, bias, mass, saved, 0, 0);
-    if (forcing) FN(motion)(t, q, u, p, k, saved, forcing, gamma);
+    FN(configuration)(t, q, given, gap, rows, bias, mass, saved, 0, 0);
+    if (forcing) FN(motion)(t, q, u, given, saved, forcing, gamma);
 }
 
-MECHC_INLINE void FN(output_mass_matrix)(real t, const real *q, const real *u, const real *p,
-                                         const real *k, real *out)
+MECHC_INLINE void FN(output_mass_matrix)(real t, const real *q, const real *u,
+                                         const FN(given) *given, real *out)
 {
-    FN(tree_terms)(t, q, u, p, k, 0, out, 0);
+    FN(tree_terms)(t, q, u, given, 0, out, 0);
 }
 
-MECHC_INLINE void FN(output_forcing)(real t, const real *q, const real *u, const real *p,
-                                     const real *k, real *out)
+MECHC_INLINE void FN(output_forcing)(real t, const real *q, const real *u, const FN(given) *given,
+                                     real *out)
 {
-    FN(tree_terms)(t, q, u, p, k, 0, 0, out);
+    FN(tree_terms)(t, q, u, given, 0, 0, out);
 }
 
 #if MECHC_NC > 0
 MECHC_INLINE void FN(output_constraint_jacobian)(real t, const real *q, const real *u,
-                                                 const real *p, const real *k, real *out)
+                                                 const FN(given) *given, real *out)
 {
-    FN(tree_terms)(t, q, u, p, k, out, 0, 0);
+    FN(tree_terms)(t, q, u, given, out, 0, 0);
 }
 #endif
 #endif

@@ -75,7 +75,8 @@ MECHC_STATIC long mechc_lockstep_advance(mechc_integration **runs, int count, lo
     int dense = 0, parted = 0;
     long made = 0;
     for (int lane = 0; lane < MECHC_LANES; lane++) {
-        const mechc_integration *run = runs[lane < count ? lane : 0]; /* idle lanes repeat the first */
+        /* idle lanes repeat the first run */
+        const mechc_integration *run = runs[lane < count ? lane : 0];
         mechc_lockstep_load(&a, lane, run);
         dense |= run->head.trajectory.dense_rows;
     }

@@ -1,4 +1,4 @@
-/* What follows from a step of every lane: which stand, what is kept of them, how long the next are. */
+/* After a step of every lane: which are accepted, what is kept of them, how long the next are. */
 #ifndef MECHC_LOCKSTEP_JUDGE_H
 #define MECHC_LOCKSTEP_JUDGE_H
 

@@ -16,12 +16,15 @@
 #include "methods/dormand_prince_tableaus.h"
 #include "run/integration.h"
 #include "run/method.h"
+#include "simd/bind_vector.h"
+#include "dynamics/given.h"
+#include "simd/unbind.h"
 #include "simd/lanes.h"
 
 #define MECHC_LOCKSTEP_ENDS 1 /* evaluations at a step's end */
 
 typedef struct {
-    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
+    mechc_vector_given given;
     mechc_vector t, t1, time_compensation, step, max_step, h;
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
     mechc_vector end[MECHC_NX], next_compensation[MECHC_NX], last_stage[MECHC_NX];
@@ -29,7 +32,7 @@ typedef struct {
     mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met, conditioning;        /* in this step, squared; at its end */
-    mechc_vector error, factor;            /* of this step: its error squared; what it lets h grow by */
+    mechc_vector error, factor;            /* of this step: its error squared; of the step size */
     mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
     mechc_mask refused, last, closed;
     mechc_mask steps, rejected, configurations, stiff, easy;
@@ -39,8 +42,9 @@ typedef struct {
 MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_integration *run)
 {
     const double asked = run->method->share * run->rtol;
-    for (int i = 0; i < MECHC_PASSED; i++) a->p[i][lane] = run->p[i];
-    for (int i = 0; i < MECHC_CONSTANTS; i++) a->k[i][lane] = run->k[i];
+    for (int i = 0; i < MECHC_NP; i++) a->given.p[i][lane] = run->given.p[i];
+    for (int i = 0; i < MECHC_CONSTANTS; i++) a->given.k[i][lane] = run->given.k[i];
+    mechc_vector_give_inputs(&a->given, lane, mechc_scalar_inputs_of(&run->given));
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i][lane] = run->y[i];
         a->compensation[i][lane] = run->compensation[i];

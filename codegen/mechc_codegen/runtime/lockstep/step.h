@@ -23,9 +23,9 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
                                                mechc_vector *rates)
 {
     mechc_vector_place place;
-    mechc_vector_locate_near(t, state, a->p, a->k, &place, 0, 0, regular);
-    mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, a->p, a->k, rates);
-    mechc_vector_accelerate(t, state, state + MECHC_NQ, a->p, a->k, &place, rates + MECHC_NQ, 0);
+    mechc_vector_locate_near(t, state, &a->given, &place, 0, 0, regular);
+    mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, &a->given, rates);
+    mechc_vector_accelerate(t, state, state + MECHC_NQ, &a->given, &place, rates + MECHC_NQ, 0);
 #if MECHC_NH > 0
     if (!regular) return mechc_vector_conditioning_at(&place);
 #endif
@@ -52,18 +52,18 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 #if MECHC_NH > 0
     for (int closing = 0;; closing++) {
         mechc_vector q[MECHC_NQ], rounding;
-        mechc_vector_locate(t, a->end, a->p, a->k, place);
+        mechc_vector_locate(t, a->end, &a->given, place);
         const mechc_vector gap = mechc_vector_gap_and_rounding(place, a->end, &rounding);
         const mechc_mask open = ~(gap <= 2.0 * rounding);
         a->closed = gap <= 16.0 * rounding;
         a->configurations += 1 & (open | -(int64_t)(closing == 0));
         if (!mechc_any(open) || closing == MECHC_LOCKSTEP_CLOSINGS) return;
         memcpy(q, a->end, sizeof q);
-        mechc_vector_correct(t, q, a->p, a->k, place);
+        mechc_vector_correct(t, q, &a->given, place);
         for (int i = 0; i < MECHC_NQ; i++) a->end[i] = mechc_choose(open, q[i], a->end[i]);
     }
 #else
-    mechc_vector_locate(t, a->end, a->p, a->k, place);
+    mechc_vector_locate(t, a->end, &a->given, place);
     a->closed = ~(mechc_mask){0};
     a->configurations += 1;
 #endif
@@ -76,8 +76,8 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
     mechc_vector *u = a->end + MECHC_NQ;
     mechc_lockstep_close(a, t, &place);
     mechc_vector_steady(&place, u);
-    mechc_vector_coordinate_rates_of(t, a->end, u, a->p, a->k, rates);
-    mechc_vector_accelerate(t, a->end, u, a->p, a->k, &place, rates + MECHC_NQ, 0);
+    mechc_vector_coordinate_rates_of(t, a->end, u, &a->given, rates);
+    mechc_vector_accelerate(t, a->end, u, &a->given, &place, rates + MECHC_NQ, 0);
 #if MECHC_NH > 0
     a->conditioning = mechc_vector_conditioning(&place);
     a->met = mechc_lesser(a->conditioning * a->conditioning, a->met);

@@ -60,7 +60,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     mechc_scalar_place at_end, *place = 0;
     if (MECHC_NH > 0 && mechc_nears_critical(&run->monitor, run->horizon)) {
         place = &at_end;
-        mechc_scalar_locate(run->head.t + h, end, run->p, run->k, place);
+        mechc_scalar_locate(run->head.t + h, end, &run->given, place);
     }
     const double first = mechc_pair_norm(run, tableau->error, h, end, place);
     if (!tableau->second_error) return sqrt(first);

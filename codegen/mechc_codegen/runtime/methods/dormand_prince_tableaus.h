@@ -31,7 +31,8 @@ static const double mechc_dopri5_dense[] = {
     -1.7672812570757455, 2.382468931778144, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 };
 static const mechc_tableau mechc_dopri5_tableau = {
-    6, 7, 4, mechc_dopri5_nodes, mechc_dopri5_matrix, mechc_dopri5_error, 0, mechc_dopri5_dense, 3.25,
+    6, 7, 4, mechc_dopri5_nodes, mechc_dopri5_matrix, mechc_dopri5_error, 0, mechc_dopri5_dense,
+    3.25,
 };
 
 /* Dormand & Prince, order 8(5,3), 12 stages; dense output of order 7: Hairer, Norsett & Wanner

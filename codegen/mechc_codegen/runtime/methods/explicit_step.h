@@ -19,7 +19,8 @@ typedef struct {
     real (*rates)[MECHC_NX];
 } FN(explicit_data);
 
-/* Rates of stage i at a state, which may be moved onto the constraints; MECHC_RUNNING or why not. */
+/* Rates of stage i at a state, which may be moved onto the constraints; MECHC_RUNNING or the
+ * failure. */
 typedef int FN(explicit_rates)(void *owner, int i, real t, real *state, real *rates);
 
 /* sum_j row[j] rate_j, j < count */

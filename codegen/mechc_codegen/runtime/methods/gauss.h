@@ -162,8 +162,8 @@ MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
     return MECHC_NH > 0 && run->monitor.ahead < fabs(h);
 }
 
-/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into reactions,
- * which the projection of the end takes away; elsewhere it is motion. */
+/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into
+ * reactions, which the projection of the end takes away; elsewhere it is motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -206,7 +206,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
         /* the first changes shrink faster than those that stay */
-        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT) return MECHC_RUNNING;
+        if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT)
+            return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0) {
             const int noise = change <= mechc_gauss_floor(run, h);
             if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
@@ -268,7 +269,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, doubl
         return sqrt(g->least[stage]);
     mechc_scalar_place place;
     mechc_weakest weakest;
-    mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, run->p, run->k, &place);
+    mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, &run->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, run->monitor.rank, &weakest);
     return weakest.ratio;
 #else
@@ -302,7 +303,8 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
  * crossing. */
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
-    return error <= run->allowed || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
+    return error <= run->allowed
+        || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
 }
 
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
@@ -368,14 +370,21 @@ MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, con
     return mechc_gauss_of(run)->shrinking > MECHC_GAUSS_SLOW && error < MECHC_GAUSS_NEEDLESS;
 }
 
+MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integration *run)
+{
+    for (int lane = 0; lane < MECHC_LANES; lane++)
+        mechc_vector_give_inputs(&g->given, lane, mechc_scalar_inputs_of(&run->given));
+}
+
 MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     for (int j = 0; j < MECHC_STAGES; j++)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};
-    for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
-    for (int i = 0; i < MECHC_CONSTANTS; i++) g->k[i] = mechc_spread(run->k[i]);
+    for (int i = 0; i < MECHC_NP; i++) g->given.p[i] = mechc_spread(run->given.p[i]);
+    for (int i = 0; i < MECHC_CONSTANTS; i++) g->given.k[i] = mechc_spread(run->given.k[i]);
+    mechc_gauss_take_inputs(g, run);
 }
 
 /* No polynomial leads on, and nothing of the state is kept. */
@@ -390,7 +399,7 @@ MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
-    for (int i = 0; i < MECHC_PASSED; i++) g->p[i] = mechc_spread(run->p[i]);
+    mechc_gauss_take_inputs(g, run);
     g->last_step = g->last_factor = 0.0;
 }
 

@@ -26,7 +26,7 @@ typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
 typedef struct {
-    mechc_vector p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
+    mechc_vector_given given;
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
     mechc_vector turns[MECHC_BLOCKS][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_vector shift[MECHC_NQ][MECHC_BLOCKS]; /* what closes their loops */
@@ -84,7 +84,7 @@ MECHC_INLINE void mechc_gauss_close(mechc_gauss *g, mechc_vector time, int block
                                     mechc_vector *moved)
 {
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
-    mechc_vector_correct_beyond(time, q, g->p, g->k, place, g->left);
+    mechc_vector_correct_beyond(time, q, &g->given, place, g->left);
     for (int i = 0; i < MECHC_NQ; i++) {
         moved[i] = q[i] - moved[i];
         g->shift[i][block] += moved[i];
@@ -97,10 +97,10 @@ MECHC_INLINE void mechc_gauss_rates(const mechc_gauss *g, mechc_vector time,
                                     const mechc_vector *state, const mechc_vector_place *place,
                                     mechc_vector *rates)
 {
-    mechc_vector_accelerate(time, state, state + MECHC_NQ, g->p, g->k, place,
-                           rates + MECHC_UNKNOWNS - MECHC_NU, 0);
+    mechc_vector_accelerate(time, state, state + MECHC_NQ, &g->given, place,
+                            rates + MECHC_UNKNOWNS - MECHC_NU, 0);
 #if !MECHC_IDENTITY_KINEMATICS
-    mechc_vector_coordinate_rates_of(time, state, state + MECHC_NQ, g->p, g->k, rates);
+    mechc_vector_coordinate_rates_of(time, state, state + MECHC_NQ, &g->given, rates);
 #endif
 }
 
@@ -113,7 +113,7 @@ MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y
     mechc_vector state[MECHC_NX];
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
     mechc_gauss_states(g, y, h, block, state);
-    mechc_vector_locate_near(time, state, g->p, g->k, &place, g->turns[block], !first, !first);
+    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], !first, !first);
     mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
     if (!first) return;
@@ -143,11 +143,11 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
     mechc_gauss_states(g, y, h, block, state);
     for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
-    mechc_vector_locate_near(time, state, g->p, g->k, &place, g->turns[block], 0, 0);
+    mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], 0, 0);
 #if MECHC_NH > 0
     if (g->closing == MECHC_CLOSE_BEFORE) {
         mechc_gauss_close(g, time, block, &place, state, moved);
-        mechc_vector_locate(time, state, g->p, g->k, &place);
+        mechc_vector_locate(time, state, &g->given, &place);
     }
 #endif
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];

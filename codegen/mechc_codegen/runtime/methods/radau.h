@@ -170,7 +170,8 @@ MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end
         if (iteration) mechc_radau_of(run)->contraction = contraction;
         if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
             return MECHC_NOT_CLOSED;
-        const double left = iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
+        const double left =
+            iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
         if (left <= mechc_max(enough, 8.0 * floor)) return mechc_radau_end(run, h, end);
         before = size;
     }
@@ -190,7 +191,7 @@ MECHC_STATIC void mechc_radau_estimate(mechc_integration *run, double h, const d
     mechc_lu_solve(radau->filter, radau->filter_rows, MECHC_NX, radau->error);
 }
 
-/* Start values: the last accepted step's polynomial, through its start and its stages, continued. */
+/* Start values: the polynomial through the last accepted step's start and stages, extrapolated. */
 MECHC_STATIC void mechc_radau_predict(mechc_radau *radau, const double *nodes, double h)
 {
     const double *stages = radau->taken, a = nodes[1], b = nodes[2];

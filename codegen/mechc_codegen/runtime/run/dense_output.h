@@ -28,11 +28,12 @@ MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, in
     }
 }
 
-MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p, ptrdiff_t count,
-                                    const double *t, double *out)
+MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p,
+                                    const mechc_inputs *inputs, ptrdiff_t count, const double *t,
+                                    double *out)
 {
-    double k[MECHC_CONSTANTS];
-    mechc_constants_at(trajectory->t[0], trajectory->y, p, k);
+    mechc_scalar_given given;
+    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
         const double start = trajectory->t[step];
@@ -42,7 +43,7 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
         mechc_dense_polynomial(trajectory->y + step * MECHC_NX,
                             trajectory->dense + step * MECHC_NX * trajectory->dense_rows, rows, s,
                             out);
-        if (s != 0.0 && mechc_project_between(t[n], out, p, k) != MECHC_RUNNING)
+        if (s != 0.0 && mechc_project_between(t[n], out, &given) != MECHC_RUNNING)
             for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
     }
 }

@@ -29,13 +29,13 @@ typedef struct {
     int failure; /* why a stage of it could not be taken; 0 */
     int on_change_point, most_dense;
     mechc_monitor monitor;
-    mechc_finding finding;     /* of the last step that was examined */
+    mechc_decision decision;     /* of the last step that was examined */
     double conditioning;       /* of the configuration rows at the last stage taken */
     double low, best, high;    /* where in a step a crossing is placed best */
     double horizon;            /* steps ahead that crossings are looked for */
-    double allowed;            /* error of a step over its tolerance; above 1 where rounding rules */
+    double allowed; /* error of a step over its tolerance; above 1 where rounding is larger */
     double refused_t, refused_step, refused_error; /* the last step that its error refused */
-    double p[MECHC_AT_LEAST_ONE(MECHC_PASSED)], k[MECHC_CONSTANTS];
+    mechc_scalar_given given;
     double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */
     double time_compensation;
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];

@@ -18,7 +18,8 @@
 #include "singularities/weakest.h"
 
 /* Conditioning of the configuration rows; rows that are redundant everywhere do not count. */
-MECHC_STATIC double mechc_conditioning(const mechc_integration *run, const mechc_scalar_place *place)
+MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
+                                       const mechc_scalar_place *place)
 {
 #if MECHC_NH > 0
     if (MECHC_NC == MECHC_NH && (run->monitor.rank == 0 || run->monitor.rank == MECHC_NH))
@@ -77,15 +78,15 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
     mechc_scalar_place place;
     mechc_stats *stats = &run->head.stats;
     const int status =
-        mechc_scalar_close_loops(t, y, run->p, run->k, &place, &stats->closure_iterations);
+        mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;
     if (status != MECHC_RUNNING) {
         stats->coordinate = place.bad;
         return status;
     }
     mechc_scalar_steady(&place, y + MECHC_NQ);
-    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, run->p, run->k, rates);
-    mechc_scalar_accelerate(t, y, y + MECHC_NQ, run->p, run->k, &place, rates + MECHC_NQ, 0);
+    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
+    mechc_scalar_accelerate(t, y, y + MECHC_NQ, &run->given, &place, rates + MECHC_NQ, 0);
     mechc_meet(run, t, y, &place);
     for (int i = 0; i < MECHC_NX; i++)
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);

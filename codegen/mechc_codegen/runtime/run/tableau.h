@@ -2,8 +2,8 @@
  *
  * Rate i is taken at t + nodes[i] h, y + h sum_j matrix[i][j] rate_j.  Rows past `stages` belong to
  * the dense output; row `stages` is the step's end.  The dense output (run/dense_output.h) has
- * r0 = y1 - y0, r1 = h f0 - r0, r2 = r0 - h f1 - r1 and the further rows h sum_j dense[i][j] rate_j,
- * where the method has no own.
+ * r0 = y1 - y0, r1 = h f0 - r0, r2 = r0 - h f1 - r1 and then the rows h sum_j dense[i][j] rate_j,
+ * unless the method has rows of its own.
  */
 #ifndef MECHC_TABLEAU_H
 #define MECHC_TABLEAU_H

@@ -1,9 +1,9 @@
 /* Critical configurations: where the configuration rows lose rank beyond what they lose everywhere.
  *
  * find: the nearby configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap closed but the one
- * along w; what is left, g = w . gap(q*), is the distance of the scene's lengths from a change point.   Only g tells
- * a change point (the curve of configurations crosses itself) from a near miss (two curves that
- * pass each other); how small a singular value became does not.
+ * along w; what is left, g = w . gap(q*), is how far the lengths are from those of a change point.
+ * Only g tells a change point (the curve of configurations crosses itself) from a near miss (two
+ * curves that pass each other); how small a singular value became does not.
  */
 #ifndef MECHC_CRITICAL_H
 #define MECHC_CRITICAL_H
@@ -66,32 +66,32 @@ MECHC_STATIC void mechc_solve(double *a, double *b, int n)
 }
 
 /* q moved by a displacement given in speeds. */
-MECHC_STATIC void mechc_displace(double t, const double *q, const double *p, const double *k,
+MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_given *given,
                                  const double *by, double *out)
 {
 #if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)p, (void)k;
+    (void)t, (void)given;
     for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
 #else
     double map[MECHC_NQ * MECHC_NU], still[MECHC_NU] = {0};
-    mechc_scalar_output_kinematic_matrix(t, q, still, p, k, map);
+    mechc_scalar_output_kinematic_matrix(t, q, still, given, map);
     for (int i = 0; i < MECHC_NQ; i++)
         out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
 #endif
 }
 
 /* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
-MECHC_ONCE void mechc_place_at(double t, const double *q, const double *p, const double *k,
+MECHC_ONCE void mechc_place_at(double t, const double *q, const mechc_scalar_given *given,
                                mechc_scalar_place *place)
 {
-    mechc_scalar_locate_all(t, q, p, k, place);
+    mechc_scalar_locate_all(t, q, given, place);
 }
 
 #if MECHC_LINKS > 0
-MECHC_ONCE void mechc_rows_at(double t, const double *q, const double *p, const double *k,
+MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
                               mechc_scalar_place *place)
 {
-    mechc_scalar_configuration(t, q, p, k, place->gap, place->jacobian, place->bias, 0,
+    mechc_scalar_configuration(t, q, given, place->gap, place->jacobian, place->bias, 0,
                                place->saved, 0, 0);
 }
 #else
@@ -99,14 +99,14 @@ MECHC_ONCE void mechc_rows_at(double t, const double *q, const double *p, const 
 #endif
 
 /* J^T w at q moved by `step` along speed j; step 0: at q. */
-MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const double *k, int j,
+MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
                              double step, const double *normal, double *out)
 {
     mechc_scalar_place place;
     double by[MECHC_NU] = {0}, moved[MECHC_NQ];
     by[j] = step;
-    mechc_displace(t, q, p, k, by, moved);
-    mechc_rows_at(t, moved, p, k, &place);
+    mechc_displace(t, q, given, by, moved);
+    mechc_rows_at(t, moved, given, &place);
     for (int i = 0; i < MECHC_NU; i++) {
         out[i] = 0.0;
         for (int row = 0; row < MECHC_NH; row++)
@@ -116,7 +116,7 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const double *p, const d
 
 /* The equations of a critical configuration, linearised: unknown are the move of q, the change of
  * w in the basis of the rows that count, and g in the unit of length returned. */
-MECHC_STATIC double mechc_critical_equations(double t, const double *p, const double *k,
+MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given *given,
                                              const mechc_scalar_place *place,
                                              const mechc_weakest *at, const mechc_critical *c,
                                              double *a, double *b)
@@ -128,14 +128,15 @@ MECHC_STATIC double mechc_critical_equations(double t, const double *p, const do
         length = mechc_max(length, fabs(place->jacobian[i]));
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
-    mechc_pull(t, c->q, p, k, 0, 0.0, c->normal, pull);
+    mechc_pull(t, c->q, given, 0, 0.0, c->normal, pull);
     for (int r = 0; r < rank; r++) {
         const double *basis = at->basis + r * MECHC_NH;
         const double normal = mechc_dot(basis, c->normal, MECHC_NH);
         b[r] = c->gap * normal - mechc_dot(basis, place->gap, MECHC_NH);
         for (int j = 0; j < MECHC_NU; j++) {
             double entry = 0.0;
-            for (int i = 0; i < MECHC_NH; i++) entry += basis[i] * place->jacobian[i * MECHC_NU + j];
+            for (int i = 0; i < MECHC_NH; i++)
+                entry += basis[i] * place->jacobian[i * MECHC_NU + j];
             a[r * n + j] = entry;
             a[(rank + j) * n + MECHC_NU + r] = entry;
         }
@@ -146,7 +147,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const double *p, const do
     }
     for (int j = 0; j < MECHC_NU; j++) {
         b[rank + j] = -pull[j];
-        mechc_pull(t, c->q, p, k, j, step, c->normal, moved);
+        mechc_pull(t, c->q, given, j, step, c->normal, moved);
         for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
     }
     b[n - 1] = 0.5 * (1.0 - square);
@@ -155,31 +156,32 @@ MECHC_STATIC double mechc_critical_equations(double t, const double *p, const do
     return length;
 }
 
-/* Times what samples of the gap differ by: where many rows meet in it, a sample moves few of them. */
+/* Times the spread of samples of the gap: where many rows meet, a sample moves few of them. */
 #define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
 
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
  * billionth around q* is rounding. */
-MECHC_STATIC void mechc_measure_gap(double t, const double *p, const double *k, mechc_critical *c)
+MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
     for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
-        mechc_displace(t, c->q, p, k, by, moved);
-        mechc_rows_at(t, moved, p, k, &place);
+        mechc_displace(t, c->q, given, by, moved);
+        mechc_rows_at(t, moved, given, &place);
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) largest = mechc_max(largest, fabs(place.jacobian[i]));
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
+        largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
     c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
 }
 
 /* Newton's method from q for the critical configuration of one direction, counted by falling
  * singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
-MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p, const double *k,
+MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_scalar_given *given,
                                       int rank, int which, double reach, mechc_critical *c)
 {
     double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
@@ -188,7 +190,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p
     mechc_weakest at;
     memcpy(c->q, q, sizeof c->q);
     for (int iteration = 0; iteration < 12; iteration++) {
-        mechc_place_at(t, c->q, p, k, &place);
+        mechc_place_at(t, c->q, given, &place);
         if (iteration == 0) {
             mechc_find_weakest(place.jacobian, place.mass, rank, &at);
             memcpy(c->normal, at.basis + which * MECHC_NH, sizeof c->normal);
@@ -196,21 +198,21 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p
             for (int j = 0; j < MECHC_NU; j++)
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
         }
-        const double length = mechc_critical_equations(t, p, k, &place, &at, c, a, b);
+        const double length = mechc_critical_equations(t, given, &place, &at, c, a, b);
         mechc_solve(a, b, MECHC_NU + at.rank + 1);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
         travelled += sqrt(square);
         if (!(travelled <= reach)) return 0;
         double moved[MECHC_NQ];
-        mechc_displace(t, c->q, p, k, b, moved);
+        mechc_displace(t, c->q, given, b, moved);
         memcpy(c->q, moved, sizeof moved);
         for (int r = 0; r < at.rank; r++)
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at.basis[r * MECHC_NH + i];
         c->gap += length * b[MECHC_NU + at.rank];
         if (sqrt(square) <= 1e-10 * reach) {
-            mechc_measure_gap(t, p, k, c);
+            mechc_measure_gap(t, given, c);
             return 1;
         }
     }
@@ -218,15 +220,15 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const double *p
 }
 
 /* The same of the weakest direction. */
-MECHC_STATIC int mechc_find_critical(double t, const double *q, const double *p, const double *k,
+MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scalar_given *given,
                                      int rank, double reach, mechc_critical *c)
 {
-    return mechc_find_critical_of(t, q, p, k, rank, rank - 1, reach, c);
+    return mechc_find_critical_of(t, q, given, rank, rank - 1, reach, c);
 }
 
 /* Is the critical configuration known from before, whole turns of the coordinates aside, one here
  * too?  Then it is put into c. */
-MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, const double *k,
+MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
                                     double reach, const mechc_critical *known, mechc_critical *c)
 {
     const double turn = 6.283185307179586;
@@ -237,21 +239,23 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const double *p, 
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++) {
         const double turns = nearbyint((q[i] - known->q[i]) / turn);
         if (turns != 0.0) c->q[i] += turns * turn, turned = 1;
-        square += pow((q[i] - c->q[i]) * (MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0), 2);
+        const double speed = MECHC_IDENTITY_KINEMATICS ? c->speeds[i % MECHC_NU] : 1.0;
+        square += pow((q[i] - c->q[i]) * speed, 2);
     }
     if (!(square <= reach * reach)) return 0;
-    mechc_place_at(t, c->q, p, k, &place);
+    mechc_place_at(t, c->q, given, &place);
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
         largest = mechc_max(largest, fabs(place.jacobian[i]));
     for (int i = 0; i < MECHC_NH; i++)
-        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding)) return 0;
+        if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= 1e-12 * largest + c->rounding))
+            return 0;
     for (int j = 0; j < MECHC_NU; j++) {
         double pull = 0.0;
         for (int i = 0; i < MECHC_NH; i++)
             pull += place.jacobian[i * MECHC_NU + j] * c->normal[i];
         if (!(fabs(pull) <= 1e-9 * largest)) return 0;
     }
-    if (turned) mechc_measure_gap(t, p, k, c);
+    if (turned) mechc_measure_gap(t, given, c);
     return 1;
 }
 

@@ -130,8 +130,9 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor, int between,
-                                         int turned, int too_near, mechc_finding *out)
+MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor,
+                                         int between, int turned, int too_near,
+                                         mechc_decision *out)
 {
     /* Shrinking alone creeps onto the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
@@ -158,7 +159,8 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     }
     if (!span->bridge) {
         const double ahead = out->fraction * fabs(span->h);
-        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1 && ahead <= monitor->patience) {
+        if (out->fraction > 0.05 && out->fraction < span->horizon - 0.1
+            && ahead <= monitor->patience) {
             monitor->patience = 0.7 * ahead;
             monitor->wanted = fabs(span->h);
             mechc_retry(out, out->fraction / span->best, 1);
@@ -172,34 +174,35 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
 }
 
 /* The critical configuration near q: the one known from before where nothing spoke against it. */
-MECHC_STATIC int mechc_find_near(double t, const double *q, const double *p, const double *k,
+MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
 {
     if (monitor->has_known && !monitor->tries
-        && mechc_still_critical(t, q, p, k, reach, &monitor->known, c)) return 1;
-    if (!mechc_find_critical(t, q, p, k, monitor->rank, reach, c)) return 0;
+        && mechc_still_critical(t, q, given, reach, &monitor->known, c)) return 1;
+    if (!mechc_find_critical(t, q, given, monitor->rank, reach, c)) return 0;
     monitor->known = *c;
     monitor->has_known = 1;
     return 1;
 }
 
 /* Judge a step whose conditioning dipped. */
-MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_finding *out)
+MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_decision *out)
 {
     mechc_weakest before, after;
     mechc_critical critical;
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
-    mechc_place_at(span->t, span->start, span->p, span->k, &place);
+    mechc_place_at(span->t, span->start, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
-    if (before.rank < monitor->rank) mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
+    if (before.rank < monitor->rank)
+        mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
     const int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
-    if (!mechc_find_near(span->t, monitor->q, span->p, span->k, monitor, reach, &critical)) {
+    if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
         else mechc_retry(out, 0.5, 0);

@@ -52,12 +52,12 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     const int falls = !monitor->leaving
                    && (monitor->fall == 0.0 || monitor->first < MECHC_SOON * open * monitor->fall);
     if (monitor->first > MECHC_CLEAR || (monitor->first > MECHC_NARROW && !falls)) return HUGE_VAL;
-    mechc_place_at(span->t, span->start, span->p, span->k, &place);
+    mechc_place_at(span->t, span->start, span->given, &place);
     mechc_weakest weakest;
     mechc_find_weakest(place.jacobian, place.mass, monitor->rank, &weakest);
     const double reach =
         mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, place.mass));
-    if (!mechc_find_near(span->t, span->start, span->p, span->k, monitor, reach, &critical))
+    if (!mechc_find_near(span->t, span->start, span->given, monitor, reach, &critical))
         return HUGE_VAL;
     const double ahead = mechc_time_to(span, &critical);
     if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;

@@ -43,7 +43,7 @@ MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning
     memcpy(monitor->q, q, sizeof monitor->q);
 }
 
-/* Conditioning below which a step is looked at however short it is: short steps see little change. */
+/* Conditioning below which even short steps are examined, though they see little change. */
 #define MECHC_NARROW 0.03
 
 /* Conditioning above which no crossing is near, however fast it falls. */

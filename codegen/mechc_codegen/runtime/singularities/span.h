@@ -24,7 +24,7 @@ typedef struct {
 typedef struct {
     double t, h;
     const double *start, *start_rates, *end, *end_rates;
-    const double *p, *k;
+    const mechc_scalar_given *given;
     double low, best, high; /* fractions of a step between which a crossing is best placed */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
@@ -42,10 +42,10 @@ typedef struct {
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
-} mechc_finding;
+} mechc_decision;
 
 #if MECHC_NH > 0
-MECHC_STATIC void mechc_retry(mechc_finding *out, double factor, int bridge)
+MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
 {
     out->action = MECHC_RETRY;
     out->factor = factor;
@@ -56,7 +56,7 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *
                                    mechc_weakest *out)
 {
     mechc_scalar_place place;
-    mechc_place_at(t, q, span->p, span->k, &place);
+    mechc_place_at(t, q, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, rank, out);
 }
 #endif

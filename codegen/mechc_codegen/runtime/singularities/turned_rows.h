@@ -97,7 +97,7 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
 {
     mechc_scalar_place place;
     double rounding;
-    mechc_place_at(t, c->q, span->p, span->k, &place);
+    mechc_place_at(t, c->q, span->given, &place);
     mechc_scalar_gap(&place, c->q, &rounding);
     for (int i = 0; i < MECHC_NH; i++)
         if (!(fabs(place.gap[i] - c->gap * c->normal[i]) <= MECHC_CLOSED_BESIDE * rounding))
@@ -114,7 +114,7 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_p
     const double *q = span->path->q[node], t = span->t + span->path->fraction[node] * span->h;
     mechc_critical found;
     const int is_one =
-        mechc_find_critical_of(t, q, span->p, span->k, piece->at[0]->rank, k, reach, &found)
+        mechc_find_critical_of(t, q, span->given, piece->at[0]->rank, k, reach, &found)
         && mechc_is_critical(span, t, &found);
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_CROSSING;
 }
@@ -138,9 +138,10 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
 }
 
 /* Follow the step's nodes: 1 where `out` says that the step cannot stand.  A direction that turned
- * over at a near miss has leapt it; a step over several crossings is to end between the first two. */
+ * over at a near miss has leapt over it; a step over several crossings is to end between the first
+ * two. */
 MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor *monitor,
-                                    double reach, mechc_finding *out)
+                                    double reach, mechc_decision *out)
 {
     const double *fraction = span->path->fraction;
     mechc_weakest places[2];

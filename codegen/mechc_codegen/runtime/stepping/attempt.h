@@ -40,7 +40,7 @@ MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
 MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const double *end)
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
-    const int crosses = run->finding.action == MECHC_CROSSES;
+    const int crosses = run->decision.action == MECHC_CROSSES;
     double own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
     const int wanted = trajectory->dense_rows || crosses;
     if (!wanted && MECHC_NH == 0) return MECHC_RUNNING;
@@ -143,7 +143,7 @@ MECHC_STATIC int mechc_place_instead(mechc_integration *run, double h, const dou
 {
     if (!run->current->shows_end(run, error) || run->monitor.tries >= 4) return 0;
     return mechc_examine_step(run, h, end) == MECHC_RUNNING
-        && run->finding.action == MECHC_RETRY;
+        && run->decision.action == MECHC_RETRY;
 }
 
 /* A step's error is too large. */
@@ -192,7 +192,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     const double factor = mechc_limited_factor(run, error);
     if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);
     const int examined = mechc_examine_step(run, h, end);
-    if (examined != MECHC_RUNNING || run->finding.action == MECHC_RETRY) return examined;
+    if (examined != MECHC_RUNNING || run->decision.action == MECHC_RETRY) return examined;
     const double t_end = last ? run->t1 : t + (h + run->time_compensation);
     const int accepted = mechc_accept(run, h, t_end, end, error);
     if (accepted == MECHC_NO_MEMORY || accepted == MECHC_STOPPED_AT_CHANGE_POINT) return accepted;

@@ -1,5 +1,5 @@
-/* Step control: from a step's error to the length of the next, after Hairer, Norsett & Wanner (1993),
- * section II.4.
+/* Step control: from a step's error to the length of the next, after Hairer, Norsett & Wanner
+ * (1993), section II.4.
  */
 #ifndef MECHC_CONTROL_H
 #define MECHC_CONTROL_H
@@ -103,7 +103,8 @@ MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double 
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol);
-    if (again && mechc_nears_critical(&run->monitor, run->horizon) && mechc_knows_crossing(&run->monitor)
+    if (again && mechc_nears_critical(&run->monitor, run->horizon)
+        && mechc_knows_crossing(&run->monitor)
         && error > run->refused_error * shrunk * shrunk * shrunk)
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
                                  mechc_max(1.0, run->current->root_error ? sqrt(most) : most));

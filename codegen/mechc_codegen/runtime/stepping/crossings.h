@@ -38,8 +38,8 @@ MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_sp
         mechc_scalar_place place;
         mechc_weakest weakest;
         by[j] = 1e-2;
-        mechc_displace(run->head.t, run->y, span->p, span->k, by, q);
-        if (mechc_scalar_close_loops(run->head.t, q, span->p, span->k, &place, &unused)
+        mechc_displace(run->head.t, run->y, span->given, by, q);
+        if (mechc_scalar_close_loops(run->head.t, q, span->given, &place, &unused)
             != MECHC_RUNNING)
             continue;
         mechc_weakest_of(&place, 0, &weakest);
@@ -53,7 +53,7 @@ MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_sp
 MECHC_STATIC void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH > 0
-    const mechc_span span = {.p = run->p, .k = run->k};
+    const mechc_span span = {.given = &run->given};
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->monitor.rank = weakest.rank;
@@ -79,8 +79,7 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
         .start_rates = MECHC_RATE(run, 0),
         .end = end,
         .end_rates = end_rates,
-        .p = run->p,
-        .k = run->k,
+        .given = &run->given,
         .low = run->low,
         .best = run->best,
         .high = run->high,
@@ -153,7 +152,7 @@ MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double 
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
-    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->p, span->k, &place, &unused)
+    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
         == MECHC_RUNNING)
         memcpy(q, closed, sizeof closed);
 }
@@ -176,10 +175,10 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
 }
 #endif
 
-/* Judge a step that its error allows; finding.action MECHC_RETRY where it is taken back. */
+/* Judge a step that its error allows; decision.action MECHC_RETRY where it is taken back. */
 MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const double *end)
 {
-    run->finding.action = MECHC_STANDS;
+    run->decision.action = MECHC_STANDS;
 #if MECHC_NH > 0
     if (!mechc_nears_critical(&run->monitor, run->horizon)) return MECHC_RUNNING;
     mechc_path path;
@@ -187,19 +186,19 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     mechc_path_of(run, &span, &path);
     span.path = &path;
     mechc_stats *stats = &run->head.stats;
-    run->finding.gap = HUGE_VAL;
-    mechc_examine(&span, &run->monitor, &run->finding);
+    run->decision.gap = HUGE_VAL;
+    mechc_examine(&span, &run->monitor, &run->decision);
     stats->examined++;
-    if (fabs(run->finding.gap) < stats->critical_gap) {
-        stats->critical_gap = fabs(run->finding.gap);
+    if (fabs(run->decision.gap) < stats->critical_gap) {
+        stats->critical_gap = fabs(run->decision.gap);
         stats->critical_time = run->head.t;
     }
-    if (run->finding.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
-    if (run->finding.action == MECHC_RETRY) {
-        const int bridge = run->finding.bridge && !run->method->holds_crossing;
+    if (run->decision.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
+    if (run->decision.action == MECHC_RETRY) {
+        const int bridge = run->decision.bridge && !run->method->holds_crossing;
         run->monitor.tries++;
         stats->rejected++;
-        run->step = fabs(h) * run->finding.factor;
+        run->step = fabs(h) * run->decision.factor;
         run->refused = run->monitor.wanted == 0.0;
         run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
     }
@@ -216,7 +215,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
     double y[MECHC_NX], sum = 0.0;
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
     for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
-        sum += (y[i] - run->finding.q[i]) * along[i];
+        sum += (y[i] - run->decision.q[i]) * along[i];
     return sum;
 }
 
@@ -224,7 +223,7 @@ MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const doub
 MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
 {
     const double near = 1e-3;
-    double s = run->finding.fraction, before[MECHC_NX], along[MECHC_NX];
+    double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
     for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
@@ -236,7 +235,8 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
         s -= here / slope;
     }
     const double t = run->head.t + s * h;
-    if (!mechc_append_crossing(&run->head.trajectory, t, run->finding.gap, run->finding.q, MECHC_NQ))
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, run->decision.q,
+                               MECHC_NQ))
         return MECHC_NO_MEMORY;
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
                                                      : MECHC_RUNNING;

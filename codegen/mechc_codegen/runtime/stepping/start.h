@@ -44,16 +44,18 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
         run->scale[i] = mechc_max(run->scale[i], 1e-3 * scale[i] / span);
 }
 
-MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1, double inputs)
+MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
+                                           const mechc_inputs *inputs)
 {
     mechc_integration *run = (mechc_integration *)head;
     const ptrdiff_t count = head->trajectory.count;
     if (head->status != MECHC_RUNNING && head->status != MECHC_FINISHED) return;
     run->t1 = t1;
-    run->p[MECHC_NP] = inputs;
+    mechc_scalar_give_inputs(&run->given, 0, inputs);
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
-    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--) /* the last may have been cut short */
+    /* of two steps: the last may have been cut short */
+    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--)
         run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
     head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
 }
@@ -75,8 +77,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
-    memcpy(run->p, options->p, MECHC_PASSED * sizeof(double));
-    mechc_constants_at(options->t0, run->y, run->p, run->k);
+    mechc_give_at(options->t0, run->y, options->p, options->inputs, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;

@@ -8,7 +8,7 @@
 #include "simd/lanes.h"
 #include "singularities/monitor.h"
 
-#define MECHC_STIFF 15 /* steps that were limited so, with never MECHC_EASY in a row that were not */
+#define MECHC_STIFF 15 /* such steps, with fewer than MECHC_EASY others in a row between */
 #define MECHC_EASY 6
 
 /* Count an accepted step. */

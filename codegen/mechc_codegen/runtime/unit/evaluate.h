@@ -18,7 +18,7 @@
 #include "simd/transpose.h"
 
 typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
-                               const mechc_vector *p, const mechc_vector *k, mechc_vector *out);
+                                 const mechc_vector_given *given, mechc_vector *out);
 
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
                                mechc_vector *out)
@@ -35,24 +35,27 @@ MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, 
 
 /* Inlined into one function an output, so that `f` and `width` are constants there. */
 MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
-                                        mechc_rows t, mechc_rows y, mechc_rows p, double *out)
+                                        mechc_rows t, mechc_rows y, mechc_rows p,
+                                        const mechc_inputs *inputs, double *out)
 {
-    mechc_vector time[1], state[MECHC_NX], parameters[MECHC_AT_LEAST_ONE(MECHC_PASSED)];
-    mechc_vector k[MECHC_CONSTANTS], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    mechc_vector time[1], state[MECHC_NX], values[MECHC_AT_LEAST_ONE(MECHC_WIDEST)];
+    mechc_vector_given given;
     if (count < 1) return;
     mechc_gather(t, 0, count, 1, time);
-    mechc_gather(p, 0, count, MECHC_PASSED, parameters);
-    mechc_vector_constants(parameters, k);
+    for (int lane = 0; lane < MECHC_LANES; lane++)
+        mechc_vector_give_inputs(&given, lane, inputs);
+    mechc_gather(p, 0, count, MECHC_NP, given.p);
+    mechc_vector_make_constants(&given);
     for (ptrdiff_t first = 0; first < count; first += MECHC_LANES) {
         const int whole = count - first >= MECHC_LANES;
         if (first > 0 && p.stride) {
-            mechc_gather(p, first, count, MECHC_PASSED, parameters);
-            mechc_vector_constants(parameters, k);
+            mechc_gather(p, first, count, MECHC_NP, given.p);
+            mechc_vector_make_constants(&given);
         }
         if (first > 0 && t.stride) mechc_gather(t, first, count, 1, time);
         if (whole) mechc_gather_block(y.data + first * y.stride, y.stride, MECHC_NX, state);
         else mechc_gather(y, first, count, MECHC_NX, state);
-        f(time[0], state, state + MECHC_NQ, parameters, k, values);
+        f(time[0], state, state + MECHC_NQ, &given, values);
         if (whole) {
             mechc_scatter_block(values, width, out + first * width);
         } else {
@@ -63,12 +66,12 @@ MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdi
     }
 }
 
-MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
-                                           const mechc_vector *p, const mechc_vector *k,
-                                           mechc_vector *out)
+MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *q,
+                                            const mechc_vector *u, const mechc_vector_given *given,
+                                            mechc_vector *out)
 {
     (void)u; /* follows q in the state */
-    mechc_vector_rates(t, q, p, k, out);
+    mechc_vector_rates(t, q, given, out);
 }
 
 #define MECHC_EVALUATE(label, width, ...) \

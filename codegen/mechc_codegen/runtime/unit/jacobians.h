@@ -72,31 +72,31 @@ MECHC_ONCE void FN(follow)(const real *partials, const real *response, int colum
 
 /* Of `columns` inputs called `by`: the response of the motion; rows of q' and u'; outputs. */
 #define MECHC_DEFINE_RESPONSE(by, columns)                                                        \
-    MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u, const real *p,      \
-                                        const real *k, real *a, real *l, real *response)          \
+    MECHC_INLINE void FN(response_##by)(real t, const real *q, const real *u,                     \
+                                        const FN(given) *given, real *a, real *l, real *response) \
     {                                                                                             \
         FN(place) place;                                                                          \
         real residual[MECHC_MOTION * (columns)];                                                  \
-        FN(solve)(t, q, u, p, k, &place, a, l);                                                   \
-        FN(solved_residual_##by)(t, q, u, p, k, a, l, residual);                                  \
+        FN(solve)(t, q, u, given, &place, a, l);                                                  \
+        FN(solved_residual_##by)(t, q, u, given, a, l, residual);                                 \
         FN(respond)(&place, residual, columns, response);                                         \
     }
 #define MECHC_DEFINE_OWN(name, by, columns)                                                       \
-    MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u, const real *p,  \
-                                            const real *k, real *out)                             \
+    MECHC_INLINE void FN(output_own_##name)(real t, const real *q, const real *u,                 \
+                                            const FN(given) *given, real *out)                    \
     {                                                                                             \
         real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];                                        \
         real response[MECHC_MOTION * (columns)], own[MECHC_OWN * (MECHC_MOTION + (columns))];     \
-        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
-        FN(solved_own_##by)(t, q, u, p, k, a, l, own);                                            \
+        FN(response_##by)(t, q, u, given, a, l, response);                                        \
+        FN(solved_own_##by)(t, q, u, given, a, l, own);                                           \
         FN(follow)(own, response, columns, out);                                                  \
     }
 
 #if MECHC_STATE_JACOBIAN
 MECHC_DEFINE_RESPONSE(by_state, MECHC_NQ + MECHC_NU)
 
-MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u, const real *p,
-                                            const real *k, real *out)
+MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u,
+                                            const FN(given) *given, real *out)
 {
     const int columns = MECHC_NQ + MECHC_NU;
     real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)];
@@ -105,9 +105,9 @@ MECHC_INLINE void FN(output_state_jacobian)(real t, const real *q, const real *u
     for (int i = 0; i < MECHC_NQ * columns; i++)
         out[i] = R(i % columns == MECHC_NQ + i / columns);
 #else
-    FN(output_rate_by_state)(t, q, u, p, k, out);
+    FN(output_rate_by_state)(t, q, u, given, out);
 #endif
-    FN(response_by_state)(t, q, u, p, k, a, l, response);
+    FN(response_by_state)(t, q, u, given, a, l, response);
     for (int i = 0; i < MECHC_NU * columns; i++) out[MECHC_NQ * columns + i] = response[i];
 }
 #if MECHC_OWN > 0
@@ -120,17 +120,17 @@ MECHC_DEFINE_OWN(state_jacobian, by_state, MECHC_NQ + MECHC_NU)
 #define MECHC_RATES_BY(by, columns) \
     for (int i = 0; i < MECHC_NQ * (columns); i++) out[i] = R(0.0)
 #else
-#define MECHC_RATES_BY(by, columns) FN(output_rate_##by)(t, q, u, p, k, out)
+#define MECHC_RATES_BY(by, columns) FN(output_rate_##by)(t, q, u, given, out)
 #endif
 #define MECHC_DEFINE_JACOBIAN(name, by, columns)                                                  \
     MECHC_DEFINE_RESPONSE(by, columns)                                                            \
-    MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u, const real *p,      \
-                                        const real *k, real *out)                                 \
+    MECHC_INLINE void FN(output_##name)(real t, const real *q, const real *u,                     \
+                                        const FN(given) *given, real *out)                        \
     {                                                                                             \
         real a[MECHC_NU], l[MECHC_AT_LEAST_ONE(MECHC_NC)], response[MECHC_MOTION * (columns)];    \
         real *const of_speeds = out + MECHC_NQ * (columns);                                       \
         MECHC_RATES_BY(by, columns);                                                              \
-        FN(response_##by)(t, q, u, p, k, a, l, response);                                         \
+        FN(response_##by)(t, q, u, given, a, l, response);                                        \
         for (int i = 0; i < MECHC_NU * (columns); i++) of_speeds[i] = response[i];                \
     }
 

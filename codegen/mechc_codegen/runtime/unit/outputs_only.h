@@ -16,32 +16,31 @@
 #include "simd/unbind.h"
 #include "simd/lanes.h"
 
-typedef void mechc_scalar_output(double t, const double *q, const double *u, const double *p,
-                                 const double *k, double *out);
+typedef void mechc_scalar_output(double t, const double *q, const double *u,
+                                 const mechc_scalar_given *given, double *out);
 
-static void mechc_plain_rates(double t, const double *y, const double *p, const double *k,
-                              double *out)
+static void mechc_scalar_output_rates(double t, const double *q, const double *u,
+                                      const mechc_scalar_given *given, double *out)
 {
     mechc_scalar_place place;
-    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, p, k, out);
-    mechc_scalar_solve(t, y, y + MECHC_NQ, p, k, &place, out + MECHC_NQ, 0);
+    mechc_scalar_coordinate_rates_of(t, q, u, given, out);
+    mechc_scalar_solve(t, q, u, given, &place, out + MECHC_NQ, 0);
 }
 
-static void mechc_scalar_output_rates(double t, const double *q, const double *u, const double *p,
-                                      const double *k, double *out)
+static void mechc_plain_rates(double t, const double *y, const mechc_given *given, double *out)
 {
-    (void)u; /* follows q in the state */
-    mechc_plain_rates(t, q, p, k, out);
+    mechc_scalar_output_rates(t, y, y + MECHC_NQ, (const mechc_scalar_given *)given, out);
 }
 
 MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_t count,
-                                     mechc_rows t, mechc_rows y, mechc_rows p, double *out)
+                                     mechc_rows t, mechc_rows y, mechc_rows p,
+                                     const mechc_inputs *inputs, double *out)
 {
-    double k[MECHC_CONSTANTS];
+    mechc_scalar_given given;
     for (ptrdiff_t i = 0; i < count; i++) {
-        const double *state = y.data + i * y.stride, *parameters = p.data + i * p.stride;
-        if (i == 0 || p.stride) mechc_scalar_constants(parameters, k);
-        f(t.data[i * t.stride], state, state + MECHC_NQ, parameters, k, out + i * width);
+        const double *state = y.data + i * y.stride;
+        if (i == 0 || p.stride) mechc_give(p.data + i * p.stride, inputs, &given);
+        f(t.data[i * t.stride], state, state + MECHC_NQ, &given, out + i * width);
     }
 }
 
@@ -49,7 +48,10 @@ MECHC_ONCE void mechc_plain_evaluate(mechc_scalar_output *f, int width, ptrdiff_
     mechc_plain_evaluate(mechc_scalar_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
 
-static void mechc_plain_prepare(const double *p, double *k) { mechc_scalar_constants(p, k); }
+static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
+{
+    mechc_give(p, inputs, (mechc_scalar_given *)given);
+}
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
@@ -57,8 +59,9 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .lanes = MECHC_LANES,
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
+    .given_size = sizeof(mechc_scalar_given),
+    .give = mechc_plain_give,
     .rates = mechc_plain_rates,
-    .prepare = mechc_plain_prepare,
 };
 
 #endif

@@ -13,31 +13,31 @@
 #include "simd/lanes.h"
 
 /* One copy for all that need it; multipliers may be NULL. */
-MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const real *p, const real *k,
+MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,
                           FN(place) *place, real *accelerations, real *multipliers)
 {
-    FN(locate)(t, q, p, k, place);
-    FN(accelerate)(t, q, u, p, k, place, accelerations, multipliers);
+    FN(locate)(t, q, given, place);
+    FN(accelerate)(t, q, u, given, place, accelerations, multipliers);
 }
 
 #if MECHC_NC > 0
-MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u, const real *p,
-                                         const real *k, real *out)
+MECHC_INLINE void FN(output_multipliers)(real t, const real *q, const real *u,
+                                         const FN(given) *given, real *out)
 {
     FN(place) place;
     real accelerations[MECHC_NU];
-    FN(solve)(t, q, u, p, k, &place, accelerations, out);
+    FN(solve)(t, q, u, given, &place, accelerations, out);
 }
 #endif
 
 #define MECHC_DEFINE_SOLVED(label, name, width)                                                   \
-    MECHC_INLINE void FN(output_##label)(real t, const real *q, const real *u, const real *p,     \
-                                         const real *k, real *out)                                \
+    MECHC_INLINE void FN(output_##label)(real t, const real *q, const real *u,                    \
+                                         const FN(given) *given, real *out)                       \
     {                                                                                             \
         FN(place) place;                                                                          \
         real accelerations[MECHC_NU], multipliers[MECHC_AT_LEAST_ONE(MECHC_NC)];                  \
-        FN(solve)(t, q, u, p, k, &place, accelerations, multipliers);                             \
-        FN(solved_##label)(t, q, u, p, k, accelerations, multipliers, out);                       \
+        FN(solve)(t, q, u, given, &place, accelerations, multipliers);                            \
+        FN(solved_##label)(t, q, u, given, accelerations, multipliers, out);                      \
     }
 MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_SOLVED)
 #undef MECHC_DEFINE_SOLVED

@@ -21,19 +21,22 @@
 #include "stepping/start.h"
 #include "unit/evaluate.h"
 
-static void mechc_unit_rates(double t, const double *y, const double *p, const double *k,
-                             double *out)
+static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)
 {
-    mechc_scalar_rates(t, y, p, k, out);
+    mechc_scalar_rates(t, y, (const mechc_scalar_given *)given, out);
 }
 
-static void mechc_unit_prepare(const double *p, double *k) { mechc_scalar_constants(p, k); }
-
-static int mechc_unit_project(double t, double *y, const double *p, double *moved)
+static void mechc_unit_give(const double *p, const mechc_inputs *inputs, mechc_given *given)
 {
-    double k[MECHC_CONSTANTS];
-    mechc_constants_at(t, y, p, k);
-    return mechc_project_state(t, y, p, k, moved);
+    mechc_give(p, inputs, (mechc_scalar_given *)given);
+}
+
+static int mechc_unit_project(double t, double *y, const double *p, const mechc_inputs *inputs,
+                              double *moved)
+{
+    mechc_scalar_given given;
+    mechc_give_at(t, y, p, inputs, &given);
+    return mechc_project_state(t, y, &given, moved);
 }
 
 static void mechc_unit_start(mechc_run *run, const mechc_options *options)
@@ -58,14 +61,15 @@ static void mechc_unit_release(mechc_run *run)
 }
 
 static void mechc_unit_interpolate(int method, const mechc_trajectory *trajectory, const double *p,
-                                   ptrdiff_t count, const double *t, double *out)
+                                   const mechc_inputs *inputs, ptrdiff_t count, const double *t,
+                                   double *out)
 {
     (void)method; /* all have the same form of dense output */
-    mechc_interpolate(trajectory, p, count, t, out);
+    mechc_interpolate(trajectory, p, inputs, count, t, out);
 }
 
 #if MECHC_NI > 0
-static void mechc_unit_extend(mechc_run *run, double t1, double inputs)
+static void mechc_unit_extend(mechc_run *run, double t1, const mechc_inputs *inputs)
 {
     mechc_integration_extend(run, t1, inputs);
 }
@@ -77,8 +81,9 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .lanes = MECHC_LANES,
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
+    .given_size = sizeof(mechc_scalar_given),
+    .give = mechc_unit_give,
     .rates = mechc_unit_rates,
-    .prepare = mechc_unit_prepare,
     .project = mechc_unit_project,
     .run_size = sizeof(mechc_integration),
     .start = mechc_unit_start,

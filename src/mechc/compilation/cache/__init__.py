@@ -1,7 +1,7 @@
 """Compiled scenes in a folder that only its owner can write, safe between processes.
 
-An entry is a folder named by the hash of all that decides the binary; it holds the shared object
-and a seal, the hash of that name and of the content.  It is written aside and moved in place
+An entry is a folder named by the hash of all that decides the binary; it contains the shared object
+and a seal, the hash of that name and of the content.  It is written elsewhere and moved into place
 under a lock, verified on every load, and made again when damaged.
 """
 
@@ -41,10 +41,10 @@ _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def entry(key: str, make: Callable[[Path], None]) -> Path:
-    """The shared object of an entry, made by ``make(folder)`` if it is not there and sound.
+    """The shared object of an entry, made by ``make(folder)`` if it is missing or damaged.
 
-    Where the user's own cache folder cannot be written, in a folder that goes with the process,
-    with a :class:`CacheWarning`; one that ``$MECHC_CACHE_DIR`` names has to be usable.
+    Where the default cache folder cannot be written, in a folder that is removed with the process,
+    with a :class:`CacheWarning`; a folder that ``$MECHC_CACHE_DIR`` names must be usable.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def entry(key: str, make: Callable[[Path], None]) -> Path:
 
 
 def find(key: str) -> Path | None:
-    """The shared object of an entry that is there and sound; nothing is written.
+    """The shared object of an undamaged entry; nothing is written.
 
     Raises
     ------
@@ -79,16 +79,16 @@ def find(key: str) -> Path | None:
 
 
 def discard(key: str) -> None:
-    """Remove an entry that turned out to be of no use here."""
+    """Remove an entry that cannot be used here."""
     root = cache_folder()
     with suppress(OSError), locked(root / f"{key}.lock"):
         shutil.rmtree(root / key, ignore_errors=True)
 
 
 def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:
-    """``make()``, a hash, or what it gave when the stamp was last the same.
+    """The hash ``make()``, or its stored result for the same stamp.
 
-    A note that cannot be read or written is no matter: it only saves time.
+    A note that cannot be read or written is ignored: it only saves time.
     """
     root = cache_folder()
     note = root / f"{what}{_NOTE}"
@@ -109,21 +109,21 @@ def is_key(text: object) -> bool:
 
 
 def entries() -> list[Path]:
-    """Folders of all entries, and of nothing else that may lie beside them."""
+    """Folders of all entries, and no other files."""
     root = cache_folder()
     found = root.iterdir() if root.is_dir() else ()
     return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
 
 
 def first_key(key: str) -> str:
-    """The key beside an entry under which its first unit lies."""
+    """The key of an entry's first unit."""
     return f"{key}{_FIRST}"
 
 
 def clear() -> int:
-    """Remove every entry, and what lies beside entries; how many there were.
+    """Remove all entries, their locks and temporary files; the number of entries.
 
-    What another process is making is waited for.
+    Waits for entries that another process is making.
     """
     found, root = entries(), cache_folder()
     keys = _keys(root)
@@ -140,20 +140,20 @@ def clear() -> int:
 
 
 def _keys(root: Path) -> list[str]:
-    """Of entries, of their locks, and of what was left behind of them."""
+    """Names of entries, of their locks, and of their temporary files."""
     ours = [_OURS.fullmatch(path.name) for path in (root.iterdir() if root.is_dir() else ())]
     return sorted({match[1] for match in ours if match})
 
 
 def check() -> Path:
-    """The cache folder; raises :class:`CacheError` if it is there and cannot be used safely."""
+    """The cache folder; raises :class:`CacheError` if it exists and cannot be used safely."""
     root = cache_folder()
     existing = next(path for path in (root, *root.absolute().parents) if path.exists())
     if existing == root:
         refuse_foreign(root)
     refuse_open_parents(root)
     if not os.access(existing, os.W_OK):
-        raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder of yours")
+        raise CacheError(f"{root} cannot be written; set MECHC_CACHE_DIR to a folder that you own")
     return root
 
 
@@ -197,12 +197,12 @@ def _move(aside: Path, target: Path) -> None:
     try:
         aside.rename(target)
     except OSError:
-        if not _sound(target):  # where there are no locks, another may have been first
+        if not _sound(target):  # without locks another process may have been first
             raise
 
 
 def _sound(folder: Path) -> bool:
-    """Whether the entry is whole, ours, and the one of its name."""
+    """Whether the entry is complete, the user's, and has the right seal."""
     try:
         refuse_foreign(folder)
         seal = _content(folder / SEAL)
@@ -212,12 +212,12 @@ def _sound(folder: Path) -> bool:
 
 
 def _seal(name: str, content: bytes) -> str:
-    """Of an entry's name too: under another one the same file would be another scene's."""
+    """The hash includes the entry's name: a copy under another name is not valid."""
     return hashlib.sha256(f"{name}\n".encode() + content).hexdigest()
 
 
 def _content(path: Path) -> bytes:
-    """A file that is the user's and that nobody else can write, not what a link leads to."""
+    """A file that the user owns and nobody else can write; links are refused."""
     flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     with open(os.open(path, flags), "rb") as file:
         status = os.fstat(file.fileno())
@@ -228,7 +228,7 @@ def _content(path: Path) -> bytes:
 
 
 def _write_aside(root: Path, path: Path, text: str) -> None:
-    """Write a file that others may read meanwhile: they find the old one or the new one."""
+    """Write a file that others may read at the same time: they read the old one or the new one."""
     descriptor, aside = tempfile.mkstemp(prefix=f".new-{path.name}-", dir=root)
     try:
         with open(descriptor, "w") as file:

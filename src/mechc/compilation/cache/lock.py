@@ -1,4 +1,4 @@
-"""One process at a time, by a lock that goes with the process that holds it."""
+"""One process at a time, by a lock that ends with the process that holds it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _open: set[int] = set()
 
 
 def _close_in_child() -> None:
-    """A forked process shares the locks of the other; held there, they would outlive it."""
+    """A forked process shares the locks of its parent; it closes them, so that they end with it."""
     for descriptor in _open:
         with suppress(OSError):
             os.close(descriptor)
@@ -28,7 +28,7 @@ os.register_at_fork(after_in_child=_close_in_child)
 def locked(path: Path) -> Iterator[bool]:
     """Waits until nobody else holds the lock of this file; False where there are no locks.
 
-    Some network file systems have none.  There, two may do the same at once.
+    Some network file systems have none.  There, two processes may do the same work at once.
     """
     while True:
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
@@ -36,7 +36,7 @@ def locked(path: Path) -> Iterator[bool]:
         try:
             held = _lock(descriptor)
             if not _names(path, descriptor):
-                continue  # it was removed meanwhile, and another may hold the new one
+                continue  # it was removed, and another process may hold the new one
             yield held
             return
         finally:
@@ -67,7 +67,7 @@ def _lock(descriptor: int, how: int = 0) -> bool:
 
 
 def _release(descriptor: int) -> None:
-    """Let go of the lock itself: a forked process may hold the file open still."""
+    """Release the lock explicitly: a forked process may still have the file open."""
     if descriptor in _open:
         _open.discard(descriptor)
         with suppress(OSError):
@@ -76,7 +76,7 @@ def _release(descriptor: int) -> None:
 
 
 def _names(path: Path, descriptor: int) -> bool:
-    """Whether the path still is the open file; clearing the cache may have removed it."""
+    """Whether the path is still the open file; it may have been removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(descriptor))
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Where compiled scenes are kept, and whether nobody else can put code of theirs there."""
+"""The folder of compiled scenes, and checks that nobody else can put code there."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def cache_folder() -> Path:
 
 
 def _resolved(folder: Path) -> Path:
-    """With ``~`` expanded and symbolic links followed: what is there in the end is judged."""
+    """The path with ``~`` expanded and symbolic links followed: their target is checked."""
     try:
         return folder.expanduser().resolve()
     except (RuntimeError, OSError) as error:
@@ -38,7 +38,7 @@ def _resolved(folder: Path) -> Path:
 
 
 def writable(root: Path) -> Path:
-    """The folder, made if it is not there; raises :class:`CacheError` unless it is safe."""
+    """The folder, made if it is missing; raises :class:`CacheError` unless it is safe."""
     try:
         _make_private(root)
     except OSError as error:
@@ -46,13 +46,13 @@ def writable(root: Path) -> Path:
     refuse_unsafe(root)
     if not os.access(root, os.W_OK):
         raise UnwritableError(
-            f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder of yours"
+            f"the cache folder {root} is read-only; set MECHC_CACHE_DIR to a folder that you own"
         )
     return root
 
 
 def _make_private(folder: Path) -> None:
-    """Those above it too are the user's alone, whatever the umask."""
+    """Parent folders are made for the user only too, whatever the umask."""
     if folder.exists() and folder.is_dir():
         return
     if not folder.parent.exists():
@@ -61,20 +61,20 @@ def _make_private(folder: Path) -> None:
 
 
 def unwritable(root: Path, error: OSError) -> UnwritableError:
-    """What the operating system says, with what to do about it."""
+    """The error of the operating system, with what to do about it."""
     return UnwritableError(
         f"the cache folder {root} cannot be made or written ({error.strerror or error}): make "
-        "room or mend that, or set MECHC_CACHE_DIR to a folder of yours"
+        "room or repair it, or set MECHC_CACHE_DIR to a folder that you own"
     )
 
 
 def is_chosen() -> bool:
-    """Whether the user said where compiled scenes are to be kept."""
+    """Whether the user set the folder of compiled scenes."""
     return bool(os.environ.get("MECHC_CACHE_DIR"))
 
 
 def folder_of_process(why: CacheError) -> Path:
-    """A private folder that goes with this process, for where nothing can be kept; it warns."""
+    """A private folder that is removed with this process, with a warning."""
     process = os.getpid()
     if process not in _temporary:
         try:
@@ -83,7 +83,7 @@ def folder_of_process(why: CacheError) -> Path:
             raise CacheError(f"{why}; nor is there a temporary folder ({error})") from None
         atexit.register(_remove, _temporary[process], process)
         warnings.warn(
-            f"{why}. Until then what is compiled is kept as long as this process runs.",
+            f"{why}. Until then compiled scenes are kept as long as this process runs.",
             CacheWarning,
             stacklevel=2,
         )
@@ -91,12 +91,12 @@ def folder_of_process(why: CacheError) -> Path:
 
 
 def _remove(folder: Path, process: int) -> None:
-    if os.getpid() == process:  # and not in one that was forked from it
+    if os.getpid() == process:  # not in a process forked from it
         shutil.rmtree(folder, ignore_errors=True)
 
 
 def refuse_unsafe(root: Path) -> Path:
-    """Raise :class:`CacheError` where others could put code in place."""
+    """Raise :class:`CacheError` where others could put code."""
     refuse_foreign(root)
     refuse_open_parents(root)
     return root
@@ -114,7 +114,7 @@ def refuse_foreign(folder: Path) -> None:
 
 
 def refuse_open_parents(folder: Path) -> None:
-    """Who can write a folder above can put another one in place, unless it is sticky."""
+    """Who can write a folder above can replace this one, unless it is sticky."""
     for parent in folder.parents:
         if not parent.exists():
             continue
@@ -124,17 +124,17 @@ def refuse_open_parents(folder: Path) -> None:
         if writable and not status.st_mode & stat.S_ISVTX:
             raise CacheError(
                 f"{parent}, above the cache folder {folder}, can be written by others, who could "
-                "put code of theirs there: chmod go-w it, or set MECHC_CACHE_DIR"
+                "put their code there: chmod go-w it, or set MECHC_CACHE_DIR"
             )
         if status.st_uid not in (0, os.getuid()):
             raise CacheError(
                 f"{parent}, above the cache folder {folder}, belongs to another user; set "
-                "MECHC_CACHE_DIR to a folder of yours"
+                "MECHC_CACHE_DIR to a folder that you own"
             )
 
 
 def _private_group(group: int) -> bool:
-    """Whether it is the user's own group, as many systems make one for every user."""
+    """Whether it is the user's private group, which many systems make for every user."""
     try:
         told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
     except KeyError:

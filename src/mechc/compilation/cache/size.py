@@ -1,4 +1,4 @@
-"""The cache stays within a size: what was not used for longest goes first."""
+"""Keeps the cache within a size: the least recently used entries are removed first."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import NamedTuple
 from mechc.compilation.cache.lock import locked_if_free
 from mechc.errors import CacheError
 
-LARGEST = 2**30  # bytes, unless $MECHC_CACHE_SIZE says otherwise
-_LATELY = 3600.0  # s: a use is noted no more often
-_ABANDONED = 24 * 3600.0  # s: what is still unfinished then was left behind
+LARGEST = 2**30  # bytes, by default
+_LATELY = 3600.0  # s between two records of uses
+_ABANDONED = 24 * 3600.0  # s: older unfinished files are left from a killed process
 
 
 class Stored(NamedTuple):
@@ -43,17 +43,17 @@ def most_bytes() -> int:
 
 
 def note_use(folder: Path, seal: str) -> None:
-    """An entry is used: it is the last to go."""
+    """Record the use of an entry: it is the last to be removed."""
     with suppress(OSError):
         if time.time() - (folder / seal).stat().st_mtime > _LATELY:
             os.utime(folder / seal)
 
 
 def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
-    """Remove what is beyond the size that the cache may have, but for the entry ``kept``.
+    """Remove entries until the cache has its allowed size, but not the entry ``kept``.
 
-    ``keys``: names of all entries and locks there, of which those without an entry go as well.
-    What another process is making or loading at the moment is let alone.
+    ``keys``: names of all entries and locks; locks without an entry are removed too.  Entries that
+    another process is making or loading are not touched.
     """
     found = sorted(_stored(root, keys, seal))
     size, most = sum(entry.size for entry in found), most_bytes()
@@ -73,7 +73,7 @@ def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
 
 
 def _remove(root: Path, key: str) -> bool:
-    """Remove an entry, its lock and what was left behind of it, unless somebody is at it."""
+    """Remove an entry, its lock and its temporary files, unless a process is using it."""
     lock = root / f"{key}.lock"
     try:
         with locked_if_free(lock) as free:

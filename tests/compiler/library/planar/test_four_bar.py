@@ -177,7 +177,7 @@ def test_variants_run_from_the_command_line(capsys, loaded):
 
 
 def test_an_instruction_set_cannot_be_asked_of_a_variant():
-    with pytest.raises(ValueError, match="leave instruction_set out"):
+    with pytest.raises(ValueError, match="omit instruction_set"):
         mechc.load("four_bar", instruction_set="baseline", friction=True)
 
 

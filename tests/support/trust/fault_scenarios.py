@@ -1,4 +1,4 @@
-"""What goes on while the n-th call fails: ``python -m tests.support.fault_scenarios NAME FOLDER``.
+"""What goes on while the n-th call fails: ``python -m ...trust.fault_scenarios NAME FOLDER``.
 
 Runs below ``LD_PRELOAD`` of the library that ``faults.c`` makes.  Every n is a process forked from
 one that has imported all; it prints a JSON line for each: n, the call that failed, how it ended.
@@ -208,6 +208,8 @@ def attempt(name: str, folder: Path, number: int) -> dict[str, Any]:
     shim = ctypes.CDLL(None)
     shim.fault_kind.restype = ctypes.c_char_p
     shutil.rmtree(folder, ignore_errors=True)
+    word = folder.with_name(f"{folder.name}.fired")
+    word.unlink(missing_ok=True)
     assert in_child(lambda: before(folder) or {"before": "done"}) == {"before": "done"}
 
     def armed() -> dict[str, Any]:
@@ -220,7 +222,8 @@ def attempt(name: str, folder: Path, number: int) -> dict[str, Any]:
             value = meanwhile(folder)
         except (mechc.MechcError, MemoryError) as error:
             ended = f"{type(error).__name__}: {error}"
-        fired = shim.fault_disarm()
+        shim.fault_disarm()
+        fired = int(word.exists())
         for variable in ("FAULT_NUMBER", "FAULT_FOLDER"):
             os.environ.pop(variable, None)
         afterwards(folder, value)

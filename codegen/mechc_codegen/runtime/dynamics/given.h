@@ -1,0 +1,66 @@
+/* What a run is given, and what follows from it: parameters, constants made of them, inputs.
+ *
+ * Generic over `real`: each lane has parameters, inputs, time and state of its own. */
+#include <math.h>
+#include <string.h>
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_GIVEN_VECTOR : !defined MECHC_GIVEN_SCALAR
+#if R_VECTOR
+#define MECHC_GIVEN_VECTOR
+#else
+#define MECHC_GIVEN_SCALAR
+#endif
+#include "abi/inputs.h"
+#include "dynamics/sizes.h"
+#include "simd/lanes.h"
+
+typedef struct {
+    real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */
+    real k[MECHC_CONSTANTS];              /* constants made of them */
+#if MECHC_NI > 0
+    const mechc_inputs *inputs[RLANES];
+#endif
+} FN(given);
+
+MECHC_INLINE void FN(give_inputs)(FN(given) *given, int lane, const mechc_inputs *inputs)
+{
+#if MECHC_NI > 0
+    given->inputs[lane] = inputs;
+#else
+    (void)given, (void)lane, (void)inputs;
+#endif
+}
+
+MECHC_INLINE const mechc_inputs *FN(inputs_of)(const FN(given) *given)
+{
+#if MECHC_NI > 0
+    return given->inputs[0];
+#else
+    (void)given;
+    return 0;
+#endif
+}
+
+#if MECHC_NI > 0
+/* Values first .. last - 1, NaN where no inputs are given; u may be NULL where none needs the
+ * speeds. */
+MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(given) *given,
+                                int first, int last, real *values)
+{
+    double times[RLANES], found[MECHC_NI][RLANES];
+    memcpy(times, &t, sizeof times);
+    for (int lane = 0; lane < RLANES; lane++) {
+        const mechc_inputs *inputs = given->inputs[lane];
+        double own_q[MECHC_NQ], own_u[MECHC_NU], own[MECHC_NI];
+        const int needs_state = inputs && inputs->needs_state;
+        for (int i = 0; needs_state && i < MECHC_NQ; i++)
+            memcpy(own_q + i, (const double *)(q + i) + lane, sizeof(double));
+        for (int i = 0; needs_state && u && i < MECHC_NU; i++)
+            memcpy(own_u + i, (const double *)(u + i) + lane, sizeof(double));
+        if (inputs) inputs->evaluate(inputs, first, last, times[lane], own_q, u ? own_u : 0, own);
+        for (int i = 0; i < last - first; i++) found[i][lane] = inputs ? own[i] : NAN;
+    }
+    for (int i = 0; i < last - first; i++) memcpy(values + i, found[i], sizeof found[i]);
+}
+#endif
+#endif

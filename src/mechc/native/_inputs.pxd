@@ -1,0 +1,47 @@
+"""What is given to runs, for the other extensions."""
+
+cdef extern from "abi/signals.h":
+    ctypedef struct mechc_inputs:
+        void (*evaluate)(
+            const mechc_inputs *, int, int, double, const double *, const double *, double *
+        ) noexcept nogil
+        int needs_state
+
+    ctypedef struct mechc_signal:
+        ptrdiff_t first, last
+        int degree
+        const double *knots
+        const double *coefficients
+
+    ctypedef struct mechc_source:
+        const mechc_signal *signal
+        int order
+
+    ctypedef struct mechc_driven:
+        mechc_inputs head
+        const mechc_source *sources
+        void *caller
+        double (*call)(void *, int, double, const double *, const double *) noexcept nogil
+
+    void mechc_driven_evaluate(
+        const mechc_inputs *, int, int, double, const double *, const double *, double *
+    ) noexcept nogil
+
+
+cdef class Caller:
+    cdef list functions
+    cdef int coordinates, speeds
+    cdef public object failure
+    cdef readonly long calls
+    cdef readonly double seconds
+    cdef readonly bint takes_state
+
+    cdef double value(self, int which, double t, const double *q, const double *u)
+
+
+cdef class Inputs:
+    cdef mechc_driven driven
+    cdef mechc_signal *signals
+    cdef mechc_source *sources
+    cdef object arrays
+    cdef readonly Caller caller

@@ -1,0 +1,1 @@
+"""What fuzzers, fault injection and sanitizers share."""

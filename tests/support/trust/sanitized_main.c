@@ -1,0 +1,203 @@
+/* One scene under the sanitizers: runs one by one, batches alone and in lockstep by two threads,
+ * closings, and outputs called as C functions.  Reads N_MEMBERS starts and parameters. */
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include "scene_sizes.h"
+#include "abi/call.h"
+#include "abi/codes.h"
+#include "abi/large_stack.h"
+#include "abi/model.h"
+#include "batch/close_loops.h"
+#include "batch/members.h"
+
+extern const mechc_model mechc_scene;
+
+#define NX (MECHC_NQ + MECHC_NU)
+#define N N_MEMBERS
+#define TIMES 3
+#define QUANTITIES 6
+
+static double *heap(size_t doubles) /* of exactly that size, so that one more is seen */
+{
+    double *array = calloc(doubles + !doubles, sizeof(double));
+    if (!array) exit(3);
+    return array;
+}
+
+static double *read_doubles(size_t count)
+{
+    double *array = heap(count);
+    if (fread(array, sizeof(double), count, stdin) != count) exit(4);
+    return array;
+}
+
+static mechc_options options_of(int method)
+{
+    mechc_options options;
+    memset(&options, 0, sizeof options);
+    options.t1 = SECONDS;
+    options.rtol = 1e-6;
+    options.max_step = HUGE_VAL;
+    options.max_steps = 20000;
+    options.method = method;
+    options.dense = 1;
+    options.may_stiffen = 1;
+    return options;
+}
+
+static void alone(const mechc_unit *unit, int method, const double *y0, const double *p, double *end,
+                  int *status)
+{
+    double *scale = heap(NX), times[2] = {0.0, 0.5 * SECONDS}, *middle = heap(2 * NX);
+    mechc_options options = options_of(method);
+    for (int i = 0; i < NX; i++) scale[i] = 1.0;
+    options.y0 = y0, options.p = p, options.scale = scale;
+    mechc_run *run = calloc(1, unit->run_size);
+    unit->start(run, &options);
+    while (unit->advance(run, 5) == MECHC_RUNNING) {}
+    memcpy(end, run->trajectory.y + (run->trajectory.count - 1) * NX, NX * sizeof(double));
+    *status = run->status;
+    unit->interpolate(method, &run->trajectory, p, 2, times, middle);
+    unit->release(run);
+    free(run), free(scale), free(middle);
+}
+
+static void work(void *batch)
+{
+    if (!mechc_batch_work(batch)) exit(6);
+}
+
+static void *work_in_thread(void *batch)
+{
+    if (!mechc_with_stack(mechc_stack_of(NX), work, batch)) exit(7);
+    return 0;
+}
+
+static void together(const mechc_unit *unit, int method, int lockstep, int stop, const double *y0,
+                     const double *p, double *end, int *status)
+{
+    const double t_eval[TIMES] = {0.0, 0.3 * SECONDS, SECONDS};
+    double length[N], *pieces = heap(N * TIMES * NX), *t = heap(N), *least = heap(2 * N);
+    double *reduced = heap(N * QUANTITIES);
+    long *counts = calloc(N * MECHC_BATCH_COUNTS, sizeof(long));
+    unsigned char pure[NX];
+    mechc_quantity quantity[QUANTITIES];
+    mechc_batch batch;
+    pthread_t threads[2];
+    memset(&batch, 0, sizeof batch);
+    memset(quantity, 0, sizeof quantity);
+    for (int i = 0; i < N; i++) length[i] = 1.0;
+    memset(pure, 1, sizeof pure);
+    for (int i = 0; i < QUANTITIES; i++) {
+        quantity[i].reduction = i < 5 ? i : 0;
+        quantity[i].form = i < 5 ? 0 : 2; /* the last: the norm of an output */
+        quantity[i].output = i < 3 ? -1 : 0;
+        quantity[i].second = -1;
+        quantity[i].level = 0.1;
+    }
+    batch.unit = unit, batch.options = options_of(method);
+    batch.coordinates = MECHC_NQ, batch.width = NX, batch.parameters = MECHC_NP;
+    batch.open_at_most = 1e-6, batch.count = N, batch.lockstep = lockstep;
+    batch.y0 = y0, batch.p = p, batch.length = length, batch.pure = pure;
+    batch.times = TIMES, batch.t_eval = t_eval;
+    batch.quantities = QUANTITIES, batch.quantity = quantity;
+    batch.y = end, batch.t = t, batch.at_times = pieces, batch.reduced = reduced;
+    batch.least = least, batch.status = status, batch.counts = counts, batch.stop = stop;
+    for (int i = 0; i < 2; i++)
+        if (pthread_create(&threads[i], 0, work_in_thread, &batch)) exit(8);
+    for (int i = 0; i < 2; i++) pthread_join(threads[i], 0);
+    free(pieces), free(t), free(least), free(reduced), free(counts);
+}
+
+static int output_of(const mechc_unit *unit, const char *name)
+{
+    for (int i = 0; i < unit->output_count; i++)
+        if (!strcmp(unit->outputs[i].name, name)) return i;
+    return -1;
+}
+
+static void close_all(const mechc_unit *unit, const double *y0, const double *p)
+{
+    const int gap = output_of(unit, "constraints"), slope = output_of(unit, "constraint_gradient");
+    if (gap < 0 || slope < 0 || MECHC_NQ < 2) return;
+    enum { UNKNOWNS = MECHC_NQ - 1, STARTS = 10, MOST = 4 };
+    int unknown[MECHC_NQ], many[N];
+    unsigned char angular[MECHC_NQ];
+    double *start = heap(STARTS * UNKNOWNS), *fixed = heap(N * MECHC_NQ), length[N], miss[N];
+    double *found = heap((size_t)N * MOST * MECHC_NQ);
+    mechc_closing job;
+    memset(&job, 0, sizeof job);
+    for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, angular[i] = 1;
+    for (int i = 0; i < STARTS * UNKNOWNS; i++) start[i] = sin(1.0 + 7.0 * i);
+    for (int i = 0; i < N; i++) {
+        length[i] = 1.0;
+        memcpy(fixed + i * MECHC_NQ, y0 + i * NX, MECHC_NQ * sizeof(double));
+    }
+    job.unit = unit, job.gap_output = gap, job.gradient_output = slope;
+    job.gap_width = unit->outputs[gap].width, job.rows = mechc_scene.holonomic;
+    job.columns = unit->outputs[slope].width / job.gap_width;
+    job.coordinates = MECHC_NQ, job.width = NX, job.parameters = MECHC_NP;
+    job.unknowns = UNKNOWNS, job.unknown = unknown, job.angular = angular;
+    job.starts = STARTS, job.start = start, job.count = N, job.block = 3, job.fixed = fixed;
+    job.p = p, job.length = length, job.most = MOST, job.found = found, job.many = many;
+    job.miss = miss;
+    if (!mechc_close_work(&job)) exit(9);
+    free(start), free(fixed), free(found);
+}
+
+/* Every output as a C function, and each of its components along every argument. */
+static void call_all(const mechc_unit *unit, const double *y, const double *p)
+{
+    for (int output = -1; output < unit->output_count; output++) {
+        mechc_bound *bound = mechc_bind(&mechc_scene, unit, output, p);
+        const int width = bound->width;
+        double *out = heap((size_t)width);
+        mechc_call(0.1, y, out, bound);
+        free(bound);
+        for (int place = -1; place < NX; place++) {
+            const int places[1] = {place}, last = width - 1;
+            double x[1] = {place < 0 ? 0.1 : y[place]};
+            if (!width) break;
+            mechc_along *along = mechc_follow(mechc_bind(&mechc_scene, unit, output, p), last, 1,
+                                              places, y, 0.1);
+            const double value = mechc_call_along(1, x, along);
+            if (value != out[last] && !isnan(value)) exit(10);
+            if (!isnan(mechc_call_along(2, x, along))) exit(11);
+            mechc_let_go(along);
+        }
+        free(out);
+    }
+}
+
+int main(int count, char **arguments)
+{
+    const mechc_unit *unit = mechc_scene.select(count > 1 ? arguments[1] : 0);
+    if (!unit) return 77;
+    double *y0 = read_doubles(N * NX), *p = read_doubles(N * MECHC_NP);
+    for (int method = 0; method < N_METHODS; method++) {
+        double *one = heap(N * NX), *many = heap(N * NX);
+        int ended[N], status[N], differ = 0;
+        for (int i = 0; i < N; i++)
+            alone(unit, method, y0 + i * NX, p + i * MECHC_NP, one + i * NX, &ended[i]);
+        for (int lockstep = 0; lockstep < (method == 1 ? 2 : 1); lockstep++) {
+            together(unit, method, lockstep, 0, y0, p, many, status);
+            for (int i = 0; i < N; i++)
+                if (ended[i] == MECHC_FINISHED && status[i] == MECHC_FINISHED)
+                    differ += !!memcmp(one + i * NX, many + i * NX, NX * sizeof(double));
+            int finished = 0;
+            for (int i = 0; i < N; i++) finished += status[i] == MECHC_FINISHED;
+            printf("method %d lockstep %d finished %d differ %d\n", method, lockstep, finished,
+                   differ);
+        }
+        together(unit, method, method == 1, 1, y0, p, many, status);
+        free(one), free(many);
+    }
+    close_all(unit, y0, p);
+    call_all(unit, y0, p);
+    free(y0), free(p);
+    return 0;
+}

@@ -37,6 +37,7 @@ CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
+EXACT = 1e-15  # of the model's length: a change point that is missed by less is exact
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -108,6 +109,7 @@ def _driven(
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
+        rounding=EXACT * system.length(values),
     )
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None

@@ -175,15 +175,28 @@ CODES = {
 }
 
 
+UNDECIDED = 8
+# The same where the loop closes in line to rounding.
+NO_STEP_FITS = (
+    "a change point comes next, to the rounding of the lengths, and no step could be placed across "
+    "it: rounding near it is more than a step may err by",
+    "Loosen rtol, or take method='dop853'; the motion until there is good",
+)
+
+
 def status_of(
     code: int,
     t: float,
     coordinate: str = "",
     gap: float = 0.0,
     warnings: tuple[str, ...] = (),
+    *,
+    rounding: float = 0.0,
 ) -> Status:
-    """The status for a code of the compiled integrator."""
+    """The status for a code of the compiled integrator; a gap up to the rounding given is none."""
     name, cause, advice = CODES[code]
+    if code == UNDECIDED and gap <= rounding:
+        cause, advice = NO_STEP_FITS
     if not cause:
         return Status(name, t, warnings=warnings)
     return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)

@@ -265,7 +265,7 @@ def test_outputs_that_do_not_exist_or_cannot_be_known_are_refused() -> None:
     with pytest.raises(MechanismError, match="fix: there is no parameter 'g'"):
         described(slider(), fix={"g": 0})
     for strange in (Symbol("a"), Function("f")(t), v.diff(t, 2), multiplier(0)):
-        with pytest.raises(MechanismError, match="outputs: 'own' holds"):
+        with pytest.raises(MechanismError, match="outputs: 'own' contains"):
             described(slider(), outputs=({"own": x + strange},))
     adrift = slider()
     adrift.bodies[0].point._pos_dict.clear()

@@ -21,7 +21,7 @@ from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
 
-SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O1", "-g1")
+SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O0", "-g1")
 MEMBERS = 11  # no multiple of any number of lanes; the last is not finite
 SCENES = {
     "four_bar": {},

@@ -66,7 +66,7 @@ def _holds(vector: Vector, accelerations: Sequence[Expr]) -> bool:
 def _linear(
     place: Point | ReferenceFrame, vector: Vector, accelerations: Sequence[Expr]
 ) -> tuple[Vector, list[Vector]]:
-    """The part free of accelerations, and what stands beside each of them."""
+    """The part free of accelerations, and the coefficient of each."""
     still = dict.fromkeys(accelerations, S.Zero)
     for matrix, _ in vector.args:
         for entry in matrix:

@@ -1,6 +1,6 @@
 """Bodies, points and frames at rest, found by numbers instead of long expressions.
 
-Whatever has a velocity at random values moves; only where it is zero is the expression formed.
+What has a velocity at random values moves; the expression is formed only where it is zero.
 """
 
 from __future__ import annotations

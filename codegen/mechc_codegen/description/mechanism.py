@@ -292,9 +292,9 @@ def _check_states(mechanism: Mechanism) -> None:
         held = state.rate.atoms(Derivative) & accelerations
         if held:
             raise MechanismError(
-                f"{mechanism.name}: the rate of {printed_name(state.symbol)} holds the "
+                f"{mechanism.name}: the rate of {printed_name(state.symbol)} contains the "
                 f"acceleration {min(map(str, held))}, which is not known before loads and states "
-                "are: write it by what accelerates"
+                "are: express it by the loads that cause it"
             )
 
 

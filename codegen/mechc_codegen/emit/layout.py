@@ -14,7 +14,7 @@ from mechc_codegen.derive.equations import Equations, Tree
 from mechc_codegen.emit.elimination_order import RowPlan, plan_rows
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
-# Jacobian -> what it is solved from: of the motion, of the user's own outputs, of q'.
+# Jacobian -> arrays it is solved from: of the motion, of user-defined outputs, of q'.
 JACOBIANS = {
     "state_jacobian": ("residual_by_state", "own_by_state", "rate_by_state"),
     "parameter_jacobian": ("residual_by_parameters", "own_by_parameters", "rate_by_parameters"),
@@ -33,7 +33,7 @@ class Layout:
 
     ``tables``: constants of the scene that the runtime reads; ``sizes``: their extents; ``solved``:
     outputs that are functions of the runtime's, with their widths; ``kept``: numbers that the
-    configuration hands on beside the program's own values; ``storage`` of the functions.
+    configuration passes on besides the program's values; ``storage`` of the functions.
     """
 
     prefix: str

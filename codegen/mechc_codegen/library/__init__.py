@@ -1,1 +1,1 @@
-"""The mechanisms that mechc knows by name."""
+"""The mechanisms of the library."""

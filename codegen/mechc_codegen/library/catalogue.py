@@ -1,4 +1,4 @@
-"""The library: name, what builds the mechanism, and the options a scene may ask for."""
+"""The library: name, function that builds the mechanism, and its options."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Count:
 
 @dataclass(frozen=True)
 class Option:
-    """One thing a scene may ask for: on or off, unless it says otherwise.
+    """An option of a scene: on or off by default.
 
     ``expression`` options also take a function of time; those with a ``count`` take a whole
     number.
@@ -87,19 +87,19 @@ SHIPPED: Mapping[str, Shipped] = {
     "pendulum": Shipped(
         pendulum,
         "Pendulum: simple, double, of any number of links",
-        (Option("links", "point masses, one hung from the other", count=Count(1, 100, 1)),),
+        (Option("links", "point masses, each hinged to the one before", count=Count(1, 100, 1)),),
     ),
     "planar_chain": Shipped(
         planar_chain,
         "Chain of rods in a plane",
-        (Option("links", "rods, one hinged to the other", count=Count(1, 200, 3)),),
+        (Option("links", "rods, each hinged to the one before", count=Count(1, 200, 3)),),
     ),
     "rigid_body": Shipped(rigid_body, "Free rigid body"),
     "slider_crank": Shipped(slider_crank, "Slider-crank"),
     "spatial_chain": Shipped(
         spatial_chain,
         "Chain of bars in space",
-        (Option("links", "bars, hinge axes across and along in turn", count=Count(1, 200, 3)),),
+        (Option("links", "bars, hinge axes alternately across and along", count=Count(1, 200, 3)),),
     ),
     "windows": Shipped(
         windows,
@@ -122,7 +122,7 @@ def shipped_mechanism(name: str, options: Mapping[str, object] | None = None) ->
     Raises
     ------
     MechanismError
-        If there is no such mechanism or option, or its value will not do.
+        If there is no such mechanism or option, or its value is wrong.
     """
     if name not in SHIPPED:
         raise MechanismError(f"no mechanism is called {name!r}{_nearest(name, list(SHIPPED))}")
@@ -137,14 +137,14 @@ def shipped_mechanism(name: str, options: Mapping[str, object] | None = None) ->
 
 
 def beyond_default(name: str, options: Mapping[str, object]) -> dict[str, object]:
-    """The options that say something else than the default scene, counts read as numbers.
+    """The options that differ from the default scene, counts as numbers.
 
-    A constant for an option that takes an expression is one as well, as text.
+    A constant for an option that takes an expression is included, as text.
 
     Raises
     ------
     MechanismError
-        For a count that is none, or out of its range.
+        For a count that is not a whole number, or out of its range.
     """
     known, chosen = _options_of(name), {}
     for key, value in options.items():
@@ -162,7 +162,7 @@ def _options_of(name: str) -> dict[str, Option]:
 
 
 def _counted(option: Option, count: Count, value: object) -> int:
-    """The whole number that was given, or typed."""
+    """The whole number given, also as text."""
     number = _whole(value)
     if number is None or not count.least <= number <= count.most:
         raise MechanismError(
@@ -173,7 +173,7 @@ def _counted(option: Option, count: Count, value: object) -> int:
 
 
 def _whole(value: object) -> int | None:
-    """Python's and NumPy's whole numbers, and digits; no float, which may have been meant else."""
+    """Python's and NumPy's whole numbers, and digits; no float, which may be an error."""
     if isinstance(value, str):
         return int(value) if _WHOLE.fullmatch(value) else None
     if isinstance(value, bool) or not hasattr(value, "__index__"):

@@ -1,4 +1,4 @@
-"""What the reference problems share: points that move with a body, weight, names and units."""
+"""Parts that the mechanisms share: points that move with a body, weight, names and units."""
 
 from __future__ import annotations
 

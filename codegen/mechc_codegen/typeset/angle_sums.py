@@ -1,7 +1,7 @@
-"""Sines and cosines of two angles -> those of their sum or difference, as a reader wants them.
+"""Sines and cosines of two angles -> those of their sum or difference, for readers.
 
 Input and output: SymPy expressions of equal value.  Only products of exactly two sines or
-cosines that stand side by side in one sum are joined; nothing is expanded or simplified.
+cosines that are terms of one sum are joined; nothing is expanded or simplified.
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def name(
     index: Box | None = None,
     sup: Box | None = None,
 ) -> Box:
-    """A name: ``theta_0`` is a theta with subscript 0, any odd text stands as it was typed."""
+    """A name: ``theta_0`` is a theta with subscript 0, any other text is unchanged."""
     match = _NAME.fullmatch(text)
     if match is None:
         base, parts = Word(text, "text"), []
@@ -250,7 +250,7 @@ def _along(component: Any, unit: Box) -> list[Term]:
 
 
 def _term(expression: Any) -> Term:
-    """Sign and magnitude of what is not a sum."""
+    """Sign and magnitude of a term."""
     if expression.could_extract_minus_sign() and (expression.is_Mul or expression.is_Number):
         coefficient, _ = expression.as_coeff_Mul()
         if coefficient.is_negative:
@@ -318,7 +318,7 @@ def _side_by_side(boxes: list[Box], number: Any = S.One) -> Box:
 
 
 def _reading_order(factor: Any) -> tuple[Any, ...]:
-    """Constants first, then what moves, then functions and sums."""
+    """Constants first, then variables, then functions and sums."""
     base = factor.base if isinstance(factor, Pow) else factor
     rank = [Symbol, AppliedUndef, Derivative, Function, Add]
     place = next((k for k, kind in enumerate(rank) if isinstance(base, kind)), -1)

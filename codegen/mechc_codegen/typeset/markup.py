@@ -1,7 +1,7 @@
 """Boxes -> MathML and boxes -> LaTeX: the two printers, and the escaping of each place.
 
-Input: a box or a user's text.  Output: markup.  Invariant: whatever the text, MathML stays
-well-formed XML and LaTeX keeps its braces balanced and runs no command of the user's.
+Input: a box or a user's text.  Output: markup.  Invariant: for any text MathML is well-formed XML,
+and LaTeX has balanced braces and runs no command of the user.
 """
 
 from __future__ import annotations
@@ -64,17 +64,17 @@ _TEX_TEXT = {
 
 
 def html_text(text: str) -> str:
-    """Text for HTML and XML, quotes included; what XML forbids or nobody can see is replaced."""
+    """Text for HTML and XML, quotes included; forbidden and invisible characters are replaced."""
     return escape(visible(text))
 
 
 def latex_text(text: str) -> str:
-    """Text for LaTeX outside formulas; signs that a plain LaTeX lacks are written as U+XXXX."""
+    """Text for LaTeX outside formulas; characters that plain LaTeX lacks are written as U+XXXX."""
     return "".join(_TEX_TEXT.get(c) or _tex_character(c) for c in visible(text))
 
 
 def visible(text: str) -> str:
-    """The text with a sign in place of each character that nobody can see or XML forbids."""
+    """The text with a sign in place of each invisible or forbidden character."""
     return "".join("\N{REPLACEMENT CHARACTER}" if _hidden(c) else c for c in text)
 
 
@@ -118,7 +118,7 @@ def mathml(box: Box) -> str:
 
 
 def _mathml_table(rows: tuple[tuple[Box, ...], ...], attributes: str = "") -> str:
-    """A table; a matrix has its brackets drawn by the style sheet, whatever the fonts."""
+    """A table; a matrix has its brackets drawn by the style sheet, for all fonts."""
     cells = ["".join(f"<mtd>{mathml(cell)}</mtd>" for cell in row) for row in rows]
     return f"<mtable{attributes}>{''.join(f'<mtr>{row}</mtr>' for row in cells)}</mtable>"
 

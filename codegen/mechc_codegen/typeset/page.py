@@ -1,7 +1,7 @@
 """A mechanism's derivation as one HTML page or as a LaTeX document.
 
 Input: a :class:`Derivation` with parameter values.  Output: text.  Invariant: both documents print
-the same boxes, tables and sentences; whatever a template is given that is no markup is escaped.
+the same boxes, tables and sentences; templates escape all that is not markup.
 """
 
 from __future__ import annotations
@@ -46,25 +46,25 @@ def _marked(value: Any) -> bool:
 
 
 def html_page(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
-    """One self-contained HTML page: MathML, no script, nothing fetched from anywhere.
+    """One self-contained HTML page: MathML, no script, nothing loaded from elsewhere.
 
     Parameters
     ----------
     values
         Parameter values (SI units) by printed name, for the table and the notes; defaults of
-        the mechanism if left out.
+        the mechanism by default.
     """
     parts = _parts(derivation, values, lambda matrix: bool(matrix.cols == 1))
     return _HTML.get_template("derivation.html").render(parts)
 
 
 def latex_document(derivation: Derivation, values: Mapping[str, float] | None = None) -> str:
-    """A LaTeX article of its own, with amsmath as the only package; ``values`` as above."""
+    """A complete LaTeX article, with amsmath as the only package; ``values`` as above."""
     return _LATEX.get_template("derivation.tex").render(_parts(derivation, values, lambda _: True))
 
 
 def _parts(derivation: Derivation, given: Mapping[str, float] | None, splits: Any) -> Any:
-    """What the templates print."""
+    """The data of the templates."""
     mechanism = derivation.mechanism
     values = all_values(mechanism, given)
     tables, remarks = value_tables(mechanism, values), notes(mechanism, values)

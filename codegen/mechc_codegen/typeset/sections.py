@@ -45,7 +45,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Derivation:
-    """Everything ``show`` prints about a mechanism but its parameter values."""
+    """Everything that ``show`` prints about a mechanism except its parameter values."""
 
     mechanism: Mechanism
     scene: tuple[str, ...]
@@ -111,7 +111,7 @@ def _scene(mechanism: Mechanism) -> tuple[str, ...]:
 
 
 def _quantity(letter: str, of: str, *, frame: ReferenceFrame | None = None) -> Box:
-    """A bold letter with what it is of as superscript and the frame it is seen from before it."""
+    """A bold letter with its object as superscript and its reference frame before it."""
     named = Scripts(Word(letter, "bold"), sup=name(of))
     if frame is None:
         return named

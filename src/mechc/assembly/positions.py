@@ -53,8 +53,9 @@ def _configurations(system: System, given: Values, values: Array, near: Values, 
     loop = Loop(system, values, fixed, free, t)
     if not free or not loop.rows:
         return _without_search(system, loop, near)
-    _refuse_choice(system, loop, near)
-    return _preferred_first(system, values, loop.solve(_starts(system, loop, near)))
+    refuse_choice(system, free, near)
+    reach = np.where(loop.angular, np.pi, loop.length)
+    return _preferred_first(system, values, loop.solve(starts(system, free, near, reach)))
 
 
 def _without_search(system: System, loop: Loop, near: Values) -> Array:
@@ -72,46 +73,63 @@ def _without_search(system: System, loop: Loop, near: Values) -> Array:
     return q[None]
 
 
-def _refuse_choice(system: System, loop: Loop, near: Values) -> None:
-    excess = len(loop.free) - loop.rows
+def refuse_choice(system: System, free: list[int], near: Values) -> None:
+    """Raise :class:`AssemblyError` if constraints leave a choice that no guess makes."""
+    excess = len(free) - system.scene.holonomic
     if excess > 0 and not near:
-        names = ", ".join(system.coordinates[i] for i in loop.free)
+        names = ", ".join(system.coordinates[i] for i in free)
         raise AssemblyError(
-            f"{loop.rows} constraints do not determine {names}: give {excess} more of them, or "
-            "a guess"
+            f"{system.scene.holonomic} constraints do not determine {names}: give {excess} more "
+            "of them, or a guess"
         )
 
 
-def _starts(system: System, loop: Loop, near: Values) -> Array:
-    """Points spread evenly over the free coordinates, and the guess."""
-    size = len(loop.free)
-    count = STARTS_PER_UNKNOWN * size * size
-    spread = even_points(count, size) * np.where(loop.angular, np.pi, loop.length)
+def starts(system: System, free: list[int], near: Values, reach: Array) -> Array:
+    """Points (n, free) spread evenly over -reach ... reach, those near the guess first."""
+    size = len(free)
+    spread = even_points(STARTS_PER_UNKNOWN * size * size, size) * reach
     if not near:
         return spread
-    guess = np.array([near.get(system.coordinates[i], np.nan) for i in loop.free])
+    guess = np.array([near.get(system.coordinates[i], np.nan) for i in free])
     near_guess = np.where(np.isnan(guess), spread, guess)
-    return near_guess if size > loop.rows else np.vstack([near_guess, spread])
+    return near_guess if size > system.scene.holonomic else np.vstack([near_guess, spread])
 
 
 def _preferred_first(system: System, values: Array, found: Array) -> Array:
-    order = np.lexsort(found.T[::-1])
-    if "preference" in system.scene.outputs:
-        states = np.hstack([found, np.zeros((len(found), len(system.speeds)))])
-        preference = system.evaluate("preference", states, values, 0.0)
-        order = np.lexsort((*found.T[::-1], -preference))
-    return found[order]
+    return found[np.lexsort((*found.T[::-1], -preference(system, found, values)))]
+
+
+def preference(system: System, q: Array, values: Array) -> Array:
+    """How much the mechanism prefers each configuration (..., nq): zeros where all are equal."""
+    if "preference" not in system.scene.outputs:
+        return np.zeros(q.shape[:-1])
+    still = np.zeros((*q.shape[:-1], len(system.speeds)))
+    return system.evaluate("preference", np.concatenate([q, still], axis=-1), values, 0.0)
 
 
 def _nearest(system: System, found: Array, near: Values) -> Array:
-    """The configuration nearest to the guess, its angles within half a turn of the guess's."""
+    """The configuration nearest to the guess, its angles within half a turn of it."""
+    chosen = np.argmin(distance(system, found, near))
+    return in_turn(system, found[chosen], near)
+
+
+def distance(system: System, q: Array, near: Values) -> Array:
+    """Of configurations (n, nq) from the guess, (n,)."""
+    index, target, angular = _guessed(system, near)
+    away = q[:, index] - target
+    return np.asarray(np.linalg.norm(np.where(angular, wrap(away), away), axis=1))
+
+
+def in_turn(system: System, q: Array, near: Values) -> Array:
+    """Configurations (..., nq), their angles within half a turn of the guess."""
+    index, target, angular = _guessed(system, near)
+    turns = np.where(angular, np.round((target - q[..., index]) / (2 * np.pi)), 0.0)
+    q = q.copy()
+    q[..., index] += 2 * np.pi * turns
+    return q
+
+
+def _guessed(system: System, near: Values) -> tuple[list[int], Array, Array]:
+    """Where the guessed coordinates stand, their values, and which of them are angles."""
     index = [system.state_index(name) for name in near]
-    target = np.array(list(near.values()))
-    angular = system.angular[index]
-    away = found[:, index] - target
-    away = np.where(angular, wrap(away), away)
-    chosen = int(np.argmin(np.linalg.norm(away, axis=1)))
-    q = found[chosen].copy()
-    turns = np.round((target - q[index]) / (2 * np.pi))
-    q[index] += np.where(angular, turns * 2 * np.pi, 0.0)
-    return np.asarray(q)
+    return index, np.array(list(near.values())), system.angular[index]

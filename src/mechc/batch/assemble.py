@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.closure_solver import even_points, wrap
-from mechc.assembly.positions import STARTS_PER_UNKNOWN
+from mechc.assembly.positions import distance, in_turn, preference, refuse_choice, starts
 from mechc.batch.spec import Recipe
 from mechc.errors import AssemblyError
 from mechc.native._batch import Closings
@@ -43,12 +42,7 @@ def configurations(
     if not recipe.count or not rows or not free:
         closed, miss = _as_given(system, recipe, values, length, fixed)
         return fixed, closed, miss, True
-    excess = len(free) - rows
-    if excess > 0 and not recipe.guess:
-        names = ", ".join(system.coordinates[i] for i in free)
-        raise AssemblyError(
-            f"{rows} constraints do not determine {names}: give {excess} more of them, or a guess"
-        )
+    refuse_choice(system, free, recipe.guess)
     job = _closings(system, unit, recipe, values, length, fixed, free)
     complete = drive(job)
     if (job.many > MOST).any():
@@ -74,26 +68,12 @@ def _closings(
     gradient = "constraint_gradient" if "constraint_gradient" in outputs else "constraint_jacobian"
     columns = len(system.coordinates if gradient == "constraint_gradient" else system.speeds)
     angular = system.angular[free]
-    starts = even_points(STARTS_PER_UNKNOWN * len(free) ** 2, len(free))
-    starts *= np.where(angular, np.pi, 1.0)
+    near = starts(system, free, recipe.guess, np.where(angular, np.pi, 1.0))
     return Closings(
         unit, "constraints", gradient, system.scene.holonomic, columns,
         np.array(free, np.intc), angular.astype(np.uint8), recipe.span[0],
-        _near(system, recipe, starts, free), fixed, values, length, MOST, BLOCK,
+        near, fixed, values, length, MOST, BLOCK,
     )  # fmt: skip
-
-
-def _near(system: System, recipe: Recipe, starts: Array, free: list[int]) -> Array:
-    """The starts, with those near the guess first."""
-    if not recipe.guess:
-        return starts
-    near = starts.copy()
-    for column, i in enumerate(free):
-        if system.coordinates[i] in recipe.guess:
-            near[:, column] = recipe.guess[system.coordinates[i]]
-    if len(free) > system.scene.holonomic:
-        return near
-    return np.vstack([near, starts])
 
 
 def _chosen(system: System, recipe: Recipe, values: Array, found: Array) -> Array:
@@ -101,37 +81,13 @@ def _chosen(system: System, recipe: Recipe, values: Array, found: Array) -> Arra
     members, most, width = found.shape
     flat = found.reshape(-1, width)
     missing = np.isnan(flat[:, 0])
-    rank = _distance(system, recipe, flat) if recipe.guess else _unpreferred(system, values, found)
+    guess = recipe.guess
+    rank = distance(system, flat, guess) if guess else _unpreferred(system, values, found)
     member = np.repeat(np.arange(members), most)
     order = np.lexsort((*flat.T[::-1], rank, missing, member))
-    first = order[::most]
-    return _in_turn(system, recipe, flat[first])
+    return in_turn(system, flat[order[::most]], guess) if guess else flat[order[::most]]
 
 
 def _unpreferred(system: System, values: Array, found: Array) -> Array:
-    if "preference" not in system.scene.outputs:
-        return np.zeros(found.shape[0] * found.shape[1])
-    states = np.concatenate([found, np.zeros((*found.shape[:2], len(system.speeds)))], axis=2)
-    states = np.where(np.isnan(states), 0.0, states)
-    return -system.evaluate("preference", states, values[:, None, :], 0.0).reshape(-1)
-
-
-def _distance(system: System, recipe: Recipe, flat: Array) -> Array:
-    away = _away(system, recipe, flat)
-    return np.asarray(np.linalg.norm(away, axis=1))
-
-
-def _away(system: System, recipe: Recipe, q: Array) -> Array:
-    index = [system.state_index(name) for name in recipe.guess]
-    angular = system.angular[index]
-    away = q[:, index] - np.array(list(recipe.guess.values()))
-    return np.where(angular, wrap(away), away)
-
-
-def _in_turn(system: System, recipe: Recipe, q: Array) -> Array:
-    """Guessed angles, within half a turn of the guess."""
-    for name, target in recipe.guess.items():
-        i = system.state_index(name)
-        if system.angular[i]:
-            q[:, i] += 2 * np.pi * np.round((target - q[:, i]) / (2 * np.pi))
-    return q
+    known = np.where(np.isnan(found), 0.0, found)
+    return -preference(system, known, values[:, None, :]).reshape(-1)

@@ -74,8 +74,8 @@ def _with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., 
     first, second = list(signature.parameters)[:2]
     if (first in TIME) == (second in TIME):
         raise ValueOutOfBoundsError(
-            f"{what} must be a function of t, or of t, q and u; it takes {signature}, and which "
-            "of the two is the time cannot be told: write lambda t, q, u: "
+            f"{what} must be a function of t, or of t, q and u; it takes {signature}, and it "
+            "is not clear which of them is the time: write lambda t, q, u: "
             "f(numpy.hstack([q, u]), t)"
         )
     if second in TIME:

@@ -464,7 +464,7 @@ cdef class Scene:
         For benchmarks: no Python in between.
         """
         cdef double[::1] state = np.array(y), rates = np.empty(self.width)
-        cdef double[::1] prepared = np.empty(-(-self.unit.given_size // sizeof(double)))
+        cdef double[::1] prepared = np.empty(1 + self.unit.given_size // sizeof(double))
         cdef mechc_given *given = <mechc_given *>&prepared[0]
         cdef long i
         from time import perf_counter

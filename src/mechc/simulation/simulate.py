@@ -225,9 +225,9 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
         return ()
     return (
         f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "
-        f"{np.spacing(angles[largest]):.1g} rad apart: loops close and energy stays to no better, "
-        "beside change points to much less, and no rtol helps. Leave whole turns out of the start, "
-        "or go on in shorter runs",
+        f"{np.spacing(angles[largest]):.1g} rad apart: closure and energy are no more accurate, "
+        "near change points much less, at any rtol. Subtract whole turns from the start, "
+        "or divide the run into shorter ones",
     )
 
 

@@ -125,7 +125,7 @@ static void simulate(const mechc_unit *unit, int method, double seconds, double 
     if (print) {
         printf("status %d\n", run->status);
         say("end", record->y + (record->count - 1) * NX, NX);
-        unit->interpolate(method, record, p, 3, times, middle);
+        unit->interpolate(method, record, p, NULL, 3, times, middle);
         say("dense", middle, 3 * NX);
     }
     unit->release(run);

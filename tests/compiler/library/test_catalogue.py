@@ -96,7 +96,7 @@ def test_a_wrong_option_is_told_the_right_ones():
         mechc.load("andrews", links=2)
     with pytest.raises(mechc.UnknownNameError, match="did you mean 'pendulum'"):
         mechc.load("double_pendulum")
-    with pytest.raises(ValueError, match="compiled on demand is for this processor alone"):
+    with pytest.raises(ValueError, match="compiled on demand are for this processor only"):
         mechc.load("andrews", instruction_set="baseline")
 
 
@@ -250,7 +250,7 @@ def test_show_and_emit_know_the_sizes(capsys):
     said = capsys.readouterr().out
     assert said.startswith("Double pendulum")
     assert "theta_1" in said
-    assert "point masses, one hung from the other, 1 to 100 [1]" in said
+    assert "point masses, each hinged to the one before, 1 to 100 [1]" in said
     assert main(["emit", "pendulum", "--with", "links=2"]) == 0
     assert "p_2 along y" in capsys.readouterr().out
 

@@ -64,3 +64,10 @@ def test_what_a_run_counts_has_the_names_of_the_struct():
     run = scene.start(0.0, 1e-3, y, p, 1e-8, None, model.system.scale(p), 0.0, 1.0, 10,
                       codes.METHODS["dop853"], False)  # fmt: skip
     assert sorted(run.stats()) == sorted(fields)
+
+
+def test_rates_are_timed_without_python_in_between():
+    """What the benchmarks of one evaluation call."""
+    model = mechc.load("four_bar")
+    y, p = model.assemble({"theta_0": 1.4}), np.array(list(model.defaults.values()))
+    assert 0.0 < model.system.scene.rates_seconds(0.0, y, p, 100) < 10.0

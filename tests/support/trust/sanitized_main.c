@@ -55,15 +55,18 @@ static void alone(const mechc_unit *unit, int method, const double *y0, const do
     double *scale = heap(NX), times[2] = {0.0, 0.5 * SECONDS}, *middle = heap(2 * NX);
     mechc_options options = options_of(method);
     for (int i = 0; i < NX; i++) scale[i] = 1.0;
-    options.y0 = y0, options.p = p, options.scale = scale;
+    double moved[2], *state = heap(NX); /* as a batch and model.simulate begin: on the constraints */
+    memcpy(state, y0, NX * sizeof(double));
+    unit->project(0.0, state, p, NULL, moved);
+    options.y0 = state, options.p = p, options.scale = scale;
     mechc_run *run = calloc(1, unit->run_size);
     unit->start(run, &options);
     while (unit->advance(run, 5) == MECHC_RUNNING) {}
     memcpy(end, run->trajectory.y + (run->trajectory.count - 1) * NX, NX * sizeof(double));
     *status = run->status;
-    unit->interpolate(method, &run->trajectory, p, 2, times, middle);
+    unit->interpolate(method, &run->trajectory, p, NULL, 2, times, middle);
     unit->release(run);
-    free(run), free(scale), free(middle);
+    free(run), free(scale), free(middle), free(state);
 }
 
 static void work(void *batch)

@@ -21,13 +21,13 @@ TITLES = {1: "Simple pendulum", 2: "Double pendulum"}
 
 
 def pendulum(links: int = 1) -> Mechanism:
-    """Every angle is the link's own from the downward vertical; it starts level, at rest."""
+    """Every angle is measured from the downward vertical; the start is level, at rest."""
     theta, omega = dynamicsymbols(f"theta_0:{links}"), dynamicsymbols(f"omega_0:{links}")
     m, l, g = symbols(f"m_0:{links}"), symbols(f"l_0:{links}"), Symbol("g")
     r = ReferenceFrame("r")
     origin = fixed_point("O", r)
 
-    # Link k hangs from the end of link k-1; its mass is at its own end.
+    # Link k is hinged to the end of link k-1; its mass is at its other end.
     joints, bobs, loads = [origin], [], []
     for k in range(links):
         link = r.orientnew(f"link_{k}", "Axis", (theta[k], r.z))

@@ -17,12 +17,12 @@ BENT = 0.5  # rad, out of the plane in which gravity and the first hinge would k
 
 
 def planar_chain(links: int = 3) -> Mechanism:
-    """Uniform rods, one hinged to the end of the other, all in one plane; they start level."""
+    """Uniform rods, each hinged to the end of the one before, in one plane; they start level."""
     return _chain(links, spatial=False)
 
 
 def spatial_chain(links: int = 3) -> Mechanism:
-    """Uniform bars of square section; hinge axes across and along in turn.
+    """Uniform bars of square section; hinge axes alternately across and along.
 
     They start level, the second bar bent sideways.
     """
@@ -72,9 +72,9 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
 
 
 def closed_chain(count: int, *, spatial: bool) -> Mechanism:
-    """The same with its end held on the ground, three links' lengths from the pivot.
+    """The same with its end fixed to the ground, three links' lengths from the pivot.
 
-    In space the end is held in all three directions and may turn.
+    In space the end is fixed in all three directions and may turn.
     """
     chain = _chain(count, spatial=spatial)
     end, r = chain.points[-1], chain.frame

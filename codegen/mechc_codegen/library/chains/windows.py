@@ -1,9 +1,9 @@
 """N four-bar windows in a row, problem A02 of the IFToMM library, in relative angles.
 
-N + 1 uprights on ground pivots one rod apart, N couplers between their tops, all rods alike.
-Every angle but the first is that of a rod against the rod it hangs on, and the whole scene,
-gravity included, can be turned by an angle: then no coupler's angle is exactly zero by luck.
-Rods and cuts are described from one to the next and never written out across the row.
+N + 1 uprights on ground pivots one rod apart, N couplers between their tops, all rods equal.
+Every angle but the first is that of a rod relative to its parent, and the whole scene, gravity
+included, can be turned by an angle: then no coupler's angle is exactly zero.
+Rods and cuts are described from one to the next and never expanded across the row.
 """
 
 from __future__ import annotations

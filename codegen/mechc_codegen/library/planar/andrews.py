@@ -43,7 +43,7 @@ LINKS = (
 def andrews() -> Mechanism:
     """A torque drives the crank against a stiff spring, two and a half turns in 0.03 s.
 
-    One degree of freedom.  Of the eight ways to close the loops from a crank angle the published
+    One degree of freedom.  Of the eight ways to close the loops for a crank angle the published
     one is preferred.
     """
     q, rates = dynamicsymbols(ANGLES), dynamicsymbols([f"{name}_dot" for name in ANGLES])
@@ -53,7 +53,7 @@ def andrews() -> Mechanism:
     I = [Symbol(f"I_{k}") for k in range(1, 8)]
     T, c, l0 = Symbol("T"), Symbol("c"), Symbol("l_0")
 
-    # Frames: K2, K4 and K6 turn against the body they hang on.
+    # Frames: K2, K4 and K6 turn relative to their parent.
     r = ReferenceFrame("r")
     k1 = r.orientnew("k1", "Axis", (beta, r.z))
     k2 = k1.orientnew("k2", "Axis", (Theta, r.z))
@@ -76,7 +76,7 @@ def andrews() -> Mechanism:
     G = located("G", A, s.zt * k5.x, k5, r)
     H = located("H", A, -s.u * k7.y, k7, r)
 
-    # Closure: E as reached through K3, through K5 and K4, and through K7 and K6.
+    # Closure: E through K3, through K5 and K4, and through K7 and K6.
     reached = (
         ("K3", located("E_3", B, -s.ss * k3.y, k3, r)),
         ("K4", located("E_4", G, -s.e * k4.y, k4, r)),

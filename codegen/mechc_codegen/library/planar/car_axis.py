@@ -1,8 +1,8 @@
 """The car axis of the Test Set for IVP Solvers: a bar on two springs over a bumpy road.
 
 The left wheel stays on the ground at O, the right one moves by (x_b(t), y_b(t)); the bar keeps
-its length, and its left end stays perpendicular to the axle: both constraints hold the positions,
-the second one depends on time.
+its length, and its left end stays perpendicular to the axle: both constraints are holonomic, the
+second one depends on time.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ ENDS = ("x of the left", "y of the left", "x of the right", "y of the right")
 def car_axis() -> Mechanism:
     """Two ends with mass on springs, one over a standing and one over a bouncing wheel.
 
-    The numbers are those of the test set, where all is scaled: they are no car's.
+    The numbers are those of the test set, which are scaled: not those of a car.
     """
     x_l, y_l, x_r, y_r = q = dynamicsymbols("x_l y_l x_r y_r")
     u = dynamicsymbols("vx_l vy_l vx_r vy_r")

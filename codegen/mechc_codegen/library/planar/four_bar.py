@@ -1,7 +1,7 @@
 """The planar four-bar linkage: three moving links on two ground pivots, one closed loop.
 
 The crank turns about O, the rocker about the ground pivot R, the coupler joins them.  Every
-link has a frame of its own, turned about z from the inertial frame by the link's angle, so the
+link has a frame, turned about z from the inertial frame by the link's angle, so the
 three angles are absolute.
 """
 
@@ -45,7 +45,7 @@ def four_bar(
     friction: bool = False,
     coupler_point: bool = False,
 ) -> Mechanism:
-    """The four-bar linkage, with what the scene asks for beyond weight.
+    """The four-bar linkage, with weight and options.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def four_bar(
     loads: list[Load] = [(centres[k], -m[k] * g * r.y) for k in range(3)]
     points, traced, motion = [*p, *centres], ["p_1", "p_2"], []
 
-    # Beside the weight, only the loads that options add.
+    # Besides the weight, only the loads of options.
     if crank_torque is not False:
         torque = _constant_or_given(crank_torque, "T_0", "N m", "torque on the crank", parameters)
         loads.append((e[0], torque * r.z))
@@ -241,7 +241,7 @@ def _coupler_point(
 def _skipped(
     crank_torque: bool | Expr, crank_speed: bool | Expr, friction: bool, coupler_point: bool
 ) -> tuple[str, ...]:
-    """What this scene could have and does not use."""
+    """Options that this scene does not use."""
     options = {
         "crank_torque": crank_torque is not False,
         "crank_speed": crank_speed is not False,

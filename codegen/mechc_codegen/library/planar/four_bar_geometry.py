@@ -1,4 +1,4 @@
-"""What the lengths of a four-bar linkage decide: Grashof's class, crank limits, change points."""
+"""Grashof's class, crank limits and change points of a four-bar linkage from its lengths."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def _angle_at_reach(reach: float, lengths: list[float]) -> float:
 
 
 def _slack(lengths: list[float]) -> float:
-    """Sum of the three shorter links less the longest."""
+    """Sum of the three shorter links minus the longest."""
     *others, longest = sorted(lengths)
     return _snapped(fsum((*others, -longest)), lengths)
 

@@ -1,6 +1,6 @@
 """Slider-crank driven by a torque on the crank, no gravity (EXUDYN's example).
 
-It starts stretched, in the dead point from which the slider could not be driven.
+It starts stretched, at the dead point where the slider cannot be the independent coordinate.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from mechc_codegen.library.parts import coordinates, fixed_point, located, param
 
 
 def slider_crank() -> Mechanism:
-    """Crank and rod by their angles from the slideway, the slider by its place on it.
+    """Crank and rod by their angles from the slideway, the slider by its position on it.
 
     Of the two ways to close the loop the one with the slider ahead of the pin is preferred.
     """
@@ -30,7 +30,7 @@ def slider_crank() -> Mechanism:
     r = ReferenceFrame("r")
     origin = fixed_point("O", r)
 
-    # Crank and rod turn by their own angles from the slideway, which is r.x.
+    # Crank and rod turn by their angles from the slideway, which is r.x.
     crank = r.orientnew("crank", "Axis", (theta, r.z))
     rod = r.orientnew("rod", "Axis", (phi, r.z))
     crank.set_ang_vel(r, omega * r.z)

@@ -49,7 +49,7 @@ lean_torque, steer_torque = symbols("lean_torque steer_torque")
 
 
 class Described(NamedTuple):
-    """What both formulations are made of."""
+    """The parts of both formulations."""
 
     frame: ReferenceFrame
     origin: Point
@@ -65,8 +65,8 @@ def whipple_bicycle() -> Mechanism:
     """The bicycle of the library, whose parameters are by default those of table 1.
 
     It starts upright at 4.8 m/s with a roll rate, as from a push.  Between 4.3 m/s (weave) and
-    6.0 m/s (capsize) the bicycle is stable by itself: it steers into the fall and comes upright
-    again.  ``lean_torque`` and ``steer_torque`` are zero.
+    6.0 m/s (capsize) the bicycle is stable: it steers into the fall and returns upright.
+    ``lean_torque`` and ``steer_torque`` are zero.
     """
     made = described()
     return Mechanism(
@@ -135,7 +135,7 @@ def bicycle() -> KanesMethod:
 
 
 def described() -> Described:
-    """Frames, points, bodies and loads; what touches the ground, and how it slips there."""
+    """Frames, points, bodies and loads; the contacts with the ground, and their slip."""
     N, yaw, leaning, frame, fork, rear, front = _frames()
     origin = fixed_point("O", N)
     touch = origin.locatenew("rear contact", q["x"] * N.x + q["y"] * N.y)
@@ -165,7 +165,7 @@ def described() -> Described:
 
 
 def _frames() -> tuple[ReferenceFrame, ...]:
-    """Inertial, yaw, roll, rear frame, fork, rear wheel, front wheel, one turned from the other."""
+    """Inertial, yaw, roll, rear frame, fork, rear wheel, front wheel, each turned from another."""
     frames = {"": ReferenceFrame("N")}
     turns = (
         *(("yaw", "", "z"), ("roll", "yaw", "x"), ("pitch", "roll", "y")),
@@ -233,7 +233,7 @@ def _named(name: str, **given: float) -> dict[str, float]:
     return {f"{key}_{name}": value for key, value in given.items()}
 
 
-# -- what the values are ---------------------------------------------------------------------------
+# -- names and units of the values -----------------------------------------------------------------
 
 SPEED, PUSH = 4.8, 0.5  # m/s, rad/s of roll: the start
 PARAMETERS = {

@@ -1,7 +1,7 @@
 """Flyball governor, problem A05 of the IFToMM benchmark library: two rods on a spinning shaft.
 
 The rods hang outwards from the shaft's top; a spring and damper from each rod's middle carries
-the slider.  Every rod has an angle of its own: that both move alike is a result.
+the slider.  Every rod has its angle: that both move equally is a result.
 """
 
 from __future__ import annotations

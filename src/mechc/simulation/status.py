@@ -175,8 +175,7 @@ CODES = {
 }
 
 
-UNDECIDED = 8
-# The same where the loop closes in line to rounding.
+# Undecided, where the loop closes in line to rounding.
 NO_STEP_FITS = (
     "a change point comes next, to the rounding of the lengths, and no step could be placed across "
     "it: rounding near it is more than a step may err by",
@@ -195,7 +194,7 @@ def status_of(
 ) -> Status:
     """The status for a code of the compiled integrator; a gap up to the rounding given is none."""
     name, cause, advice = CODES[code]
-    if code == UNDECIDED and gap <= rounding:
+    if code == codes.UNDECIDED and gap <= rounding:
         cause, advice = NO_STEP_FITS
     if not cause:
         return Status(name, t, warnings=warnings)

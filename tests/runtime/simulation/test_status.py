@@ -87,9 +87,9 @@ def test_every_ending_has_prose_with_time_cause_and_advice():
 
 def test_undecided_names_the_gap_or_says_that_there_is_none():
     missed = str(status_of(8, 1.0, gap=3e-13, rounding=4e-15))
-    assert "gap at the change point is 3.0e-13 m" in missed
+    assert "3.0e-13 m" in missed
     exact = str(status_of(8, 1.0, gap=6e-42, rounding=4e-15))
-    assert "gap" not in exact
+    assert "e-42" not in exact
     assert "Loosen rtol" in exact
 
 

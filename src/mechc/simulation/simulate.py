@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -218,10 +219,15 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
     states = compiled.states()[1]
     if not len(states):  # without memory not even the start was kept
         return ()
-    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    both = (states[0].tolist(), states[-1].tolist())
+    count = len(system.coordinates)
+    limit = COARSE * max(rtol, FINEST)
+    if not any(math.ulp(x) > limit for state in both for x in state[:count]):
+        return ()
+    size = np.abs(both).max(axis=0)[:count]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
-    if not len(angles) or not np.spacing(angles[largest]) > COARSE * max(rtol, FINEST):
+    if not len(angles) or not np.spacing(angles[largest]) > limit:
         return ()
     return (
         f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "

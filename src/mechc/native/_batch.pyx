@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""The compiled loop over many members: threads call ``work`` side by side, without the GIL."""
+"""The compiled loop over many members: threads call ``work`` in parallel, without the GIL."""
 
 import numpy as np
 
@@ -145,7 +145,7 @@ cdef class Unit:
 
 
 cdef class Job:
-    """Work that any number of threads share; call ``work`` in each of them."""
+    """Work shared by any number of threads; call ``work`` in each of them."""
 
     cdef object kept  # arrays that C points into
 
@@ -159,7 +159,7 @@ cdef class Job:
         raise NotImplementedError
 
     def stop(self):
-        """Ask every thread to return after the steps at hand."""
+        """Ask every thread to return after its current steps."""
         raise NotImplementedError
 
 

@@ -33,12 +33,12 @@ METHODS = {
     "dopri5": MECHC_DOPRI5, "dop853": MECHC_DOP853, "radau5": MECHC_RADAU5, "gauss8": MECHC_GAUSS8,
 }
 
-# What a run does at a change point; to raise an error is to stop, and then to say so.
+# What a run does at a change point; for an error it stops, and Python raises it.
 CHANGE_POINT_POLICIES = {
     "continue": MECHC_CONTINUE_STRAIGHT, "stop": MECHC_STOP_BEFORE, "raise": MECHC_STOP_BEFORE,
 }
 
-# Columns of what a batch counts, and of the least values that it met.
+# Columns of the counters of a batch, and of its least values.
 COUNTERS = {
     "steps": MECHC_COUNT_STEPS,
     "rejected": MECHC_COUNT_REJECTED,
@@ -48,7 +48,7 @@ COUNTERS = {
 }
 LEAST = {"least_singular": MECHC_LEAST_SINGULAR, "critical_gap": MECHC_LEAST_GAP}
 
-# Reductions of a trajectory, and what is made of an output before.
+# Reductions of a trajectory, and the functions of an output in them.
 MINIMUM, MAXIMUM, MEAN = MECHC_MINIMUM, MECHC_MAXIMUM, MECHC_MEAN
 FIRST_CROSSING, LAST = MECHC_FIRST_CROSSING, MECHC_LAST
 COMPONENT, ABSOLUTE, NORM = MECHC_COMPONENT, MECHC_ABSOLUTE, MECHC_NORM

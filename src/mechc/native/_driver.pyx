@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""The compiled face of a scene: evaluates outputs, runs integrations, releases the GIL."""
+"""The Python class of a compiled scene: evaluates outputs, runs integrations, releases the GIL."""
 
 from os import fsencode
 
@@ -123,9 +123,9 @@ cdef extern from "abi/call.h":
     double mechc_call_along(int, double *, void *) noexcept nogil
     void mechc_let_go(mechc_along *) noexcept nogil
 
-cdef double LOOK = 0.02  # s between looks at signals, and between turns of other threads
-cdef double PIECE = 0.001  # s between looks at the clock: what comes next may cost far more
-cdef ptrdiff_t LANES = 8  # states are evaluated side by side by as many or fewer
+cdef double LOOK = 0.02  # s between checks of signals, and between turns of other threads
+cdef double PIECE = 0.001  # s between checks of the clock: the next piece may take far longer
+cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LARGEST_PIECE = 1 << 20
 
 
@@ -136,7 +136,7 @@ cdef double seconds_now() noexcept nogil:
 
 
 cdef ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
-    """Twice as much work as took less than a piece of time; as much less as took longer."""
+    """Twice as much work if it took less than a piece of time; proportionally less if longer."""
     if seconds > PIECE:
         return max(<ptrdiff_t>(piece * (PIECE / seconds)), 1)
     return min(2 * piece, LARGEST_PIECE) if seconds < 0.5 * PIECE else piece
@@ -251,7 +251,7 @@ cdef void project_state(void *given) noexcept nogil:
 
 
 cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *data) except -1:
-    """Work without the lock of Python's, on a stack that is large enough."""
+    """Work without the GIL, on a stack that is large enough."""
     cdef int done
     with nogil:
         done = mechc_with_stack(bytes, work, data)
@@ -261,7 +261,7 @@ cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *dat
 
 
 def capsule_of(path):
-    """The model in a shared object of its own, as a capsule; it stays loaded with the process.
+    """The model in a shared object, as a capsule; it stays loaded with the process.
 
     Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
     """
@@ -273,11 +273,11 @@ def capsule_of(path):
     if model == NULL:
         why = dlerror().decode(errors="replace")
     elif model.abi != MECHC_ABI:
-        why = f"it was compiled for ABI {model.abi}, this mechc speaks {MECHC_ABI}"
+        why = f"it was compiled for ABI {model.abi}, this mechc needs ABI {MECHC_ABI}"
     else:
         return PyCapsule_New(<void *>model, MECHC_CAPSULE, NULL)
     if library != NULL:
-        dlclose(library)  # or the name would stand for this file even after it is replaced
+        dlclose(library)  # else the name would refer to this file even after it is replaced
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 
@@ -291,7 +291,7 @@ def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
 
 
 def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
-    """Whether every number lies between the bounds of its column, and on none; NaN does not."""
+    """Whether every number is strictly between the bounds of its column; NaN is not."""
     cdef ptrdiff_t i, k
     if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
         raise ValueError("a bound for every column is needed")
@@ -306,7 +306,7 @@ cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
     Raises ValueError if the capsule was built for another ABI or the processor lacks the
-    instruction set asked for.
+    instruction set requested.
     """
 
     cdef const mechc_model *model
@@ -314,14 +314,14 @@ cdef class Scene:
     cdef dict indices
     cdef readonly object capsule
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
-    cdef size_t stack  # bytes that work on it needs beyond those of any thread
+    cdef size_t stack  # bytes of stack that it needs beyond those of any thread
 
     def __init__(self, capsule, instruction_set=None):
         self.capsule = capsule
         self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
         if self.model.abi != MECHC_ABI:
             raise ValueError(
-                f"this model was compiled for ABI {self.model.abi}, this mechc speaks {MECHC_ABI}: "
+                f"this model was compiled for ABI {self.model.abi}, this mechc needs {MECHC_ABI}: "
                 "compile it again"
             )
         cdef bytes wanted
@@ -355,7 +355,7 @@ cdef class Scene:
 
     @property
     def integrates(self):
-        """Whether integrators are compiled in; a first unit has rates and outputs alone."""
+        """Whether integrators are compiled in; a first unit has rates and outputs only."""
         return self.unit.start != NULL
 
     @property
@@ -375,7 +375,7 @@ cdef class Scene:
             self.model.complete(&given[0], &values[0])
 
     def complete_rows(self, const unsigned char[::1] given, double[:, ::1] rows):
-        """The same for every row; what is given is the same in all."""
+        """The same for every row; the flags are the same for all."""
         cdef ptrdiff_t i
         if given.shape[0] != self.parameters or rows.shape[1] != self.parameters:
             raise ValueError(f"{self.parameters} parameters are needed")
@@ -444,7 +444,7 @@ cdef class Scene:
         self, str name, const double[::1] p, int component, const int[::1] places,
         const double[::1] y, double t,
     ):
-        """One component of it as a function of y at these places (-1: of t), as a capsule."""
+        """One component of it as a function of y at these indices (-1: t), as a capsule."""
         cdef mechc_bound *bound = self._bind(name, p)
         cdef mechc_along *along
         if y.shape[0] != self.width or not 0 <= component < bound.width:
@@ -459,7 +459,7 @@ cdef class Scene:
         return capsule
 
     def rates_seconds(self, double t, const double[::1] y, const double[::1] p, long repeats):
-        """Seconds that `repeats` scalar evaluations of the state rates take, each fed by the last.
+        """Seconds that `repeats` scalar evaluations of the state rates take, each fed with the last result.
 
         For benchmarks: no Python in between.
         """
@@ -540,12 +540,12 @@ cdef class Run:
     """An integration under way or finished; owns the trajectory."""
 
     cdef Scene scene
-    cdef const mechc_unit *unit  # beside `scene`, which the cycle collector may have cleared first
+    cdef const mechc_unit *unit  # besides `scene`, which the cycle collector may have cleared first
     cdef mechc_run *run
     cdef int method
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it
-    cdef ptrdiff_t piece  # attempted steps until the next look at the clock
+    cdef ptrdiff_t piece  # attempted steps until the next check of the clock
 
     def __dealloc__(self):
         if self.run != NULL:
@@ -567,7 +567,7 @@ cdef class Run:
         return job.status
 
     def extend(self, double t1, Inputs inputs not None):
-        """Go on to t1, from the end of the run or while it is under way, with other inputs."""
+        """Go on to t1, from the end of the run or before it, with other inputs."""
         cdef const mechc_inputs *driven = address_of(inputs)
         if self.unit.extend == NULL:
             raise ValueError("this scene has no inputs")
@@ -605,12 +605,12 @@ cdef class Run:
 
     @property
     def crossings(self):
-        """Number of change points passed."""
+        """Number of change points crossed."""
         return self.run.trajectory.crossing_count
 
     @property
     def count(self):
-        """Number of accepted states, the start among them."""
+        """Number of accepted states, the start included."""
         return self.run.trajectory.count
 
     def times(self, ptrdiff_t first):
@@ -624,7 +624,7 @@ cdef class Run:
         return t
 
     def change_points(self):
-        """Change points passed: times (n,), configurations (n, coordinates), closure gaps (n,).
+        """Change points crossed: times (n,), configurations (n, coordinates), closure gaps (n,).
 
         A gap that is not 0 was within rounding of it.
         """

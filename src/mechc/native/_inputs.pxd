@@ -1,4 +1,4 @@
-"""What is given to runs, for the other extensions."""
+"""Inputs of runs, for the other extensions."""
 
 cdef extern from "abi/signals.h":
     ctypedef struct mechc_inputs:

@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""Inputs as compiled scenes find them: piecewise polynomials in C, functions called back."""
+"""Inputs for compiled scenes: piecewise polynomials in C, and Python functions."""
 
 from time import perf_counter
 
@@ -11,11 +11,11 @@ from libc.string cimport memcpy
 
 
 cdef class Caller:
-    """Functions of t, or of t, q and u, that a run calls back.
+    """Python functions of t, or of t, q and u, that a run calls.
 
     ``functions``: for each value of the inputs (name, function, whether it takes the state) or
     None.  After one has failed none is called any more and every value is NaN; ``failure`` is then
-    (name, time, the exception; None where the function gave no finite number).
+    (name, time, the exception; None where the function returned no finite number).
     """
 
     def __init__(self, functions, int coordinates, int speeds):
@@ -24,7 +24,7 @@ cdef class Caller:
         self.takes_state = any(f is not None and f[2] for f in self.functions)
 
     def reset(self):
-        """Count anew, with no failure."""
+        """Reset counters and failure."""
         self.failure, self.calls, self.seconds = None, 0, 0.0
 
     cdef double value(self, int which, double t, const double *q, const double *u):
@@ -63,7 +63,7 @@ cdef ptrdiff_t piece_of(const double[::1] knots, double t):
 
 
 cdef object array_of(const double *numbers, int count):
-    """A copy that the function called may keep."""
+    """A copy, which the function may keep."""
     out = np.empty(count)
     cdef double[::1] view = out
     if count:

@@ -219,15 +219,13 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
     states = compiled.states()[1]
     if not len(states):  # without memory not even the start was kept
         return ()
-    both = (states[0].tolist(), states[-1].tolist())
-    count = len(system.coordinates)
-    limit = COARSE * max(rtol, FINEST)
-    if not any(math.ulp(x) > limit for state in both for x in state[:count]):
-        return ()
-    size = np.abs(both).max(axis=0)[:count]
+    finest = COARSE * max(rtol, FINEST)
+    if max(map(math.ulp, states[0].tolist() + states[-1].tolist())) <= finest:
+        return ()  # as nearly always, and fast
+    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
-    if not len(angles) or not np.spacing(angles[largest]) > limit:
+    if not len(angles) or not np.spacing(angles[largest]) > finest:
         return ()
     return (
         f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "

@@ -12,7 +12,7 @@ from mechc.system.units import read_seconds, read_value, split_assignment
 
 
 def quantity(unit):
-    kind = str(mechc.NamedQuantity(unit, "a number").kind)
+    kind = str(mechc.Quantity(unit, "a number").kind)
     return NamedQuantity("x", unit, "a number", -math.inf, math.inf, False, Kind(kind))
 
 

@@ -84,9 +84,9 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
                      const double *p, double *end, int *status)
 {
     const double t_eval[TIMES] = {0.0, 0.3 * SECONDS, SECONDS};
-    double length[N], *pieces = heap(N * TIMES * NX), *t = heap(N), *least = heap(2 * N);
+    double length[N], *pieces = heap(N * TIMES * NX), *t = heap(N), *least = heap(N * MECHC_LEASTS);
     double *reduced = heap(N * QUANTITIES);
-    long *counts = calloc(N * MECHC_BATCH_COUNTS, sizeof(long));
+    long *counts = calloc(N * MECHC_COUNTS, sizeof(long));
     unsigned char pure[NX];
     mechc_quantity quantity[QUANTITIES];
     mechc_batch batch;
@@ -156,7 +156,7 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
 static void call_all(const mechc_unit *unit, const double *y, const double *p)
 {
     for (int output = -1; output < unit->output_count; output++) {
-        mechc_bound *bound = mechc_bind(&mechc_scene, unit, output, p);
+        mechc_bound *bound = mechc_bind(&mechc_scene, unit, output, p, NULL);
         const int width = bound->width;
         double *out = heap((size_t)width);
         mechc_call(0.1, y, out, bound);
@@ -165,7 +165,7 @@ static void call_all(const mechc_unit *unit, const double *y, const double *p)
             const int places[1] = {place}, last = width - 1;
             double x[1] = {place < 0 ? 0.1 : y[place]};
             if (!width) break;
-            mechc_along *along = mechc_follow(mechc_bind(&mechc_scene, unit, output, p), last, 1,
+            mechc_along *along = mechc_follow(mechc_bind(&mechc_scene, unit, output, p, NULL), last, 1,
                                               places, y, 0.1);
             const double value = mechc_call_along(1, x, along);
             if (value != out[last] && !isnan(value)) exit(10);

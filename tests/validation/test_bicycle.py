@@ -9,6 +9,8 @@ from mechc_codegen.library.spatial.bicycle import INDEPENDENT, NAMES, R_REAR, G,
 import mechc
 from tests.support import DATA
 
+pytestmark = pytest.mark.slow
+
 PUBLISHED = json.loads((DATA / "bicycle.json").read_text("utf-8"))
 EIGHTH_ORDER = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}  # coefficients of central differences
 STEP = 0.007

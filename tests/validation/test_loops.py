@@ -6,6 +6,7 @@ from mechc_codegen.library.chains.rods import closed_chain
 from mechc_codegen.library.chains.windows import windows
 
 import mechc
+from tests.support.marks import slow_among
 
 SCENES = {
     "windows_4": lambda: windows(4),
@@ -14,7 +15,7 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module", params=SCENES)
+@pytest.fixture(scope="module", params=slow_among(SCENES, {"windows_4", "ring_of_8"}))
 def model(request):
     return mechc.compile(SCENES[request.param](), outputs=("energy", "multipliers"))
 

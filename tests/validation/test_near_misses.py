@@ -29,6 +29,7 @@ def windows():
     return mechc.compile(double_window())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rtol", [1e-6, 1e-9])
 def test_a_second_weak_row_is_followed_behind_the_first(windows, method, rtol):

@@ -177,12 +177,14 @@ def six_bar():
     return mechc.compile(bricard())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("method", ["dop853", "gauss8"])
 def test_bricards_linkage_moves_as_on_its_closed_curve(six_bar, method, rtol):
     moves_as(six_bar, bricard_start(), BRICARD_END, rtol, method)
 
 
+@pytest.mark.slow
 def test_the_row_of_bricards_linkage_that_is_redundant_is_named(six_bar):
     (found,) = six_bar.redundant_constraints()
     assert found.name in six_bar.constraint_names

@@ -5,13 +5,14 @@ import pytest
 from mechc_codegen.library.planar.redundant import spatial, two_rockers
 
 import mechc
+from tests.support.marks import slow_among
 
 T_END = 5.0
 TILT = {"tilt_0": 0.3, "tilt_1": 0.7}
 MAKERS = {"spatial": (spatial, TILT, 2), "two_rockers": (two_rockers, {}, 3)}
 
 
-@pytest.fixture(scope="module", params=MAKERS)
+@pytest.fixture(scope="module", params=slow_among(MAKERS, {"spatial"}))
 def scene(request):
     """Model, its parameters beside l_3, rank of its rows."""
     make, params, rank = MAKERS[request.param]

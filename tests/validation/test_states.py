@@ -309,7 +309,7 @@ def test_a_configuration_constraint_may_hold_no_state():
     [
         ({"states": {"Z": -z}}, "no function of time 'Z' here; known: T"),
         ({"states": {z: "__import__('os').abort()"}}, "text is never evaluated"),
-        ({"states": {z: u.diff(t)}}, "rate of z holds the acceleration Derivative"),
+        ({"states": {z: u.diff(t)}}, "rate of z contains the acceleration Derivative"),
         ({"states": {z: -z}, "defaults": {"z": "much"}}, "'much' is not a number"),
         ({"states": {z: -z}, "inputs": {z: 1}}, "inputs: there is no specified function"),
     ],

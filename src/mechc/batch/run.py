@@ -42,7 +42,7 @@ def run_members(
     """
     # waits for the background compilation; from here on outputs have its numbering
     unit = _unit(system.scene.capsule, system.instruction_set)
-    values = parameter_rows(system, unit, recipe)
+    values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
     y0, assembled, miss, complete = _starts(system, unit, recipe, values, length, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
@@ -74,13 +74,13 @@ def _unit(capsule: object, instruction_set: str) -> Any:
     return Unit(capsule, instruction_set)
 
 
-def parameter_rows(system: System, unit: Any, recipe: Recipe) -> Array:
+def parameter_rows(system: System, recipe: Recipe) -> Array:
     """All parameters of every member (n, np)."""
     values = np.zeros((recipe.count, len(system.parameters)))
     for name, column in recipe.params.items():
         values[:, system.parameter_set.index[name]] = column
     given = np.array([name in recipe.params for name in system.parameters], np.uint8)
-    unit.complete(given, values)
+    system.parameter_set.completed(values, given)
     return values
 
 

@@ -133,16 +133,6 @@ cdef class Unit:
             for i in range(self.unit.output_count)
         }
 
-    def complete(self, const unsigned char[::1] given, double[:, ::1] values):
-        """Fill the parameters that are not given with their defaults, row by row, in place."""
-        cdef ptrdiff_t i
-        if given.shape[0] != self.model.parameters or values.shape[1] != self.model.parameters:
-            raise ValueError(f"{self.model.parameters} parameters are needed")
-        if self.model.parameters:
-            with nogil:
-                for i in range(values.shape[0]):
-                    self.model.complete(&given[0], &values[i, 0])
-
 
 cdef class Job:
     """Work shared by any number of threads; call ``work`` in each of them."""

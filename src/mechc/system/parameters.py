@@ -92,7 +92,7 @@ class ParameterSet:
         self.missing: tuple[str, ...] = ()
         self._preset = {self.index[name]: value for name, value in (preset or {}).items()}
         nothing = np.zeros(len(self.names), np.uint8)
-        self.defaults = self._completed(np.zeros(len(self.names)), nothing)
+        self.defaults = self.completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
@@ -133,7 +133,7 @@ class ParameterSet:
         for name, value in given.items():
             values[..., self.index[name]] = value
             flags[self.index[name]] = 1
-        return self._completed(values, flags)
+        return self.completed(values, flags)
 
     def _from_floats(self, params: Mapping[str, Any]) -> Array | None:
         """The usual case, fast: names and floats, all within their bounds."""
@@ -144,7 +144,7 @@ class ParameterSet:
                 return None
             values[i] = value
             flags[i] = 1
-        return self._completed(values, flags)
+        return self.completed(values, flags)
 
     def checked(self, name: str, value: Any) -> Array:
         """Values of one parameter, each within its bounds."""
@@ -166,7 +166,7 @@ class ParameterSet:
                 quantity.check(values[..., i])
         return values
 
-    def _completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
+    def completed(self, values: Array, flags: NDArray[np.uint8]) -> Array:
         """Fill in the values that are not flagged as given, in place."""
         for i, value in self._preset.items():
             if not flags[i]:

@@ -140,6 +140,7 @@ def both_routes():
     return walked, written
 
 
+@pytest.mark.slow
 def test_ten_links_have_the_same_reactions_walked_and_written_out(both_routes):
     walked, written = both_routes
     assert walked.joint_names == written.joint_names
@@ -149,6 +150,7 @@ def test_ten_links_have_the_same_reactions_walked_and_written_out(both_routes):
         assert np.allclose(mine, other, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_along_every_free_axis_of_a_tree_nothing_is_left(both_routes):
     walked, _ = both_routes
     y = states_of(walked)
@@ -246,6 +248,7 @@ def test_the_shipped_four_bar_has_reactions_on_request():
         plain.reactions(y)
 
 
+@pytest.mark.slow
 def test_in_a_loop_in_space_nothing_is_left_along_the_free_directions_of_any_joint():
     """A wrench of the cut pin that was wrong in any part would be found in these."""
     model = mechc.compile(spatial_four_bar(), outputs=ASKED)

@@ -113,6 +113,7 @@ def check(case: Case, make: Callable[[Linkage], Mechanism], derived: Any) -> Seq
     return found
 
 
+@pytest.mark.slow
 @examples(8)
 @given(case=cases(4))
 def test_equations_written_out_are_the_textbooks_after_every_pass(case: Case) -> None:

@@ -173,7 +173,7 @@ def test_what_a_cut_needs_and_was_not_given_is_named() -> None:
     turning, nothing = dynamicsymbols("q") * ground.x, (None, None, None)
     refused = {
         "parent is the ground, so parent_point": lambda: Cut.pin("cut", None, a),
-        "say parent_interframe": lambda: Cut.pin("cut", None, a, point),
+        "give parent_interframe": lambda: Cut.pin("cut", None, a, point),
         "child_interframe F is not fixed": lambda: Cut.pin("cut", ground, a, *nothing, frame),
         "axis is the zero vector": lambda: Cut.pin("cut", ground, a, joint_axis=0 * ground.x),
         "is not fixed in ground_frame": lambda: Cut.pin("cut", ground, a, joint_axis=turning),

@@ -81,7 +81,7 @@ def test_a_folder_of_other_things_is_left_alone(model, start, tmp_path):
         mechc.open(tmp_path)
     (tmp_path / "mechc").mkdir()
     (tmp_path / "mechc" / "request.json").write_text("[]")
-    with pytest.raises(mechc.MechcError, match="format"):
+    with pytest.raises(mechc.MechcError, match="JSON object"):
         mechc.open(tmp_path)
 
 

@@ -6,6 +6,8 @@ import sys
 import threading
 import time
 
+import pytest
+
 import mechc
 
 # In a fresh process each: what is half imported is so only once.
@@ -50,6 +52,7 @@ sys.exit(failed[0] if failed else 0)
 """
 
 
+@pytest.mark.slow
 def test_forty_threads_import_and_compile_at_once():
     for _ in range(3):
         subprocess.run([sys.executable, "-c", AT_ONCE], check=True, timeout=120)
@@ -85,6 +88,7 @@ def test_a_process_forked_while_a_thread_compiles_compiles_too():
     script = """
 import os, threading, time
 import mechc
+import pytest
 from mechc.compilation.one_at_a_time import one_at_a_time
 ready, leave = threading.Event(), threading.Event()
 

@@ -603,6 +603,18 @@ cdef class Run:
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
 
+    def largest(self, const Py_ssize_t[::1] which):
+        """The largest magnitude of these components in the first and the last accepted state."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef double *last = record.y + (record.count - 1) * self.scene.width
+        cdef double largest = 0.0
+        cdef Py_ssize_t i
+        for i in range(which.shape[0] if record.count else 0):
+            if not 0 <= which[i] < self.scene.width:
+                raise IndexError(f"states have {self.scene.width} components")
+            largest = max(largest, abs(record.y[which[i]]), abs(last[which[i]]))
+        return largest
+
     @property
     def crossings(self):
         """Number of change points crossed."""

@@ -20,6 +20,7 @@ from mechc.native._codes import (
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
 )
+from mechc.native._driver import Run
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.segments import Segment, Segments, Until
@@ -216,12 +217,12 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
 
 def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
     """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
+    finest = COARSE * max(rtol, FINEST)
+    if type(compiled) is Run and math.ulp(compiled.largest(system.angles)) <= finest:
+        return ()  # nearly always, and fast
     states = compiled.states()[1]
     if not len(states):  # without memory not even the start was kept
         return ()
-    finest = COARSE * max(rtol, FINEST)
-    if max(map(math.ulp, states[0].tolist() + states[-1].tolist())) <= finest:
-        return ()  # as nearly always, and fast
     size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0

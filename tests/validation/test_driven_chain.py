@@ -40,6 +40,7 @@ def walked():
     return mechc.compile(driven_chain("walked"), outputs=())
 
 
+@pytest.mark.slow
 def test_a_tree_with_inputs_and_states_is_what_is_written_out(walked, monkeypatch):
     monkeypatch.setattr(derive_equations, "LEAST_TREE", LINKS + 1)
     written = mechc.compile(driven_chain("written"), outputs=())
@@ -52,6 +53,7 @@ def test_a_tree_with_inputs_and_states_is_what_is_written_out(walked, monkeypatc
     np.testing.assert_allclose(rates[0], rates[1], rtol=1e-11, atol=1e-11)
 
 
+@pytest.mark.slow
 def test_a_chain_driven_by_samples_keeps_the_balance_of_power(walked):
     """The power of motor and controller is the rate of the energy."""
     model = mechc.compile(driven_chain("weighed"), outputs=("energy",))

@@ -37,6 +37,7 @@ def test_a_four_bar_of_pins_moves_as_the_shipped_one():
     assert np.allclose(np.cumsum(sol.q[-1]), theta, rtol=0, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_a_four_bar_is_the_same_whichever_pin_is_cut():
     shipped = mechc.load("four_bar")
     y = shipped.assemble({"theta_0": 1.4835}, speeds={"omega_0": 0.4})

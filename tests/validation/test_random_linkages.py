@@ -123,6 +123,7 @@ def test_what_is_written_out_moves_as_the_textbook_says(case: Case) -> None:
 
 @examples(4)
 @given(case=cases(3))
+@pytest.mark.slow
 def test_a_system_of_joints_moves_as_the_textbook_says(case: Case) -> None:
     check(case, compiled(system(case.linkage), defaults=defaults(case)))
 

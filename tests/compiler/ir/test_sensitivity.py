@@ -23,6 +23,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from tests.support import scenes
+from tests.support.marks import slow_among
 
 JACOBIANS = ("state_jacobian", "parameter_jacobian")
 SCENES = ("four_bar", "everything", "swing", "guided swing", "bead")
@@ -70,7 +71,7 @@ def exact_jacobian(rates: Rates, x: list[Any], columns: range) -> Any:
     return np.array(found).T
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("scene", slow_among(SCENES, {"everything"}))
 def test_jacobians_are_the_derivatives_of_the_rates(scene: str) -> None:
     made, rng = model(scene), np.random.default_rng(5)
     size, parameters = len(made.coordinates) + len(made.speeds), len(made.parameters)
@@ -137,6 +138,7 @@ def test_outputs_of_ones_own_may_hold_accelerations_and_multipliers() -> None:
 
 
 @pytest.mark.parametrize(("mechanism", "speeds"), [(windows(2), 5), (pendulum(3), 3)])
+@pytest.mark.slow
 def test_a_trees_jacobians_are_those_of_the_equations_written_out(
     mechanism: Mechanism, speeds: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:

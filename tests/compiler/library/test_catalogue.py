@@ -103,7 +103,7 @@ def test_a_wrong_option_is_told_the_right_ones():
 # -- what they do ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", slow_among(COMPILED, CHAINS))
+@pytest.mark.parametrize("name", slow_among(COMPILED, {*CHAINS, "andrews"}))
 def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     sol = run(name)
     assert sol.status.ok, str(sol.status)
@@ -113,7 +113,7 @@ def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     assert np.ptp(sol.q, axis=0).max() > 0.05
 
 
-@pytest.mark.parametrize("name", slow_among(CONSERVATIVE, CHAINS))
+@pytest.mark.parametrize("name", slow_among(CONSERVATIVE, {*CHAINS, "andrews"} & {*CONSERVATIVE}))
 def test_energy_is_kept_where_nothing_takes_it(run, name):
     assert run(name).energy_drift < 1e-9
 
@@ -183,6 +183,7 @@ def test_a_coordinate_for_which_there_is_no_freedom_leaves_the_others_as_a_guess
     assert told["u_end"][0] == pytest.approx(-1.0, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_the_bicycle_keeps_its_speed_when_it_is_given_a_roll(bicycle):
     y0 = bicycle.assemble(*filled_start(bicycle.system, {"roll": 0.1}, {"roll_rate": 0.0}, {}))
     told = dict(zip((*bicycle.coordinates, *bicycle.speeds), y0.tolist(), strict=True))

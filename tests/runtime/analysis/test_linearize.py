@@ -67,6 +67,7 @@ def test_a_linear_model_on_a_trajectory_is_the_derivative_along_the_loop(four_ba
     assert found.D.shape == (2, 0)
 
 
+@pytest.mark.slow
 def test_eigenvalues_at_an_equilibrium_do_not_depend_on_what_is_independent(four_bar):
     for equilibrium in four_bar.equilibria(REGULAR):
         spectra = []

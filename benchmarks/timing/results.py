@@ -45,8 +45,8 @@ def read(path: Path) -> Any:
         found = json.loads(path.read_text("utf-8"))
     except (ValueError, RecursionError) as error:
         raise ValueError(f"{path} is no JSON file: {error}") from None
-    if not isinstance(found, dict):
-        raise ValueError(f"{path} holds no figures by name")
+    if not isinstance(found, dict | list):
+        raise ValueError(f"{path} holds no figures")
     return found
 
 

@@ -1,11 +1,7 @@
 /* The explicit pairs of Dormand & Prince, every stage on the constraints. */
-#ifndef MECHC_DORMAND_PRINCE_H
-#define MECHC_DORMAND_PRINCE_H
+#pragma once
 
-#include <math.h>
-#include "abi/codes.h"
 #include "dynamics/project.h"
-#include "dynamics/sizes.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
@@ -14,7 +10,6 @@
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "singularities/monitor.h"
 #include "stepping/control.h"
 
@@ -150,5 +145,3 @@ static const mechc_method mechc_dop853 = {
     .dense_stages = mechc_pair_dense_stages,
     .dense = mechc_pair_dense,
 };
-
-#endif

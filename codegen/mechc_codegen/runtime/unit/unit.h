@@ -1,23 +1,18 @@
 /* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
  * MECHC_UNIT. */
-#ifndef MECHC_UNIT_H
-#define MECHC_UNIT_H
+#pragma once
 
 #include "abi/model.h"
 #include "abi/run.h"
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
-#include "dynamics/sizes.h"
+#include "dynamics/scalar_stage.h"
 #include "lockstep/advance.h"
 #include "methods/methods.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
 
@@ -95,5 +90,3 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .extend = mechc_unit_extend,
 #endif
 };
-
-#endif

@@ -1,6 +1,5 @@
 /* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
  * state, so that a result never depends on how many states were asked for. */
-
 #pragma once
 
 #include "abi/model.h"

@@ -1,7 +1,6 @@
 /* Work on a stack of its own: work space of a scene is as large as its matrices, and threads may
  * have small stacks. */
-#ifndef MECHC_LARGE_STACK_H
-#define MECHC_LARGE_STACK_H
+#pragma once
 
 #include <pthread.h>
 #include <stddef.h>
@@ -45,5 +44,3 @@ static inline int mechc_with_stack(size_t bytes, void (*work)(void *), void *dat
     pthread_attr_destroy(&attributes);
     return made && !pthread_join(thread, 0);
 }
-
-#endif

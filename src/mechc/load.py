@@ -80,6 +80,7 @@ def compile(
     inputs: Mapping[Any, Any] | None = None,
     states: Mapping[Any, Any] | Iterable[Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
+    reactions: Iterable[Any] | None = None,
     backend: str = "c",
 ) -> Model:
     """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
@@ -121,6 +122,10 @@ def compile(
         the muscles of ``sympy.physics.biomechanics``.
     configuration_constraints
         Added to those of the object, if it was given only their rates.
+    reactions
+        Symbols or functions of time in loads that act on auxiliary speeds only (``u_auxiliary``
+        of KanesMethod): the forces and torques that keep these zero.  Each is an output of its
+        name, and user-defined outputs may contain it.
     backend
         ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
         pass change points and has no batches (docs/backends.md).
@@ -152,9 +157,16 @@ def compile(
         configuration_constraints=None
         if configuration_constraints is None
         else tuple(configuration_constraints),
+        reactions=None if reactions is None else _several(reactions),
         backend=checked_backend(backend),
     )
     return Model.of_system(system) if held is None else _with_all_held(system, held)
+
+
+def _several(given: Any) -> tuple[Any, ...]:
+    """One symbol or name, or several, as a tuple."""
+    single = isinstance(given, str) or not isinstance(given, Iterable)
+    return (given,) if single else tuple(given)
 
 
 def _with_all_held(system: System, held: Any) -> Model:

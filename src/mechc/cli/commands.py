@@ -19,11 +19,12 @@ from mechc.cli.arguments import (
     checked_options,
     known,
     model_of,
-    number,
     options_of,
     output_folder,
+    page_ending,
     seconds_of,
     start_state,
+    tolerance,
     values_of,
     whole,
 )
@@ -129,9 +130,9 @@ def _list(_: argparse.Namespace) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
+    known(chosen.name)
+    t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
-    t_end = seconds_of(chosen)
-    rtol = number("--rtol", chosen.rtol)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     state = start_state(model, chosen, params)
     folder = output_folder(chosen)
@@ -157,6 +158,8 @@ def _sweep(chosen: argparse.Namespace) -> int:
     from mechc.batch.sweep import members, plan, read_variation, sweep_json, sweep_summary
     from mechc.batch.sweep_maps import save_maps
 
+    known(chosen.name)
+    t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
@@ -173,11 +176,11 @@ def _sweep(chosen: argparse.Namespace) -> int:
         guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
     )
     batch = model.simulate_batch(
-        seconds_of(chosen),
+        t_end,
         starts,
         params,
         reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
-        rtol=number("--rtol", chosen.rtol),
+        rtol=rtol,
         method=chosen.method,
         threads=threads,
         out=folder / "batch" if folder is not None and stored else None,
@@ -222,6 +225,7 @@ def _open_in_browser(path: Path) -> None:
 def _show(chosen: argparse.Namespace) -> int:
     from mechc.compilation.library import derivation_notes, derivation_page, shipped_options
 
+    ending = page_ending(chosen)
     model = mechc.load(known(chosen.name))
     options = checked_options(chosen.name, options_of(chosen.options))
     if options:
@@ -242,7 +246,6 @@ def _show(chosen: argparse.Namespace) -> int:
     for name, about in on_request.items():
         print(f"  {name:15} {about}")
     if not chosen.out:
-        ending = "tex" if chosen.latex else "html"
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
     page = Path(chosen.out)

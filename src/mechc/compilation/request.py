@@ -7,6 +7,7 @@ from typing import Any
 
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.curves import with_curves
 from mechc.compilation.defaults import split, with_defaults
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -48,6 +49,8 @@ def _read(
         )
     given = {key: value for key, value in settings.items() if value is not None}
     numbers: dict[Any, float] = {}
+    if "inputs" in given:
+        given["inputs"] = with_curves(given["inputs"])
     if "states" in given:
         given["states"] = _rates(given["states"])
     if "defaults" in given and readable(thing):

@@ -22,6 +22,7 @@ cdef extern from "batch/members.h":
         double first_step, max_step
         long max_steps
         int method, dense, on_change_point, may_stiffen
+        const int *stop
 
     ctypedef struct mechc_unit:
         const char *instruction_set
@@ -241,6 +242,7 @@ cdef class Runs(Job):
         chosen.max_steps, chosen.method = options["max_steps"], options["method"]
         chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
         chosen.on_change_point = options["on_change_point"]
+        chosen.stop = &self.batch.stop
 
     cdef _ask(self, quantities):
         cdef ptrdiff_t i

@@ -22,7 +22,7 @@ from mechc.native._inputs cimport Inputs, mechc_inputs
 cdef extern from "abi/model.h":
     int MECHC_ABI
     const char *MECHC_CAPSULE
-    int MECHC_RUNNING, MECHC_FINISHED
+    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED
 
     ctypedef struct mechc_rows:
         const double *data
@@ -49,6 +49,7 @@ cdef extern from "abi/model.h":
         double first_step, max_step
         long max_steps
         int method, dense, on_change_point, may_stiffen
+        const int *stop
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations
@@ -106,7 +107,15 @@ cdef extern from "abi/model.h":
 
 cdef extern from "abi/large_stack.h":
     size_t mechc_stack_of(int) noexcept nogil
-    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
+    size_t mechc_stack_needed(int) noexcept nogil
+    ctypedef struct mechc_on_stack:
+        pass
+
+    int mechc_begin_on_stack(
+        mechc_on_stack *, size_t, void (*)(void *) noexcept nogil, void *
+    ) noexcept nogil
+    int mechc_wait_on_stack(mechc_on_stack *, double) noexcept nogil
+    void mechc_end_on_stack(mechc_on_stack *) noexcept nogil
 
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
@@ -250,13 +259,33 @@ cdef void project_state(void *given) noexcept nogil:
     job.status = job.unit.project(job.t, job.state, job.p, job.inputs, job.moved)
 
 
-cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *data) except -1:
-    """Work without the GIL, on a stack that is large enough."""
-    cdef int done
-    with nogil:
-        done = mechc_with_stack(bytes, work, data)
-    if not done:
+cdef int with_stack(
+    size_t bytes, void (*work)(void *) noexcept nogil, void *data, int *stop=NULL
+) except -1:
+    """Work without the GIL, on a stack that is large enough.
+
+    Signals are looked at meanwhile where that is a stack of its own; one that raises sets `stop`.
+    """
+    cdef mechc_on_stack job
+    cdef int done = 0
+    if not bytes:
+        with nogil:
+            work(data)
+        return 0
+    if not mechc_begin_on_stack(&job, bytes, work, data):
         raise MemoryError("no stack for a scene of this size")
+    try:
+        while not done:
+            with nogil:
+                done = mechc_wait_on_stack(&job, LOOK)
+            PyErr_CheckSignals()
+    except BaseException:
+        if stop != NULL:
+            stop[0] = 1
+        raise
+    finally:
+        with nogil:
+            mechc_end_on_stack(&job)
     return 0
 
 
@@ -279,27 +308,6 @@ def capsule_of(path):
     if library != NULL:
         dlclose(library)  # else the name would refer to this file even after it is replaced
     raise ImportError(f"{path} cannot be loaded: {why}")
-
-
-def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
-    """The largest magnitude among the values at these places, 0 where there are none."""
-    cdef double largest = 0.0
-    cdef Py_ssize_t i
-    for i in range(which.shape[0]):
-        largest = max(largest, abs(values[which[i]]))
-    return largest
-
-
-def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
-    """Whether every number is strictly between the bounds of its column; NaN is not."""
-    cdef ptrdiff_t i, k
-    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
-        raise ValueError("a bound for every column is needed")
-    for i in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            if not lower[k] < rows[i, k] < upper[k]:
-                return False
-    return True
 
 
 cdef class Scene:
@@ -430,15 +438,16 @@ cdef class Scene:
         return bound
 
     def bound(self, str name, const double[::1] p):
-        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+        """Output `name` at the parameters p, for C: (capsule, address, data, width, stack).
 
         The capsule is called by its C signature, has the data for its context and owns them;
-        the address is that of its function.
+        the address is that of its function; a call takes at most so many bytes of stack.
         """
         cdef mechc_bound *bound = self._bind(name, p)
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
-        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+        stack = mechc_stack_needed(self.width)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
         self, str name, const double[::1] p, int component, const int[::1] places,
@@ -530,9 +539,10 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
+        options.stop = &run.stop
         cdef beginning job
         job.unit, job.run, job.options = self.unit, run.run, &options
-        with_stack(self.stack, begin, &job)
+        with_stack(self.stack, begin, &job, &run.stop)
         return run
 
 
@@ -543,6 +553,7 @@ cdef class Run:
     cdef const mechc_unit *unit  # besides `scene`, which the cycle collector may have cleared first
     cdef mechc_run *run
     cdef int method
+    cdef int stop  # set to give up a step of a wide scene
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
@@ -561,7 +572,12 @@ cdef class Run:
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
         job.status = MECHC_RUNNING
-        with_stack(self.scene.stack, advance_a_while, &job)
+        try:
+            with_stack(self.scene.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.run.status == MECHC_INTERRUPTED:
+                self.run.status = MECHC_RUNNING  # from the last state accepted
+            self.stop = 0
         self.piece = job.piece
         PyErr_CheckSignals()
         return job.status

@@ -143,6 +143,7 @@ def _write_options(text: Fingerprint, options: CompileOptions) -> None:
     rates = [f"{_text(text, x)}={_text(text, rate)}" for x, rate in settings.states.items()]
     text.write("states", rates)
     extra = settings.configuration_constraints
+    text.write("reactions", [_text(text, each) for each in settings.reactions])
     text.write("added", ["None"] if extra is None else [_text(text, e) for e in extra])
     outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in options.outputs or ()]
     text.write("outputs", [str(options.outputs is None), *outputs])

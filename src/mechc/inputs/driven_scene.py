@@ -152,9 +152,9 @@ class DrivenScene:
 
 
 def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with inputs if its metadata name any."""
-    slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
-    return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
+    """The scene with the inputs that its metadata name."""
+    slots = [InputSlot.from_metadata(slot) for slot in data["inputs"]]
+    return DrivenScene(scene, slots, data.get("free_of_inputs", ()))
 
 
 def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:

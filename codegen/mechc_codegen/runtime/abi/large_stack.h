@@ -1,7 +1,6 @@
 /* Work on a stack of its own: work space of a scene is as large as its matrices, and threads may
  * have small stacks.  Who asked for it may do other things meanwhile. */
-#ifndef MECHC_LARGE_STACK_H
-#define MECHC_LARGE_STACK_H
+#pragma once
 
 #include <pthread.h>
 #include <semaphore.h>
@@ -77,5 +76,3 @@ static inline int mechc_with_stack(size_t bytes, void (*work)(void *), void *dat
     else return 0;
     return 1;
 }
-
-#endif

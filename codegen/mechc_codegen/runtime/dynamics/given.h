@@ -2,7 +2,6 @@
  *
  * Generic over `real`: each lane has parameters, inputs, time and state of its own. */
 #include <math.h>
-#include <string.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_GIVEN_VECTOR : !defined MECHC_GIVEN_SCALAR
 #if R_VECTOR
@@ -13,7 +12,6 @@
 #include "abi/codes.h"
 #include "abi/inputs.h"
 #include "dynamics/sizes.h"
-#include "simd/lanes.h"
 
 typedef struct {
     real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */

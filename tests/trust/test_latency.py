@@ -65,6 +65,25 @@ def test_a_step_of_the_largest_scene(large, method):
     longest(f"{WINDOWS} windows, {method}, 1e-12", lambda: model.simulate(1e4, start, **tight))
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_steps_before_one_that_was_given_up_stand(large, method):
+    model, start = large
+    whole, kept = model.simulate(1e4, start, method=method, max_steps=4), []
+
+    def work():
+        kept.append(model.simulate(1e4, start, method=method))
+        return kept[-1]
+
+    for after in AFTER:
+        waited(work, after)
+    for sol in kept:
+        assert sol.status.code == "interrupted"
+        count = min(len(sol.t), len(whole.t))
+        assert np.array_equal(sol.t[:count], whole.t[:count])
+        assert np.array_equal(sol.y[:count], whole.y[:count])
+    assert max(len(sol.t) for sol in kept) > 1
+
+
 def test_what_else_is_done_with_it(large):
     model, start = large
     sol = model.simulate(1e-3, start)

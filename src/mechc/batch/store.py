@@ -109,7 +109,9 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
-            raise MechcError(f"{folder} contains other files ({printable(foreign[0])}): name a new folder")
+            raise MechcError(
+                f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
+            )
         with _named(folder):
             notes.mkdir(exist_ok=True)
             _write_inputs(notes, recipe)
@@ -207,10 +209,10 @@ def _locked(folder: Path) -> Iterator[None]:
         folder.mkdir(parents=True, exist_ok=True)
         refuse_links(folder)
         flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-        file = open(os.open(folder / LOCK, flags, 0o666), "rb")
+        lock = os.open(folder / LOCK, flags, 0o666)
     except OSError as error:
         raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    with file:
+    with open(lock, "rb") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:

@@ -144,6 +144,7 @@ cdef class Scene:
         self.indices = {
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
+        self.outputs = {key: self.unit.outputs[i].width for key, i in self.indices.items()}
 
     @property
     def metadata(self):
@@ -162,11 +163,6 @@ cdef class Scene:
     @property
     def lanes(self):
         return self.unit.lanes
-
-    @property
-    def outputs(self):
-        """Output name -> width."""
-        return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
 
     def complete(self, const unsigned char[::1] given, double[::1] values):
         """Fill the parameters that are not given with their defaults, in place."""

@@ -23,6 +23,7 @@ from mechc.errors import (
     MissingInputError,
     MissingPackageError,
     MissingParameterError,
+    StepError,
     UnavailableOutputError,
     UnknownNameError,
     UnusedValueWarning,
@@ -37,6 +38,7 @@ from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
 from mechc.simulation.status import ChangePoint, Status
+from mechc.simulation.stepper import Stepper
 from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
@@ -78,6 +80,8 @@ __all__ = [
     "Speed",
     "State",
     "Status",
+    "StepError",
+    "Stepper",
     "UnavailableOutputError",
     "UnknownNameError",
     "UnusedValueWarning",

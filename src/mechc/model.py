@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from mechc.batch.results import Batch
     from mechc.batch.spec import Assembly
     from mechc.results.model_report import Report
+    from mechc.simulation.stepper import Stepper
 
 ONE_SET = "takes one set of parameters at a time"
 SIMULATE_ONE_SET = f"simulate {ONE_SET}"

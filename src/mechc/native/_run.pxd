@@ -16,3 +16,5 @@ cdef class Run:
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
 
     cdef begin(self, const mechc_options *options)
+    cpdef void forget(self)
+    cpdef int step(self, double t1, Inputs inputs=*) except -1

@@ -52,9 +52,13 @@ typedef struct {
     /* Dense output, projected onto the constraints. */
     void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
                         const mechc_inputs *inputs, ptrdiff_t count, const double *t, double *out);
-    /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL where the scene
-     * has none. */
+    /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL: the same. */
     void (*extend)(mechc_run *run, double t1, const mechc_inputs *inputs);
+    /* A run between two steps as so many bytes, and the same run brought back to them; its
+     * trajectory then begins there. */
+    size_t (*saved_size)(const mechc_run *run);
+    void (*save)(const mechc_run *run, void *saved);
+    void (*restore)(mechc_run *run, const void *saved);
 } mechc_unit;
 
 typedef struct {

@@ -33,6 +33,16 @@ MECHC_INLINE void FN(give_stop)(FN(given) *given, const int *stop)
 #endif
 }
 
+MECHC_INLINE const int *FN(stop_of)(const FN(given) *given)
+{
+#if MECHC_NX >= MECHC_WIDE
+    return given->stop;
+#else
+    (void)given;
+    return 0;
+#endif
+}
+
 /* Whether another thread asks to give up what is under way, which takes long in a wide scene: it
  * then fails with MECHC_INTERRUPTED, or its result is not used. */
 MECHC_INLINE int FN(stopped)(const FN(given) *given)

@@ -37,8 +37,7 @@ def waited(work, after):
     started = time.process_time()
     signal.setitimer(signal.ITIMER_PROF, after)
     try:
-        ended = work()
-        if getattr(getattr(ended, "status", None), "code", "") != "interrupted":
+        if not was_interrupted(work()):
             return None
     except KeyboardInterrupt:
         pass
@@ -106,8 +105,15 @@ def test_what_else_is_done_with_it(large):
 
 
 def repeated(work):
+    """Until a signal comes, which a run answers with a solution."""
     while True:
-        work()
+        ended = work()
+        if was_interrupted(ended):
+            return ended
+
+
+def was_interrupted(ended):
+    return getattr(getattr(ended, "status", None), "code", "") == "interrupted"
 
 
 def waited_by_kill(work):

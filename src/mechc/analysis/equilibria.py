@@ -104,7 +104,7 @@ def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[
     return [q[0] if many else None for q, many in zip(search.found, search.many, strict=True)]
 
 
-Side = tuple[float, Array | None]
+Side = tuple[float, "Array | None"]
 
 
 def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float:

@@ -32,6 +32,7 @@ MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_
 {
     for (int i = 0; i < MECHC_NP; i++) given->p[i] = p[i];
     mechc_scalar_give_inputs(given, 0, inputs);
+    mechc_scalar_give_stop(given, 0);
     mechc_scalar_make_constants(given);
 }
 #endif

@@ -192,6 +192,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
+        if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
         if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);

@@ -100,8 +100,8 @@ MECHC_STATIC int mechc_radau_factor(mechc_integration *run, double h)
         for (int j = 0; j < MECHC_NX; j++)
             radau->filter[i * MECHC_NX + j] =
                 (i == j) - h * MECHC_RADAU_GAMMA * radau->jacobian[i * MECHC_NX + j];
-    return mechc_lu_factor(radau->system, radau->system_rows, MECHC_RADAU_SIZE)
-        && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX);
+    return mechc_lu_factor(radau->system, radau->system_rows, MECHC_RADAU_SIZE, &run->given)
+        && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX, &run->given);
 }
 
 /* Rates at the stages as they stand. */
@@ -225,7 +225,8 @@ MECHC_STATIC int mechc_radau_prepare(mechc_integration *run, double h, int anew)
     }
     if (radau->factored_step == h) return MECHC_RUNNING;
     radau->factored_step = 0.0;
-    if (!mechc_radau_factor(run, h)) return MECHC_NOT_FINITE;
+    if (!mechc_radau_factor(run, h))
+        return mechc_scalar_stopped(&run->given) ? MECHC_INTERRUPTED : MECHC_NOT_FINITE;
     radau->factored_step = h;
     return MECHC_RUNNING;
 }

@@ -195,6 +195,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
+    if (mechc_scalar_stopped(span->given)) return;
     if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;

@@ -22,7 +22,7 @@ from mechc.native._inputs cimport Inputs, mechc_inputs
 cdef extern from "abi/model.h":
     int MECHC_ABI
     const char *MECHC_CAPSULE
-    int MECHC_RUNNING, MECHC_FINISHED
+    int MECHC_RUNNING, MECHC_FINISHED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
         const double *data
@@ -167,7 +167,7 @@ ctypedef struct advancing:
     const mechc_unit *unit
     mechc_run *run
     long left
-    ptrdiff_t piece
+    ptrdiff_t piece, most
     int status
 
 ctypedef struct interpolation:
@@ -218,6 +218,10 @@ cdef void advance_a_while(void *given) noexcept nogil:
     cdef long some
     while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
         some, before = min(job.piece, job.left), now
+        some = min(some, job.most - job.run.trajectory.count)
+        if some <= 0:
+            job.status = job.run.status = MECHC_MEMORY_LIMIT
+            return
         job.status = job.unit.advance(job.run, some)
         job.left -= some
         now = seconds_now()
@@ -500,8 +504,10 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0, bint may_stiffen=False, Inputs inputs=None):
-        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES."""
+              bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
+              Inputs inputs=None):
+        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
+        trajectory."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
@@ -533,6 +539,7 @@ cdef class Scene:
         cdef beginning job
         job.unit, job.run, job.options = self.unit, run.run, &options
         with_stack(self.stack, begin, &job)
+        run.keep_within(max_bytes)
         return run
 
 
@@ -546,11 +553,18 @@ cdef class Run:
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
+    cdef ptrdiff_t most  # accepted states that are kept
 
     def __dealloc__(self):
         if self.run != NULL:
             self.unit.release(self.run)
             PyMem_Free(self.run)
+
+    cdef void keep_within(self, double max_bytes):
+        """Keep as many accepted states, with their dense output, as fit into so many bytes."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef double state = sizeof(double) * (1.0 + record.width * (1.0 + record.dense_rows))
+        self.most = <ptrdiff_t>min(max(max_bytes / state, 2.0), 2.0**62)
 
     def advance(self, long steps):
         """At most `steps` further attempted steps, and no more than fit into a moment.
@@ -560,7 +574,7 @@ cdef class Run:
         """
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
-        job.status = MECHC_RUNNING
+        job.status, job.most = MECHC_RUNNING, self.most
         with_stack(self.scene.stack, advance_a_while, &job)
         self.piece = job.piece
         PyErr_CheckSignals()
@@ -601,6 +615,19 @@ cdef class Run:
         if record.count:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
+        return t, y
+
+    def tail(self, ptrdiff_t count):
+        """The last accepted times and states, at most so many, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t some = min(count, record.count), width = self.scene.width, i
+        t, y = np.empty(some), np.empty((some, width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if some:
+            memcpy(&times[0], record.t + record.count - some, some * sizeof(double))
+            memcpy(&states[0, 0], record.y + (record.count - some) * width,
+                   some * width * sizeof(double))
         return t, y
 
     def largest(self, const Py_ssize_t[::1] which):

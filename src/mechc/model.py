@@ -12,13 +12,10 @@ import numpy as np
 
 from mechc.assembly import positions
 from mechc.assembly.initial_values import checked_numbers, filled_start
-from mechc.batch.results import Batch
-from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
 from mechc.errors import AssemblyError, MechcError
 from mechc.outputs import Outputs
 from mechc.results.solution import Solution
-from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import LARGEST_TRAJECTORY, checked_policy, checked_span_and_times
 from mechc.simulation.simulate import run
@@ -32,6 +29,8 @@ if TYPE_CHECKING:
     from mechc.analysis.equilibria import Equilibrium
     from mechc.analysis.inverse_dynamics import InverseDynamics
     from mechc.analysis.linearize import Linearization
+    from mechc.batch.results import Batch
+    from mechc.batch.spec import Assembly
     from mechc.results.model_report import Report
 
 ONE_SET = "takes one set of parameters at a time"
@@ -441,7 +440,7 @@ class Model(Outputs):
         """
         model = self if inputs is None else self.with_inputs(inputs)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = checked_events(events, system, p) if events else ()
+        chosen = _checked_events(events, system, p) if events else ()
         span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
@@ -511,6 +510,12 @@ class Model(Outputs):
         from mechc.results.summary import model_html
 
         return model_html(self.system)
+
+
+def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
+    from mechc.simulation.expression_events import checked_events
+
+    return checked_events(events, system, p)
 
 
 def _found_again(

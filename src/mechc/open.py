@@ -6,11 +6,10 @@ import copyreg
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.batch.results import Batch
 from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
 from mechc.results.solution import Solution
@@ -19,6 +18,9 @@ from mechc.simulation.events import EventRecord
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.batch.results import Batch
 
 ROWS_A_STEP = 12  # no method stores more rows of states per step
 

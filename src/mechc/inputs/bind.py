@@ -86,8 +86,10 @@ class GivenInputs:
         inner = [t for t in inner if high - t > TICKS * np.spacing(abs(high))]
         return inner if t1 >= t0 else inner[::-1]
 
-    def check_times(self, times: Sequence[float]) -> None:
+    def check_times(self, times: Sequence[float] | Array) -> None:
         """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal."""
+        if len(times) > 2:
+            times = (min(times), max(times))
         for name, signal in self.signals.items():
             low, high = signal.span
             for t in times:

@@ -28,6 +28,7 @@ class DrivenScene:
         given: Mapping[str, Any] | None = None,
     ) -> None:
         self._scene, self._slots, self._free = scene, tuple(slots), frozenset(free)
+        self.outputs = scene.outputs
         self.given = dict(given or {})
         sizes = scene.coordinates, scene.speeds
         self._values = GivenInputs(slots, self.given, sizes) if self.given else None
@@ -45,14 +46,15 @@ class DrivenScene:
         if name in self._free:
             return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
-        if name.endswith("state_jacobian") and values.caller.takes_state:
+        if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
                 f"how {', '.join(values.called)} depend on the state is not known, so there is no "
                 "derivative by it: compile with expressions for them"
             )
-        values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
-        out = np.asarray(self._scene.evaluate(name, t, y, p, self._whole))
-        self.raise_failure()
+        values.check_times(t)
+        out: Array = self._scene.evaluate(name, t, y, p, self._whole)
+        if values.caller.failure is not None:
+            self.raise_failure()
         return out
 
     def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
@@ -152,9 +154,9 @@ class DrivenScene:
 
 
 def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with inputs if its metadata name any."""
-    slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
-    return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
+    """The scene with the inputs that its metadata name."""
+    slots = [InputSlot.from_metadata(slot) for slot in data["inputs"]]
+    return DrivenScene(scene, slots, data.get("free_of_inputs", ()))
 
 
 def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:

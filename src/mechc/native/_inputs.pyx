@@ -1,13 +1,13 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """Inputs for compiled scenes: piecewise polynomials in C, and Python functions."""
 
-from time import perf_counter
-
 import numpy as np
 
 from cpython.mem cimport PyMem_Calloc, PyMem_Free
 from libc.math cimport NAN, isfinite
 from libc.string cimport memcpy
+
+from mechc.native._pieces cimport seconds_now
 
 
 cdef class Caller:
@@ -32,7 +32,7 @@ cdef class Caller:
         if self.failure is not None:
             return NAN
         name, function, takes_state = self.functions[which]
-        started = perf_counter()
+        cdef double started = seconds_now()
         try:
             if takes_state:
                 found = function(
@@ -46,7 +46,7 @@ cdef class Caller:
             self.failure = name, t, error
             found = NAN
         self.calls += 1
-        self.seconds += perf_counter() - started
+        self.seconds += seconds_now() - started
         return found
 
 

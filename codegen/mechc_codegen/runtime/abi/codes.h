@@ -1,6 +1,5 @@
 /* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
-#ifndef MECHC_CODES_H
-#define MECHC_CODES_H
+#pragma once
 
 /* How a run, or the projection of one state, ended. */
 typedef enum {
@@ -76,5 +75,3 @@ typedef enum {
     MECHC_NORM = 2,
     MECHC_SUM = 3
 } mechc_quantity_form;
-
-#endif

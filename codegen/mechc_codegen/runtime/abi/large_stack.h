@@ -1,7 +1,6 @@
 /* Work on a stack of its own: work space of a scene is as large as its matrices, and threads may
  * have small stacks. */
-#ifndef MECHC_LARGE_STACK_H
-#define MECHC_LARGE_STACK_H
+#pragma once
 
 #include <pthread.h>
 #include <stddef.h>
@@ -21,7 +20,7 @@ static void *mechc_run_on_stack(void *given)
 }
 
 /* Bytes of stack that a scene of this width is given; 0: those of the calling thread will do. */
-static size_t mechc_stack_of(int width)
+static inline size_t mechc_stack_of(int width)
 {
     const size_t square = (size_t)width * (size_t)width * sizeof(double);
     return width < MECHC_WIDE ? 0 : ((size_t)16 << 20) + 80 * square;
@@ -29,7 +28,7 @@ static size_t mechc_stack_of(int width)
 
 /* work(data), with a stack of so many bytes, of which only what is touched takes memory; 0 if there
  * is none. */
-static int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
+static inline int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
 {
     mechc_on_stack job = {work, data};
     pthread_attr_t attributes;
@@ -45,5 +44,3 @@ static int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
     pthread_attr_destroy(&attributes);
     return made && !pthread_join(thread, 0);
 }
-
-#endif

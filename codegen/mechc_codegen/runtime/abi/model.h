@@ -1,6 +1,5 @@
 /* The binary interface between a compiled scene and whoever drives it. */
-#ifndef MECHC_MODEL_H
-#define MECHC_MODEL_H
+#pragma once
 
 #include <stddef.h>
 #include "inputs.h"
@@ -67,5 +66,3 @@ typedef struct {
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
     int inputs; /* values that a run is given: see inputs.h */
 } mechc_model;
-
-#endif

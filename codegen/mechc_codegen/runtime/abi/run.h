@@ -1,6 +1,5 @@
 /* A run of one scene as its caller sees it: what is asked for, how it went, the trajectory. */
-#ifndef MECHC_RUN_H
-#define MECHC_RUN_H
+#pragma once
 
 #include <stddef.h>
 #include "codes.h"
@@ -51,5 +50,3 @@ typedef struct {
     mechc_stats stats;
     mechc_trajectory trajectory;
 } mechc_run;
-
-#endif

@@ -4,8 +4,7 @@
  * that ends makes room for the next.  A member's trajectory is drained every few steps into what
  * was asked for (reductions, states at given times), so that memory does not grow with its length.
  */
-#ifndef MECHC_MEMBERS_H
-#define MECHC_MEMBERS_H
+#pragma once
 
 #include <math.h>
 #include <stdlib.h>
@@ -320,5 +319,3 @@ static int mechc_batch_work(mechc_batch *batch)
     mechc_batch_worker_free(&worker);
     return made;
 }
-
-#endif

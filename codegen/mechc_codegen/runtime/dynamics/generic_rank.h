@@ -5,18 +5,10 @@
  * row near a change point.  No size tells one from the other, but the rank does: it is found once,
  * at closed configurations, and every factorisation keeps as many rows.
  */
-#ifndef MECHC_GENERIC_RANK_H
-#define MECHC_GENERIC_RANK_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "abi/inputs.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
 /* Of the longest row: a shorter one is redundant, or the start lies beside a change point. */
@@ -93,5 +85,3 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
     (void)t, (void)y;
 #endif
 }
-
-#endif

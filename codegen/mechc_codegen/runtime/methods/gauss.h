@@ -10,19 +10,13 @@
  * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
  * are projected outright.
  */
-#ifndef MECHC_GAUSS_H
-#define MECHC_GAUSS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "methods/gauss_stages.h"
 #include "methods/gauss_tableau.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
@@ -436,5 +430,3 @@ static const mechc_method mechc_gauss8 = {
     .reach = mechc_gauss_reach,
     .dense = mechc_gauss_dense,
 };
-
-#endif

@@ -1,6 +1,5 @@
 /* Dense linear systems by Gaussian elimination with row exchanges. */
-#ifndef MECHC_LU_H
-#define MECHC_LU_H
+#pragma once
 
 #include <math.h>
 #include "simd/lanes.h"
@@ -44,5 +43,3 @@ MECHC_ONCE void mechc_lu_solve(const double *a, const int *rows, int size, doubl
         x[i] /= a[i * size + i];
     }
 }
-
-#endif

@@ -4,19 +4,13 @@
  * solved; their Jacobian is taken by differences in compiled code, and kept with its factors while
  * the iteration shrinks fast with it.  Hairer & Wanner (1996), section IV.8.
  */
-#ifndef MECHC_RADAU_H
-#define MECHC_RADAU_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "methods/lu.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 #include "stepping/control.h"
 
 #define MECHC_RADAU_STAGES 3
@@ -324,5 +318,3 @@ static const mechc_method mechc_radau5 = {
     .shows_end = mechc_error_is_small,
     .dense = mechc_radau_dense,
 };
-
-#endif

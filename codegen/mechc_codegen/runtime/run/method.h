@@ -4,15 +4,11 @@
  * rates are the first of run->rates, and leaves the rates of its end at `last_rate`.  A question
  * that a method has no answer to is NULL.
  */
-#ifndef MECHC_METHOD_H
-#define MECHC_METHOD_H
+#pragma once
 
 #include <stdlib.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "run/integration.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 #include "singularities/placement.h"
 
 struct mechc_method {
@@ -86,5 +82,3 @@ MECHC_STATIC void mechc_free_work(mechc_integration *run)
         run->work[i] = 0;
     }
 }
-
-#endif

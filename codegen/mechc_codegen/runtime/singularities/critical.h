@@ -5,16 +5,9 @@
  * Only g tells a change point (the curve of configurations crosses itself) from a near miss (two
  * curves that pass each other); how small a singular value became does not.
  */
-#ifndef MECHC_CRITICAL_H
-#define MECHC_CRITICAL_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
 #define MECHC_EPS 2.220446049250313e-16
@@ -266,6 +259,4 @@ MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
     if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
     return fabs(c->gap) <= 100.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
 }
-#endif
-
 #endif

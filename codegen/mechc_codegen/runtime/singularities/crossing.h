@@ -9,16 +9,9 @@
  * the closure is magnified (as its distance to the power -3); so the crossing is put into the
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
-#ifndef MECHC_CROSSING_H
-#define MECHC_CROSSING_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/placement.h"
@@ -224,6 +217,4 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         break;
     }
 }
-#endif
-
 #endif

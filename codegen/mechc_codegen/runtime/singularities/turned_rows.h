@@ -4,15 +4,9 @@
  * and behind the weakest row a second one may pass its own.  So every direction whose singular
  * value is below the clear level is followed with its sign over all nodes of the step.
  */
-#ifndef MECHC_TURNED_ROWS_H
-#define MECHC_TURNED_ROWS_H
+#pragma once
 
-#include <math.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/span.h"
@@ -169,7 +163,5 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     }
     return 0;
 }
-
-#endif
 
 #endif

@@ -1,15 +1,9 @@
 /* The driver's loop: a step is tried, refused or accepted, whatever the method. */
-#ifndef MECHC_ATTEMPT_H
-#define MECHC_ATTEMPT_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "singularities/crossing.h"
 #include "singularities/monitor.h"
 #include "stepping/control.h"
@@ -214,5 +208,3 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
     } while (head->status == MECHC_RUNNING && made < steps && !mechc_fits_lockstep(run));
     return made;
 }
-
-#endif

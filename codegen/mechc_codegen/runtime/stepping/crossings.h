@@ -4,21 +4,13 @@
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
  * stand?   record_crossing: when it went through a change point.
  */
-#ifndef MECHC_CROSSINGS_H
-#define MECHC_CROSSINGS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "singularities/critical.h"
 #include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
@@ -241,5 +233,3 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
                                                      : MECHC_RUNNING;
 }
-
-#endif

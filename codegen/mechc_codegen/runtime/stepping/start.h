@@ -1,21 +1,13 @@
 /* The start of a run: its options taken over, scales and the first step. */
-#ifndef MECHC_START_H
-#define MECHC_START_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "abi/run.h"
 #include "dynamics/generic_rank.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "stepping/control.h"
 #include "stepping/crossings.h"
 
@@ -117,5 +109,3 @@ MECHC_STATIC void mechc_integration_start(mechc_run *head, const mechc_options *
     run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;
 }
-
-#endif

@@ -23,6 +23,7 @@ from mechc.errors import (
     MissingInputError,
     MissingPackageError,
     MissingParameterError,
+    StepError,
     UnavailableOutputError,
     UnknownNameError,
     UnusedValueWarning,
@@ -40,6 +41,7 @@ from mechc.simulation.status import ChangePoint, Status
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
     from mechc.inputs.signals import Signal
+    from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
@@ -81,6 +83,8 @@ __all__ = [
     "Speed",
     "State",
     "Status",
+    "StepError",
+    "Stepper",
     "UnavailableOutputError",
     "UnknownNameError",
     "UnusedValueWarning",
@@ -97,6 +101,7 @@ _LATER = {
     "Assembly": "mechc.batch.spec",
     "CFunction": "mechc.system.c_interface",
     "Signal": "mechc.inputs.signals",
+    "Stepper": "mechc.simulation.stepper",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {

@@ -79,6 +79,9 @@ cdef extern from "abi/model.h":
             const double *, double *
         ) noexcept nogil
         void (*extend)(mechc_run *, double, const mechc_inputs *) noexcept nogil
+        size_t (*saved_size)(const mechc_run *) noexcept nogil
+        void (*save)(const mechc_run *, void *) noexcept nogil
+        void (*restore)(mechc_run *, const void *) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi

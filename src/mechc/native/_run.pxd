@@ -16,3 +16,5 @@ cdef class Run:
     cdef ptrdiff_t most  # accepted states that are kept
 
     cdef begin(self, const mechc_options *options, double max_bytes)
+    cpdef void forget(self)
+    cpdef int step(self, double t1, Inputs inputs=*) except -1

@@ -9,6 +9,7 @@ cdef class Run:
     cdef const mechc_unit *unit
     cdef mechc_run *run
     cdef int method, coordinates, width
+    cdef int stop  # set to give up a step of a wide scene
     cdef size_t stack
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it

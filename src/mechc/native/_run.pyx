@@ -9,7 +9,8 @@ from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
+    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
+    mechc_trajectory, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -89,7 +90,7 @@ cdef class Run:
             raise MemoryError()
         memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
-        with_stack(self.stack, begin, &job)
+        with_stack(self.stack, begin, &job, &self.stop)
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef double state = sizeof(double) * (1.0 + record.width * (1.0 + record.dense_rows))
         self.most = <ptrdiff_t>min(max(max_bytes / state, 2.0), 2.0**62)
@@ -108,7 +109,12 @@ cdef class Run:
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
         job.status, job.most = MECHC_RUNNING, self.most
-        with_stack(self.stack, advance_a_while, &job)
+        try:
+            with_stack(self.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.run.status == MECHC_INTERRUPTED:
+                self.run.status = MECHC_RUNNING  # from the last state accepted
+            self.stop = 0
         self.piece = job.piece
         PyErr_CheckSignals()
         return job.status

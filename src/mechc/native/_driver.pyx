@@ -39,6 +39,16 @@ cdef extern from "abi/call.h":
     void mechc_let_go(mechc_along *) noexcept nogil
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
+cdef ptrdiff_t LITTLE_WORK = 1 << 17
+
+
+cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:
+    """States to evaluate before the clock is read: the work of one grows as its size cubed at most.
+
+    Each piece computes the constants of the parameters anew, so many small ones take longer.
+    """
+    return max(LANES, LITTLE_WORK // (width * width * width + 1) // LANES * LANES)
+
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -209,7 +219,7 @@ cdef class Scene:
         parameters.data = &p[0, 0] if self.parameters else NULL
         parameters.stride = self.parameters if p.shape[0] > 1 else 0
         cdef evaluation job
-        job.output, job.left, job.piece = output, count, LANES
+        job.output, job.left, job.piece = output, count, first_piece(self.width)
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
         job.inputs = address_of(inputs)
         while job.left:

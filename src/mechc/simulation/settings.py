@@ -130,6 +130,8 @@ def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
 
 
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+    if type(value) is float and 0.0 < value < math.inf:
+        return value  # nearly always, and fast
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -148,4 +150,6 @@ def _checked_rtol(rtol: float) -> float:
 
 def checked_count(name: str, value: float) -> int:
     """A whole number above 0; infinity is the largest."""
+    if type(value) is int and 0 < value < 2**62:
+        return value
     return int(min(_positive(name, value, infinite=True), 2.0**62))

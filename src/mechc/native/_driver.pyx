@@ -162,6 +162,11 @@ cdef class Scene:
         return self.model.metadata.decode()
 
     @property
+    def evaluator(self):
+        """What evaluates its outputs: itself, of a scene with inputs or under compilation its part."""
+        return self
+
+    @property
     def instruction_set(self):
         return self.unit.instruction_set.decode()
 

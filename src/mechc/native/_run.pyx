@@ -33,6 +33,12 @@ ctypedef struct interpolation:
     const double *t
     double *out
 
+ctypedef struct extending:
+    const mechc_unit *unit
+    mechc_run *run
+    double t1
+    const mechc_inputs *inputs
+
 ctypedef struct beginning:
     const mechc_unit *unit
     mechc_run *run
@@ -69,6 +75,11 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.left -= some
         now = seconds_now()
         job.piece = next_piece(job.piece, now - before)
+
+
+cdef void extend_run(void *given) noexcept nogil:
+    cdef extending *job = <extending *>given
+    job.unit.extend(job.run, job.t1, job.inputs)
 
 
 cdef void begin(void *given) noexcept nogil:
@@ -121,11 +132,11 @@ cdef class Run:
 
     def extend(self, double t1, Inputs inputs=None):
         """Go on to t1, from the end of the run or before it, with other inputs where given."""
-        cdef const mechc_inputs *driven = address_of(inputs)
+        cdef extending job
+        job.unit, job.run, job.t1, job.inputs = self.unit, self.run, t1, address_of(inputs)
         if inputs is not None:
             self.inputs = inputs
-        with nogil:
-            self.unit.extend(self.run, t1, driven)
+        with_stack(self.stack, extend_run, &job)
 
     cpdef void forget(self):
         """Keep of the record the last state only; count from zero."""

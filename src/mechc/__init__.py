@@ -39,6 +39,7 @@ from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.export import export_c
     from mechc.inputs.signals import Signal
     from mechc.system.c_interface import CFunction
 
@@ -85,6 +86,7 @@ __all__ = [
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
+    "export_c",
     "from_joints",
     "get_include",
     "load",
@@ -97,6 +99,7 @@ _LATER = {
     "Assembly": "mechc.batch.spec",
     "CFunction": "mechc.system.c_interface",
     "Signal": "mechc.inputs.signals",
+    "export_c": "mechc.export",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {

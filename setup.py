@@ -93,6 +93,7 @@ setup(
     packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
+        Extension("mechc.native._arrays", ["src/mechc/native/_arrays.pyx"]),
         Extension(
             "mechc.native._codes",
             ["src/mechc/native/_codes.pyx"],

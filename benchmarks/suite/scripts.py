@@ -72,6 +72,7 @@ COMMANDS = {
     "references": Command("exact motions of data/, computed again", "references.command"),
     "states": Command("last states of the library to the last bit, before and now",
                       "stability.states"),
+    "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 
 

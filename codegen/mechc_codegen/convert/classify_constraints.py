@@ -58,7 +58,9 @@ class Rates:
 
     def in_symbols(self, expression: Expr) -> Expr:
         """The expression over symbols."""
-        expression = expression.xreplace(self._specified)
+        rates = (d for d in expression.atoms(Derivative) if d.expr in self._specified)
+        values = {d: self._specified[d.expr].diff(*d.variables) for d in rates}
+        expression = expression.xreplace(self._specified | values)
         for kind in (Derivative, AppliedUndef):
             found = expression.atoms(kind)
             for x in sorted(found - self._plain.keys(), key=str):

@@ -45,17 +45,7 @@ class Redundancy:
 
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
-    """Rows that are redundant on every closed configuration, in the order of the constraints.
-
-    By the rank of J at closed configurations spread over the whole range of the
-    coordinates, each row against those before it.  Rows that depend on each other at a change
-    point only are not among them.
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration is found.
-    """
+    """Rows that are redundant everywhere: see :meth:`mechc.Model.redundant_constraints`."""
     y = _closed_states(system, values, t)
     jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)

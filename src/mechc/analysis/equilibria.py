@@ -34,18 +34,7 @@ class Equilibrium:
 
 
 def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
-    """Equilibria under the loads at time t, the stable ones first.
-
-    Found by Newton's method on the accelerations along the manifold from points spread over the
-    configurations that close the loops; angles in (-pi, pi].
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration was found.
-    MechcError
-        If the model has states besides coordinates and speeds.
-    """
+    """Equilibria under the loads at time t: see :meth:`mechc.Model.equilibria`."""
     if system.states:
         raise MechcError(
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
@@ -63,16 +52,7 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
 
 
 def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float, float], ...]:
-    """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
-
-    Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
-    the whole circle is ``((-pi, pi),)``.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such coordinate.
-    """
+    """The ranges of a coordinate for which the loops close: see :meth:`mechc.Model.limits`."""
     if coordinate not in system.coordinates:
         raise UnknownNameError("coordinate", coordinate, system.coordinates)
     angular = system.angular[system.state_index(coordinate)]

@@ -190,6 +190,7 @@ cdef class Runs(Job):
         chosen.max_steps, chosen.method = options["max_steps"], options["method"]
         chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
         chosen.on_change_point = options["on_change_point"]
+        chosen.stop = &self.batch.stop
 
     cdef _ask(self, quantities):
         cdef ptrdiff_t i

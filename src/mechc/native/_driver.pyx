@@ -16,7 +16,7 @@ from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_CAPSULE, mechc_given, mechc_model, mechc_options, mechc_output, mechc_rows,
-    mechc_stack_of, mechc_unit
+    mechc_stack_needed, mechc_stack_of, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -39,6 +39,16 @@ cdef extern from "abi/call.h":
     void mechc_let_go(mechc_along *) noexcept nogil
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
+cdef ptrdiff_t LITTLE_WORK = 1 << 17
+
+
+cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:
+    """States to evaluate before the clock is read: the work of one grows as its size cubed at most.
+
+    Each piece computes the constants of the parameters anew, so many small ones take longer.
+    """
+    return max(LANES, LITTLE_WORK // (width * width * width + 1) // LANES * LANES)
+
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -110,27 +120,6 @@ def capsule_of(path):
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 
-def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
-    """The largest magnitude among the values at these places, 0 where there are none."""
-    cdef double largest = 0.0
-    cdef Py_ssize_t i
-    for i in range(which.shape[0]):
-        largest = max(largest, abs(values[which[i]]))
-    return largest
-
-
-def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
-    """Whether every number is strictly between the bounds of its column; NaN is not."""
-    cdef ptrdiff_t i, k
-    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
-        raise ValueError("a bound for every column is needed")
-    for i in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            if not lower[k] < rows[i, k] < upper[k]:
-                return False
-    return True
-
-
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
@@ -165,6 +154,7 @@ cdef class Scene:
         self.indices = {
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
+        self.outputs = {key: self.unit.outputs[i].width for key, i in self.indices.items()}
 
     @property
     def metadata(self):
@@ -183,11 +173,6 @@ cdef class Scene:
     @property
     def lanes(self):
         return self.unit.lanes
-
-    @property
-    def outputs(self):
-        """Output name -> width."""
-        return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
 
     def complete(self, const unsigned char[::1] given, double[::1] values):
         """Fill the parameters that are not given with their defaults, in place."""
@@ -234,7 +219,7 @@ cdef class Scene:
         parameters.data = &p[0, 0] if self.parameters else NULL
         parameters.stride = self.parameters if p.shape[0] > 1 else 0
         cdef evaluation job
-        job.output, job.left, job.piece = output, count, LANES
+        job.output, job.left, job.piece = output, count, first_piece(self.width)
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
         job.inputs = address_of(inputs)
         while job.left:
@@ -242,15 +227,16 @@ cdef class Scene:
             PyErr_CheckSignals()
 
     def bound(self, str name, const double[::1] p):
-        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+        """Output `name` at the parameters p, for C: (capsule, address, data, width, stack).
 
         The capsule is called by its C signature, has the data for its context and owns them;
-        the address is that of its function.
+        the address is that of its function; a call takes at most so many bytes of stack.
         """
         cdef mechc_bound *bound = bound_output(self, name, p)
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
-        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+        stack = mechc_stack_needed(self.width)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
         self, str name, const double[::1] p, int component, const int[::1] places,
@@ -336,6 +322,7 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
+        options.stop = &run.stop
         run.begin(&options)
         return run
 

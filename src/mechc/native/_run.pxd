@@ -9,9 +9,12 @@ cdef class Run:
     cdef const mechc_unit *unit
     cdef mechc_run *run
     cdef int method, coordinates, width
+    cdef int stop  # set to give up a step of a wide scene
     cdef size_t stack
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
 
     cdef begin(self, const mechc_options *options)
+    cpdef void forget(self)
+    cpdef int step(self, double t1, Inputs inputs=*) except -1

@@ -5,10 +5,11 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
+from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
+    MECHC_INTERRUPTED, MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -84,7 +85,7 @@ cdef class Run:
             raise MemoryError()
         memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
-        with_stack(self.stack, begin, &job)
+        with_stack(self.stack, begin, &job, &self.stop)
 
     def __dealloc__(self):
         if self.run != NULL:
@@ -100,19 +101,85 @@ cdef class Run:
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
         job.status = MECHC_RUNNING
-        with_stack(self.stack, advance_a_while, &job)
+        try:
+            with_stack(self.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.run.status == MECHC_INTERRUPTED:
+                self.run.status = MECHC_RUNNING  # from the last state accepted
+            self.stop = 0
         self.piece = job.piece
         PyErr_CheckSignals()
         return job.status
 
-    def extend(self, double t1, Inputs inputs not None):
-        """Go on to t1, from the end of the run or before it, with other inputs."""
+    def extend(self, double t1, Inputs inputs=None):
+        """Go on to t1, from the end of the run or before it, with other inputs where given."""
         cdef const mechc_inputs *driven = address_of(inputs)
-        if self.unit.extend == NULL:
-            raise ValueError("this scene has no inputs")
-        self.inputs = inputs
+        if inputs is not None:
+            self.inputs = inputs
         with nogil:
             self.unit.extend(self.run, t1, driven)
+
+    cpdef void forget(self):
+        """Keep of the record the last state only; count from zero."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t last = record.count - 1
+        if last > 0:
+            record.t[0] = record.t[last]
+            memcpy(record.y, record.y + last * self.width, self.width * sizeof(double))
+            record.count = 1
+        record.crossing_count = 0
+        self.run.stats.steps = self.run.stats.rejected = 0
+
+    cpdef int step(self, double t1, Inputs inputs=None) except -1:
+        """On to t1, forgetting the way there; inputs as in :meth:`extend`.  The status code."""
+        self.forget()
+        self.extend(t1, inputs)
+        while self.run.status == MECHC_RUNNING:
+            self.advance(LONG_MAX)
+        return self.run.status
+
+    def step_by(self, double dt, Inputs inputs=None):
+        """The same, on by dt."""
+        return self.step(self.run.t + dt, inputs)
+
+    def reach(self, double t1):
+        """Steps of the run's own lengths until it has reached t1 or passed it.  The status code."""
+        if self.run.t < t1:
+            self.forget()
+        while self.run.status == MECHC_RUNNING and self.run.t < t1:
+            self.advance(1)
+        return self.run.status
+
+    def state_at(self, double t):
+        """The state at t within the last step (width,), from the dense output."""
+        y = np.empty(self.width)
+        cdef double[::1] p = self.p, state = y
+        cdef interpolation job
+        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
+        job.p, job.left, job.piece = &p[0] if p.shape[0] else NULL, 1, 1
+        job.inputs = address_of(self.inputs)
+        job.t, job.out, job.width = &t, &state[0], self.width
+        with_stack(self.stack, interpolate_a_while, &job)
+        return y
+
+    def state(self):
+        """The last accepted state (width,), a copy."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        y = np.empty(self.width)
+        cdef double[::1] state = y
+        memcpy(&state[0], record.y + (record.count - 1) * self.width, self.width * sizeof(double))
+        return y
+
+    def save(self):
+        """The run as bytes, which contain addresses."""
+        saved = np.empty(self.unit.saved_size(self.run), dtype=np.uint8)
+        cdef unsigned char[::1] to = saved
+        self.unit.save(self.run, &to[0])
+        return saved
+
+    def restore(self, const unsigned char[::1] saved):
+        """Back to what :meth:`save` gave of this run, or of one with the same inputs."""
+        self.unit.restore(self.run, &saved[0])
 
     def read_with(self, Inputs inputs not None):
         """The inputs that :meth:`interpolate` takes, of the whole run."""

@@ -19,6 +19,7 @@ from mechc.native._codes import (
     INTERRUPTED,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
+    UNDECIDED,
 )
 from mechc.native._run import Run
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
@@ -111,7 +112,7 @@ def _driven(
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
-        rounding=EXACT * system.length(values),
+        rounding=EXACT * system.length(values) if code == UNDECIDED else 0.0,
     )
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None

@@ -15,7 +15,7 @@ from mechc.errors import (
     ValueOutOfBoundsError,
     brief,
 )
-from mechc.native._driver import largest_of, strictly_within
+from mechc.native._arrays import largest_of, strictly_within
 from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
 

@@ -202,12 +202,16 @@ def test_constraints_that_contradict_each_other_are_refused(configuration, veloc
     ("configuration", "velocity"),
     [(x - sin(t), v - cos(t)), (x - Function("r")(t), v - Function("r")(t).diff(t))],
 )
-def test_rates_of_driven_configuration_constraints_are_recognised(configuration, velocity) -> None:
+@pytest.mark.parametrize("inputs", [{}, {"r": 2 * sin(t)}])
+def test_rates_of_driven_configuration_constraints_are_recognised(
+    configuration, velocity, inputs
+) -> None:
     kane = slider(
         q_ind=[y], q_dependent=[x], u_ind=[w], u_dependent=[v],
         configuration_constraints=[configuration], velocity_constraints=[velocity],
     )  # fmt: skip
-    assert mechanism(kane).motion_constraints == ()
+    given = inputs if configuration.has(Function("r")) else {}
+    assert mechanism(kane, inputs=given).motion_constraints == ()
 
 
 def test_reading_leaves_the_points_of_the_user_as_they_are() -> None:

@@ -1,6 +1,10 @@
 /* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
 #pragma once
 
+/* Components of a state up to which work space is below half a megabyte and a step takes a moment:
+ * beyond, work has a stack of its own, and a step that is under way can be given up. */
+#define MECHC_WIDE 90
+
 /* How a run, or the projection of one state, ended. */
 typedef enum {
     MECHC_RUNNING = 0,

@@ -13,7 +13,7 @@ from mechc.cli.arguments import (
     start_state,
     values_of,
 )
-from mechc.cli.own_models import is_own, own_name, own_object
+from mechc.cli.own_models import is_own, own_description, own_name
 from mechc.errors import MechcError
 from mechc.export import export_c
 
@@ -29,7 +29,7 @@ def export_command(chosen: argparse.Namespace) -> int:
     folder = output_folder(chosen, "mechc_export")
     assert folder is not None
     files = export_c(
-        own_object(chosen.name) if own else chosen.name,
+        own_description(chosen.name) if own else chosen.name,
         folder,
         name=chosen.prefix or (own_name(chosen.name) if own else None),
         y0=start,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ def own_name(name: str) -> str:
     return name.rpartition(":")[2]
 
 
+@cache
 def own_object(name: str) -> Any:
     """What FILE.py:NAME is: the file is run, a function without arguments is called.
 
@@ -45,27 +47,25 @@ def own_model(name: str) -> mechc.Model:
         return mechc.compile(found)
     except TypeError:
         raise MechcError(
-            f"{name} is a {type(found).__name__}: it has to be a mechc.Model, a mechc.Mechanism, a "
-            "KanesMethod, LagrangesMethod or System of SymPy, or a function that returns one"
+            f"{name} is of type {type(found).__name__}: it has to be a mechc.Model, a "
+            "mechc.Mechanism, a KanesMethod, LagrangesMethod or System of SymPy, or a function that returns one"
         ) from None
 
 
-def own_mechanism(name: str) -> Any:
-    """FILE.py:NAME as the compiler describes it.
+def own_description(name: str) -> Any:
+    """FILE.py:NAME, what can be derived.
 
     Raises
     ------
     MechcError
         If it is a compiled model, which does not know its derivation.
     """
-    from mechc.compilation.standalone import described_mechanism
-
     found = own_object(name)
     if isinstance(found, mechc.Model):
         raise MechcError(
             f"{name} is a compiled model; name the mechanism or SymPy object that it was made of"
         )
-    return described_mechanism(found)
+    return found
 
 
 def _module(path: Path) -> Any:
@@ -77,9 +77,6 @@ def _module(path: Path) -> Any:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
-    sys.path.insert(0, str(path.resolve().parent))
-    try:
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.pop(0)
+    sys.path.insert(0, str(path.resolve().parent))  # as where Python runs the file itself
+    spec.loader.exec_module(module)
     return module

@@ -9,7 +9,7 @@ from typing import Any
 
 import mechc
 from mechc.cli.arguments import checked_options, known, options_of, values_of
-from mechc.cli.own_models import is_own, own_mechanism, own_model
+from mechc.cli.own_models import is_own, own_description, own_model
 from mechc.results.durable import write_text
 
 
@@ -25,7 +25,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     _print_quantities(model, values)
     if own and not chosen.out:
         return 0
-    mechanism = own_mechanism(chosen.name) if own else _of_library(chosen.name, options)
+    mechanism = _of_user(chosen.name) if own else _of_library(chosen.name, options)
     for label, sentence in derivation_notes(mechanism, values):
         print(f"{label}: {sentence}.")
     if not own:
@@ -45,7 +45,7 @@ def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]
     known = model.system.parameter_set
     open_ones = [name for name in known.missing if name not in params]
     values = known.defaults if open_ones else known.resolve(params)
-    found = dict(zip(known.names, values.tolist(), strict=True)) | params
+    found = dict(zip(known.names, values.tolist(), strict=True)) | dict(params)
     return {name: value for name, value in found.items() if name not in open_ones}
 
 
@@ -53,6 +53,12 @@ def _of_library(name: str, options: Mapping[str, Any]) -> Any:
     from mechc.compilation.library import mechanism_of
 
     return mechanism_of(name, options)
+
+
+def _of_user(name: str) -> Any:
+    from mechc.compilation.standalone import described_mechanism
+
+    return described_mechanism(own_description(name))
 
 
 def _print_quantities(model: mechc.Model, values: Mapping[str, float]) -> None:

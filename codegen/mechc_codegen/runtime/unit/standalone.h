@@ -46,6 +46,7 @@ MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_hel
     memcpy(given->p, model->p, sizeof given->p);
     memcpy(given->k, model->k, sizeof given->k);
     mechc_scalar_give_inputs(given, 0, &held->head);
+    mechc_scalar_give_stop(given, 0);
 }
 
 MECHC_STATIC int mechc_all_finite(const double *values, int count)
@@ -60,7 +61,7 @@ int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const 
     mechc_held held = {{mechc_held_values, 0}, model->inputs};
     mechc_scalar_given given;
     for (int i = 0; i < MECHC_NI; i++) model->inputs[i] = 0.0;
-    mechc_give_at(t, y, p, &held.head, &given);
+    mechc_give_at(t, y, p, &held.head, 0, &given);
     memcpy(model->p, given.p, sizeof given.p);
     memcpy(model->k, given.k, sizeof given.k);
     return mechc_all_finite(given.p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;

@@ -48,7 +48,8 @@ def own_model(name: str) -> mechc.Model:
     except TypeError:
         raise MechcError(
             f"{name} is of type {type(found).__name__}: it has to be a mechc.Model, a "
-            "mechc.Mechanism, a KanesMethod, LagrangesMethod or System of SymPy, or a function that returns one"
+            "mechc.Mechanism, a KanesMethod, LagrangesMethod or System of SymPy, or a function "
+            "that returns one"
         ) from None
 
 

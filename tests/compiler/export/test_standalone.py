@@ -171,9 +171,9 @@ def test_other_structures_of_equations(tmp_path, name):
     mechc.export_c(name, tmp_path)
     c = Exported(tmp_path, name, len(y), model.system.parameter_set.resolve(None), y)
     assert c.output("rates", len(y), y) == pytest.approx(model.rhs(0.0, y), rel=1e-11, abs=1e-11)
-    status, end = c.step(1e-3, y)
+    status, end = c.step(1e-5, y)
     assert status == 0
-    assert end == pytest.approx(model.simulate(1e-3, y, rtol=1e-12).y[-1], abs=1e-8)
+    assert end == pytest.approx(model.simulate(1e-5, y, rtol=1e-12).y[-1], abs=1e-9)
 
 
 def _filled_start(model):

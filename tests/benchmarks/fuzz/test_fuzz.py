@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.fuzz import judge
-from benchmarks.fuzz.command import main
+from benchmarks.fuzz import command, judge
 from benchmarks.fuzz.draw import drawn
 from benchmarks.fuzz.scenes import TOPOLOGIES
 
@@ -27,7 +26,9 @@ def test_every_kind_is_drawn():
 
 @pytest.mark.slow
 def test_no_case_is_wrong_without_a_word(seed, thorough, capsys):
-    code = main(["--cases", str(THOROUGH if thorough else CASES), "--seed", str(1000 * seed)])
+    code = command.main(
+        ["--cases", str(THOROUGH if thorough else CASES), "--seed", str(1000 * seed)]
+    )
     told = capsys.readouterr().out
     assert code == 0, told
 

@@ -126,6 +126,13 @@ setup(
             extra_compile_args=["-O3"],
             depends=[*SHARED, *headers("abi", "batch")],
         ),
+        Extension(
+            "mechc.native._closing",
+            ["src/mechc/native/_closing.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[*SHARED, *headers("abi", "closing")],
+        ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],
 )

@@ -15,6 +15,7 @@ from mechc.system.system import System
 
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
+LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 
 
 class Policy(NamedTuple):
@@ -29,11 +30,13 @@ class Policy(NamedTuple):
     dense: bool
     on_change_point: str
     stiff_switch: bool
+    max_bytes: float = LARGEST_TRAJECTORY
 
 
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
+    max_bytes: float = LARGEST_TRAJECTORY,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
 
@@ -52,6 +55,7 @@ def checked_policy(
         dense,
         checked_change_point(on_change_point),
         method == "auto",
+        _positive("max_bytes", max_bytes, infinite=True),
     )
 
 

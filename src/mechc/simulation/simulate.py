@@ -24,6 +24,7 @@ from mechc.native._codes import (
 from mechc.native._run import Run
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
+from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -114,6 +115,8 @@ def _driven(
         ),
         rounding=EXACT * system.length(values) if code == UNDECIDED else 0.0,
     )
+    if code in LIMITED:
+        status = explained(status, code, system, compiled, values, policy, span)
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None
     if code == INPUT_FAILED and driven is not None:

@@ -23,6 +23,7 @@ from mechc.errors import (
     MissingInputError,
     MissingPackageError,
     MissingParameterError,
+    StepError,
     UnavailableOutputError,
     UnknownNameError,
     UnusedValueWarning,
@@ -39,7 +40,9 @@ from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.export import export_c
     from mechc.inputs.signals import Signal
+    from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
@@ -81,10 +84,13 @@ __all__ = [
     "Speed",
     "State",
     "Status",
+    "StepError",
+    "Stepper",
     "UnavailableOutputError",
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
+    "export_c",
     "from_joints",
     "get_include",
     "load",
@@ -97,6 +103,8 @@ _LATER = {
     "Assembly": "mechc.batch.spec",
     "CFunction": "mechc.system.c_interface",
     "Signal": "mechc.inputs.signals",
+    "Stepper": "mechc.simulation.stepper",
+    "export_c": "mechc.export",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {

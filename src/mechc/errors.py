@@ -75,6 +75,14 @@ class InputError(RunError):
     """
 
 
+class StepError(MechcError):
+    """A step of a stepper ended before its end; ``status`` is the :class:`mechc.Status`."""
+
+    def __init__(self, message: str, status: object = None) -> None:
+        super().__init__(message)
+        self.status = status
+
+
 class MissingPackageError(MechcError, ImportError):
     """An optional package is needed and not installed."""
 

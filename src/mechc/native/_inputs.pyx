@@ -103,17 +103,24 @@ cdef class Inputs:
                 raise ValueError("a signal needs a knot for every piece")
             self.signals[i].degree = coefficients.shape[1] - 1
             self.signals[i].knots, self.signals[i].coefficients = &knots[0], &coefficients[0, 0]
-            self.signals[i].first = piece_of(knots, low)
-            self.signals[i].last = piece_of(knots, high)
         for i, (signal, order) in enumerate(sources):
             if not -1 <= signal < len(self.arrays):
                 raise ValueError("no such signal")
             self.sources[i].signal = &self.signals[<int>signal] if signal >= 0 else NULL
             self.sources[i].order = order
+        self.use(low, high)
         self.driven.head.evaluate = mechc_driven_evaluate
         self.driven.head.needs_state = caller.takes_state
         self.driven.sources = self.sources
         self.driven.caller, self.driven.call = <void *>caller, call_back
+
+    def use(self, double low, double high):
+        """Take only the pieces between two times, the outer ones also beyond."""
+        cdef const double[::1] knots
+        cdef ptrdiff_t i
+        for i, (knots, _) in enumerate(self.arrays):
+            self.signals[i].first = piece_of(knots, low)
+            self.signals[i].last = piece_of(knots, high)
 
     def __dealloc__(self):
         PyMem_Free(self.signals)

@@ -5,10 +5,12 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
+from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
+    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
+    mechc_trajectory, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -18,7 +20,7 @@ ctypedef struct advancing:
     const mechc_unit *unit
     mechc_run *run
     long left
-    ptrdiff_t piece
+    ptrdiff_t piece, most
     int status
 
 ctypedef struct interpolation:
@@ -30,6 +32,12 @@ ctypedef struct interpolation:
     ptrdiff_t left, piece
     const double *t
     double *out
+
+ctypedef struct extending:
+    const mechc_unit *unit
+    mechc_run *run
+    double t1
+    const mechc_inputs *inputs
 
 ctypedef struct beginning:
     const mechc_unit *unit
@@ -43,6 +51,10 @@ cdef void advance_a_while(void *given) noexcept nogil:
     cdef long some
     while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
         some, before = min(job.piece, job.left), now
+        some = min(some, job.most - job.run.trajectory.count)
+        if some <= 0:
+            job.status = job.run.status = MECHC_MEMORY_LIMIT
+            return
         job.status = job.unit.advance(job.run, some)
         job.left -= some
         now = seconds_now()
@@ -65,6 +77,11 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.piece = next_piece(job.piece, now - before)
 
 
+cdef void extend_run(void *given) noexcept nogil:
+    cdef extending *job = <extending *>given
+    job.unit.extend(job.run, job.t1, job.inputs)
+
+
 cdef void begin(void *given) noexcept nogil:
     cdef beginning *job = <beginning *>given
     job.unit.start(job.run, job.options)
@@ -76,7 +93,7 @@ cdef class Run:
     ``unit`` is held besides ``scene``, which the cycle collector may have cleared first.
     """
 
-    cdef begin(self, const mechc_options *options):
+    cdef begin(self, const mechc_options *options, double max_bytes):
         cdef beginning job
         self.piece = 1
         self.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
@@ -84,7 +101,10 @@ cdef class Run:
             raise MemoryError()
         memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
-        with_stack(self.stack, begin, &job)
+        with_stack(self.stack, begin, &job, &self.stop)
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef double state = sizeof(double) * (1.0 + record.width * (1.0 + record.dense_rows))
+        self.most = <ptrdiff_t>min(max(max_bytes / state, 2.0), 2.0**62)
 
     def __dealloc__(self):
         if self.run != NULL:
@@ -99,20 +119,86 @@ cdef class Run:
         """
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
-        job.status = MECHC_RUNNING
-        with_stack(self.stack, advance_a_while, &job)
+        job.status, job.most = MECHC_RUNNING, self.most
+        try:
+            with_stack(self.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.run.status == MECHC_INTERRUPTED:
+                self.run.status = MECHC_RUNNING  # from the last state accepted
+            self.stop = 0
         self.piece = job.piece
         PyErr_CheckSignals()
         return job.status
 
-    def extend(self, double t1, Inputs inputs not None):
-        """Go on to t1, from the end of the run or before it, with other inputs."""
-        cdef const mechc_inputs *driven = address_of(inputs)
-        if self.unit.extend == NULL:
-            raise ValueError("this scene has no inputs")
-        self.inputs = inputs
-        with nogil:
-            self.unit.extend(self.run, t1, driven)
+    def extend(self, double t1, Inputs inputs=None):
+        """Go on to t1, from the end of the run or before it, with other inputs where given."""
+        cdef extending job
+        job.unit, job.run, job.t1, job.inputs = self.unit, self.run, t1, address_of(inputs)
+        if inputs is not None:
+            self.inputs = inputs
+        with_stack(self.stack, extend_run, &job)
+
+    cpdef void forget(self):
+        """Keep of the record the last state only; count from zero."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t last = record.count - 1
+        if last > 0:
+            record.t[0] = record.t[last]
+            memcpy(record.y, record.y + last * self.width, self.width * sizeof(double))
+            record.count = 1
+        record.crossing_count = 0
+        self.run.stats.steps = self.run.stats.rejected = 0
+
+    cpdef int step(self, double t1, Inputs inputs=None) except -1:
+        """On to t1, forgetting the way there; inputs as in :meth:`extend`.  The status code."""
+        self.forget()
+        self.extend(t1, inputs)
+        while self.run.status == MECHC_RUNNING:
+            self.advance(LONG_MAX)
+        return self.run.status
+
+    def step_by(self, double dt, Inputs inputs=None):
+        """The same, on by dt."""
+        return self.step(self.run.t + dt, inputs)
+
+    def reach(self, double t1):
+        """Steps of the run's own lengths until it has reached t1 or passed it.  The status code."""
+        if self.run.t < t1:
+            self.forget()
+        while self.run.status == MECHC_RUNNING and self.run.t < t1:
+            self.advance(1)
+        return self.run.status
+
+    def state_at(self, double t):
+        """The state at t within the last step (width,), from the dense output."""
+        y = np.empty(self.width)
+        cdef double[::1] p = self.p, state = y
+        cdef interpolation job
+        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
+        job.p, job.left, job.piece = &p[0] if p.shape[0] else NULL, 1, 1
+        job.inputs = address_of(self.inputs)
+        job.t, job.out, job.width = &t, &state[0], self.width
+        with_stack(self.stack, interpolate_a_while, &job)
+        return y
+
+    def state(self):
+        """The last accepted state (width,), a copy."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        y = np.empty(self.width)
+        cdef double[::1] state = y
+        memcpy(&state[0], record.y + (record.count - 1) * self.width, self.width * sizeof(double))
+        return y
+
+    def save(self):
+        """The run as bytes, which contain addresses."""
+        saved = np.empty(self.unit.saved_size(self.run), dtype=np.uint8)
+        cdef unsigned char[::1] to = saved
+        self.unit.save(self.run, &to[0])
+        return saved
+
+    def restore(self, const unsigned char[::1] saved):
+        """Back to what :meth:`save` gave of this run, or of one with the same inputs."""
+        self.unit.restore(self.run, &saved[0])
 
     def read_with(self, Inputs inputs not None):
         """The inputs that :meth:`interpolate` takes, of the whole run."""
@@ -140,6 +226,19 @@ cdef class Run:
         if record.count:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.width * sizeof(double))
+        return t, y
+
+    def tail(self, ptrdiff_t count):
+        """The last accepted times and states, at most so many, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t some = min(count, record.count)
+        t, y = np.empty(some), np.empty((some, self.width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if some:
+            memcpy(&times[0], record.t + record.count - some, some * sizeof(double))
+            memcpy(&states[0, 0], record.y + (record.count - some) * self.width,
+                   some * self.width * sizeof(double))
         return t, y
 
     def largest(self, const Py_ssize_t[::1] which):

@@ -15,14 +15,18 @@ from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
 from mechc.native._codes import (
     AT_CHANGE_POINT,
     EVENT_FAILED,
+    FINISHED,
     INPUT_FAILED,
     INTERRUPTED,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
+    UNDECIDED,
 )
 from mechc.native._run import Run
+from mechc.simulation.balance import energy_note
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
+from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -35,6 +39,7 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+ENDED = (FINISHED, STOPPED_BY_EVENT)
 CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
@@ -108,11 +113,14 @@ def _driven(
         (
             *_warnings(compiled, code, stop),
             *_coarse_angles(system, compiled, policy.rtol),
+            *(energy_note(system, compiled, values, policy, stats) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
-        rounding=EXACT * system.length(values),
+        rounding=EXACT * system.length(values) if code == UNDECIDED else 0.0,
     )
+    if code in LIMITED:
+        status = explained(status, code, system, compiled, values, policy, span)
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None
     if code == INPUT_FAILED and driven is not None:

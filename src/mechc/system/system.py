@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeAlias
 
@@ -37,6 +38,8 @@ class System(Description):
         Defaults, bounds and order of the parameters.
     reference
         How another process finds the same scene.
+    kept
+        What functions of a system keep for their next call, by a key of their own.
     build
         Facts of its build: options, seconds of each stage, key in the cache.
     operations_of_all
@@ -81,7 +84,7 @@ class System(Description):
         values = zip(self.parameters, self.parameter_set.defaults.tolist(), strict=True)
         return {name: value for name, value in values if value == value}
 
-    @property
+    @cached_property
     def knows_energy(self) -> bool:
         """Whether kinetic and potential energy are among the outputs."""
         return {"kinetic_energy", "potential_energy"} <= set(self.scene.outputs)
@@ -104,9 +107,12 @@ class System(Description):
         other._set_scene(scene)
         return other
 
+    kept: dict[Any, Any]
+
     def _set_scene(self, scene: Any) -> None:
         self.scene = scene
         self.driven = scene if self.inputs else None
+        self.kept = {}
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]

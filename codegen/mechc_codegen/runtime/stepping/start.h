@@ -36,6 +36,16 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
         run->scale[i] = mechc_max(run->scale[i], 1e-3 * scale[i] / span);
 }
 
+/* Other inputs from the time reached on. */
+MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
+{
+    mechc_scalar_give_inputs(&run->given, 0, inputs);
+    for (int i = 0; i < MECHC_METHODS; i++)
+        if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
+    run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
+}
+#endif
+
 MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
                                            const mechc_inputs *inputs)
 {
@@ -43,15 +53,16 @@ MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
     const ptrdiff_t count = head->trajectory.count;
     if (head->status != MECHC_RUNNING && head->status != MECHC_FINISHED) return;
     run->t1 = t1;
-    mechc_scalar_give_inputs(&run->given, 0, inputs);
-    for (int i = 0; i < MECHC_METHODS; i++)
-        if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
     /* of two steps: the last may have been cut short */
     for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--)
         run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
-    head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
-}
+    head->status = MECHC_RUNNING;
+#if MECHC_NI > 0
+    if (inputs) mechc_change_inputs(run, inputs);
+#else
+    (void)inputs;
 #endif
+}
 
 /* What is asked for. */
 MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options *options)
@@ -69,7 +80,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
-    mechc_give_at(options->t0, run->y, options->p, options->inputs, &run->given);
+    mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;

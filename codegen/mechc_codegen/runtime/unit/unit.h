@@ -12,6 +12,7 @@
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
+#include "run/saved.h"
 #include "run/trajectory.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
@@ -30,7 +31,7 @@ static int mechc_unit_project(double t, double *y, const double *p, const mechc_
                               double *moved)
 {
     mechc_scalar_given given;
-    mechc_give_at(t, y, p, inputs, &given);
+    mechc_give_at(t, y, p, inputs, 0, &given);
     return mechc_project_state(t, y, &given, moved);
 }
 
@@ -69,7 +70,8 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .advance_lockstep = mechc_lockstep_advance_runs,
     .release = mechc_unit_release,
     .interpolate = mechc_unit_interpolate,
-#if MECHC_NI > 0
     .extend = mechc_integration_extend,
-#endif
+    .saved_size = mechc_saved_size,
+    .save = mechc_save,
+    .restore = mechc_restore,
 };

@@ -12,7 +12,6 @@ from mechc.assembly.initial_values import filled_start
 from mechc.cli.own_models import is_own, own_model, own_name
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, UnknownNameError
-from mechc.native._codes import METHODS
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
 
@@ -148,9 +147,7 @@ def values_of(
 
 
 def tolerance(chosen: argparse.Namespace) -> float:
-    """``--rtol``; with ``--method``, which is checked too, before anything is compiled."""
-    if chosen.method != "auto" and chosen.method not in METHODS:
-        raise UnknownNameError("method", chosen.method, ("auto", *METHODS))
+    """``--rtol``, checked before anything is compiled."""
     rtol = number("--rtol", chosen.rtol)
     if not 0 < rtol < 1:
         raise MechcError(f"--rtol must be between 0 and 1, not {chosen.rtol}")

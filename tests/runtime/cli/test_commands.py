@@ -158,7 +158,6 @@ def test_show_tells_names_units_geometry_and_options(capsys, here):
         ["show", "four_bar", "--latex", "--out", "page.html"],
         ["run", "windows", "--with", "count=13", "--rtol", "banana"],
         ["run", "windows", "--with", "count=13", "--rtol", "2"],
-        ["run", "windows", "--with", "count=13", "--method", "euler"],
         ["run", "windows", "--with", "count=13", "--start", "nobody=1"],
         ["sweep", "windows", "--with", "count=13", "--vary", "l=1:2:3", "--set", "nobody=1"],
     ],

@@ -25,7 +25,8 @@ typedef enum {
     MECHC_EVENT_FAILED = 110, /* the function of an event */
     MECHC_OPEN_AT_START = 111,
     MECHC_NOT_ASSEMBLED = 112,
-    MECHC_INPUT_FAILED = 113 /* the function of an input */
+    MECHC_INPUT_FAILED = 113, /* the function of an input */
+    MECHC_RESETS_ACCUMULATE = 114 /* an event resets the state ever more often */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */

@@ -93,6 +93,7 @@ setup(
     packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
+        Extension("mechc.native._arrays", ["src/mechc/native/_arrays.pyx"]),
         Extension(
             "mechc.native._codes",
             ["src/mechc/native/_codes.pyx"],
@@ -124,6 +125,13 @@ setup(
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
             depends=[*SHARED, *headers("abi", "batch")],
+        ),
+        Extension(
+            "mechc.native._closing",
+            ["src/mechc/native/_closing.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[*SHARED, *headers("abi", "closing")],
         ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],

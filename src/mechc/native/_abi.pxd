@@ -6,7 +6,7 @@ from mechc.native._inputs cimport mechc_inputs
 cdef extern from "abi/model.h":
     int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
-    int MECHC_RUNNING, MECHC_FINISHED
+    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
         const double *data
@@ -33,6 +33,7 @@ cdef extern from "abi/model.h":
         double first_step, max_step
         long max_steps
         int method, dense, on_change_point, may_stiffen
+        const int *stop
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations
@@ -92,5 +93,14 @@ cdef extern from "abi/model.h":
         int inputs
 
 cdef extern from "abi/large_stack.h":
+    ctypedef struct mechc_on_stack:
+        pass
+
     size_t mechc_stack_of(int) noexcept nogil
+    size_t mechc_stack_needed(int) noexcept nogil
+    int mechc_begin_on_stack(
+        mechc_on_stack *, size_t, void (*)(void *) noexcept nogil, void *
+    ) noexcept nogil
+    int mechc_wait_on_stack(mechc_on_stack *, double) noexcept nogil
+    void mechc_end_on_stack(mechc_on_stack *) noexcept nogil
     int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil

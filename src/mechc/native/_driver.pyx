@@ -9,14 +9,14 @@ from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
-from libc.math cimport NAN, isfinite
+from libc.math cimport INFINITY, NAN, isfinite
 from libc.stdlib cimport free
 from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_CAPSULE, mechc_given, mechc_model, mechc_options, mechc_output, mechc_rows,
-    mechc_stack_of, mechc_unit
+    mechc_stack_needed, mechc_stack_of, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -39,6 +39,16 @@ cdef extern from "abi/call.h":
     void mechc_let_go(mechc_along *) noexcept nogil
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
+cdef ptrdiff_t LITTLE_WORK = 1 << 17
+
+
+cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:
+    """States to evaluate before the clock is read: the work of one grows as its size cubed at most.
+
+    Each piece computes the constants of the parameters anew, so many small ones take longer.
+    """
+    return max(LANES, LITTLE_WORK // (width * width * width + 1) // LANES * LANES)
+
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -110,27 +120,6 @@ def capsule_of(path):
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 
-def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
-    """The largest magnitude among the values at these places, 0 where there are none."""
-    cdef double largest = 0.0
-    cdef Py_ssize_t i
-    for i in range(which.shape[0]):
-        largest = max(largest, abs(values[which[i]]))
-    return largest
-
-
-def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
-    """Whether every number is strictly between the bounds of its column; NaN is not."""
-    cdef ptrdiff_t i, k
-    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
-        raise ValueError("a bound for every column is needed")
-    for i in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            if not lower[k] < rows[i, k] < upper[k]:
-                return False
-    return True
-
-
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
@@ -171,6 +160,11 @@ cdef class Scene:
     def metadata(self):
         """JSON text: names, units, drawing, operation counts."""
         return self.model.metadata.decode()
+
+    @property
+    def evaluator(self):
+        """What evaluates its outputs: itself, of a scene with inputs or under compilation its part."""
+        return self
 
     @property
     def instruction_set(self):
@@ -230,7 +224,7 @@ cdef class Scene:
         parameters.data = &p[0, 0] if self.parameters else NULL
         parameters.stride = self.parameters if p.shape[0] > 1 else 0
         cdef evaluation job
-        job.output, job.left, job.piece = output, count, LANES
+        job.output, job.left, job.piece = output, count, first_piece(self.width)
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
         job.inputs = address_of(inputs)
         while job.left:
@@ -238,15 +232,16 @@ cdef class Scene:
             PyErr_CheckSignals()
 
     def bound(self, str name, const double[::1] p):
-        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+        """Output `name` at the parameters p, for C: (capsule, address, data, width, stack).
 
         The capsule is called by its C signature, has the data for its context and owns them;
-        the address is that of its function.
+        the address is that of its function; a call takes at most so many bytes of stack.
         """
         cdef mechc_bound *bound = bound_output(self, name, p)
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
-        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+        stack = mechc_stack_needed(self.width)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
         self, str name, const double[::1] p, int component, const int[::1] places,
@@ -308,8 +303,10 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0, bint may_stiffen=False, Inputs inputs=None):
-        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES."""
+              bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
+              Inputs inputs=None):
+        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
+        trajectory."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
@@ -332,7 +329,8 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
-        run.begin(&options)
+        options.stop = &run.stop
+        run.begin(&options, max_bytes)
         return run
 
 

@@ -1,8 +1,11 @@
 """Long work in pieces between which signals are looked at, on a stack that is large enough."""
 
+from cpython.exc cimport PyErr_CheckSignals
 from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
-from mechc.native._abi cimport mechc_with_stack
+from mechc.native._abi cimport (
+    mechc_begin_on_stack, mechc_end_on_stack, mechc_on_stack, mechc_wait_on_stack
+)
 
 cdef extern from *:
     """
@@ -29,12 +32,30 @@ cdef inline ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil
 
 
 cdef inline int with_stack(
-    size_t bytes, void (*work)(void *) noexcept nogil, void *data
+    size_t bytes, void (*work)(void *) noexcept nogil, void *data, int *stop=NULL
 ) except -1:
-    """Work without the GIL, on a stack that is large enough."""
-    cdef int done
-    with nogil:
-        done = mechc_with_stack(bytes, work, data)
-    if not done:
+    """Work without the GIL, on a stack that is large enough.
+
+    Signals are looked at meanwhile where that is a stack of its own; one that raises sets `stop`.
+    """
+    cdef mechc_on_stack job
+    cdef int done = 0
+    if not bytes:
+        with nogil:
+            work(data)
+        return 0
+    if not mechc_begin_on_stack(&job, bytes, work, data):
         raise MemoryError("no stack for a scene of this size")
+    try:
+        while not done:
+            with nogil:
+                done = mechc_wait_on_stack(&job, LOOK)
+            PyErr_CheckSignals()
+    except BaseException:
+        if stop != NULL:
+            stop[0] = 1
+        raise
+    finally:
+        with nogil:
+            mechc_end_on_stack(&job)
     return 0

@@ -7,7 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechc.native._codes import RESETS_ACCUMULATE, RUNNING, STOPPED_BY_EVENT, TOO_MANY_STEPS
+from mechc.native._codes import (
+    MEMORY_LIMIT,
+    RESETS_ACCUMULATE,
+    RUNNING,
+    STOPPED_BY_EVENT,
+    TOO_MANY_STEPS,
+)
 from mechc.simulation.events import Event, EventFinder, FunctionFailedError, evaluated, located
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
@@ -21,6 +27,7 @@ PLASTIC = 1e-9  # of the rate before: what is left after a reset that does not t
 TOUCHING = 10.0  # times rtol of an event's largest value: it may be zero
 SHORTEST = 64.0  # times the exactness of an event's time: resets nearer to each other accumulate
 MOST_AT_ONCE = 1000  # resets at one instant
+LEAST_STATES, ROWS_A_STEP = 64, 12  # room of a piece: states; rows of the dense output a step
 
 
 class Resets:
@@ -59,7 +66,10 @@ class Resets:
         ends = bool(event.terminal) and self.finder.count(number) >= event.terminal
         first = self.chain.pieces[-1].stats()
         left = self.policy.max_steps - first["steps"] - first["rejected"]
-        self.policy = self.policy._replace(first_step=0.0, max_steps=max(left, 1))
+        room = self.policy.max_bytes - self._bytes()
+        self.policy = self.policy._replace(
+            first_step=0.0, max_steps=max(left, 1), max_bytes=max(room, 1.0)
+        )
         t_end = t if ends or accumulate else self.t_end
         piece = begin(self.system, (t, t_end), state, self.values, self.policy)
         self.chain.add(piece, jump=True)
@@ -68,7 +78,14 @@ class Resets:
             return RESETS_ACCUMULATE
         if ends:
             return STOPPED_BY_EVENT
+        if room <= 0:
+            return MEMORY_LIMIT
         return RUNNING if left > 0 else TOO_MANY_STEPS
+
+    def _bytes(self) -> float:
+        """Memory of the last piece, at most."""
+        states = max(self.chain.last.count, LEAST_STATES)
+        return float(8 * states * (1 + self.system.scene.width * (1 + ROWS_A_STEP)))
 
     def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:
         """The state after an event's reset and those that it causes at the same instant; whether

@@ -27,6 +27,7 @@ class Segment(Protocol):
     def stats(self) -> dict[str, Any]: ...
     def states(self) -> tuple[Array, Array]: ...
     def times(self, first: int) -> Array: ...
+    def tail(self, count: int) -> tuple[Array, Array]: ...
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
 
@@ -79,6 +80,10 @@ class Until:
     def states(self) -> tuple[Array, Array]:
         y = self.piece.states()[1][: self.count - 1]
         return self.times(0), np.vstack([y, self.interpolate(np.array([self.t]))])
+
+    def tail(self, count: int) -> tuple[Array, Array]:
+        t, y = self.states()
+        return t[-count:], y[-count:]
 
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self.piece.change_points()
@@ -165,6 +170,10 @@ class Segments:
             return self.last.times(first - self._rows[-1] + self._left_out(number))
         parts = [piece.times(self._left_out(k)) for k, piece in enumerate(self.pieces)]
         return np.concatenate(parts)[first:]
+
+    def tail(self, count: int) -> tuple[Array, Array]:
+        """Of the last piece."""
+        return self.last.tail(count)
 
     def change_points(self) -> tuple[Array, Array, Array]:
         parts = zip(*(piece.change_points() for piece in self.pieces), strict=True)

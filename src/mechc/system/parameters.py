@@ -15,7 +15,7 @@ from mechc.errors import (
     ValueOutOfBoundsError,
     brief,
 )
-from mechc.native._driver import largest_of, strictly_within
+from mechc.native._arrays import largest_of, strictly_within
 from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
 
@@ -118,6 +118,8 @@ class ParameterSet:
 
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
+        if len(rows) == 1:
+            return np.array([self.length(rows[0])])
         if not len(self._lengths):
             return np.ones(len(rows))
         largest = np.abs(rows[:, self._lengths]).max(axis=1)

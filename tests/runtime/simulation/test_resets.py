@@ -76,6 +76,12 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
     assert len(sol.segments) == 101
 
 
+def test_many_pieces_keep_within_the_memory_allowed(ball):
+    sol = ball.simulate(50.0, [1.0, 0.0], events=[bouncing(1.0)], max_bytes=1e5)
+    assert sol.status.code == "memory limit"
+    assert 2 < len(sol.segments) < 20
+
+
 def test_both_sides_of_each_jump(ball):
     sol = ball.simulate(2.0, [1.0, 0.0], events=[bouncing(0.8)])
     times = sol.events[0].t

@@ -1,6 +1,10 @@
 /* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
 #pragma once
 
+/* Components of a state up to which work space is below half a megabyte and a step takes a moment:
+ * beyond, work has a stack of its own, and a step that is under way can be given up. */
+#define MECHC_WIDE 90
+
 /* How a run, or the projection of one state, ended. */
 typedef enum {
     MECHC_RUNNING = 0,
@@ -26,7 +30,9 @@ typedef enum {
     MECHC_OPEN_AT_START = 111,
     MECHC_NOT_ASSEMBLED = 112,
     MECHC_INPUT_FAILED = 113, /* the function of an input */
-    MECHC_RESETS_ACCUMULATE = 114 /* an event resets the state ever more often */
+    MECHC_MEMORY_LIMIT = 114, /* as many accepted states as were allowed */
+    MECHC_DISCONTINUITY = 115, /* the rates jump where the steps shrank to nothing */
+    MECHC_RESETS_ACCUMULATE = 116 /* an event resets the state ever more often */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */

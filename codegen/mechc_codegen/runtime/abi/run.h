@@ -20,6 +20,7 @@ typedef struct {
     int dense; /* keep the coefficients of the dense output */
     int on_change_point; /* mechc_change_point_policy */
     int may_stiffen; /* an explicit method may hand over to the implicit one */
+    const int *stop; /* set by another thread: give up the step under way; NULL: never */
 } mechc_options;
 
 typedef struct {

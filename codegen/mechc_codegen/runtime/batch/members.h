@@ -276,7 +276,7 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
 {
     for (int i = 0; i < worker->width; i++) {
         mechc_batch_slot *slot = worker->slot + i;
-        if (slot->member < 0) continue;
+        if (slot->member < 0 || slot->run->status == MECHC_INTERRUPTED) continue;
         const int whole = mechc_batch_attempts(slot->run) - slot->taken >= piece;
         if (batch->stopping && !whole && slot->run->status == MECHC_RUNNING) continue;
         const int status = mechc_batch_take(batch, slot);

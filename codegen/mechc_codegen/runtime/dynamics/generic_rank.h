@@ -64,7 +64,7 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
     /* loops are closed by the rows that count here, or by all of them where more count elsewhere */
     for (int all = 0; here < MECHC_NC && all < 2; all++) {
         given->k[MECHC_NK] = all ? MECHC_NC : here;
-        for (int j = 0; j < MECHC_NU; j++) {
+        for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
             const int rank = mechc_rank_beside(t, y, given, j);
             if (rank > most) most = rank;
         }
@@ -76,9 +76,11 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
 
 /* The same for a run that starts at a state. */
 MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
-                                const mechc_inputs *inputs, mechc_scalar_given *given)
+                                const mechc_inputs *inputs, const int *stop,
+                                mechc_scalar_given *given)
 {
     mechc_give(p, inputs, given);
+    mechc_scalar_give_stop(given, stop);
 #if MECHC_NC > 0
     given->k[MECHC_NK] = mechc_count_rows(t, y, given);
 #else

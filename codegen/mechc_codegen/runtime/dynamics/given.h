@@ -9,6 +9,7 @@
 #else
 #define MECHC_GIVEN_SCALAR
 #endif
+#include "abi/codes.h"
 #include "abi/inputs.h"
 #include "dynamics/sizes.h"
 
@@ -18,7 +19,41 @@ typedef struct {
 #if MECHC_NI > 0
     const mechc_inputs *inputs[RLANES];
 #endif
+#if MECHC_NX >= MECHC_WIDE
+    const int *stop; /* see mechc_options */
+#endif
 } FN(given);
+
+MECHC_INLINE void FN(give_stop)(FN(given) *given, const int *stop)
+{
+#if MECHC_NX >= MECHC_WIDE
+    given->stop = stop;
+#else
+    (void)given, (void)stop;
+#endif
+}
+
+MECHC_INLINE const int *FN(stop_of)(const FN(given) *given)
+{
+#if MECHC_NX >= MECHC_WIDE
+    return given->stop;
+#else
+    (void)given;
+    return 0;
+#endif
+}
+
+/* Whether another thread asks to give up what is under way, which takes long in a wide scene: it
+ * then fails with MECHC_INTERRUPTED, or its result is not used. */
+MECHC_INLINE int FN(stopped)(const FN(given) *given)
+{
+#if MECHC_NX >= MECHC_WIDE
+    return given->stop && __atomic_load_n(given->stop, __ATOMIC_RELAXED);
+#else
+    (void)given;
+    return 0;
+#endif
+}
 
 MECHC_INLINE void FN(give_inputs)(FN(given) *given, int lane, const mechc_inputs *inputs)
 {

@@ -2,13 +2,18 @@
 #pragma once
 
 #include <math.h>
+#include "simd/bind_scalar.h"
+#include "dynamics/given.h"
+#include "simd/unbind.h"
 #include "simd/lanes.h"
 
-/* a = P^-1 L U in place; 0 where a pivot vanishes. */
-MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size)
+/* a = P^-1 L U in place; 0 where a pivot vanishes, or where it is stopped. */
+MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size,
+                               const mechc_scalar_given *given)
 {
     for (int j = 0; j < size; j++) {
         int best = j;
+        if (mechc_scalar_stopped(given)) return 0;
         for (int i = j + 1; i < size; i++)
             if (fabs(a[i * size + j]) > fabs(a[best * size + j])) best = i;
         rows[j] = best;

@@ -26,7 +26,7 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
                                     double *out)
 {
     mechc_scalar_given given;
-    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, &given);
+    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
         const double start = trajectory->t[step];

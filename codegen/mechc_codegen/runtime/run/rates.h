@@ -70,6 +70,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
 {
     mechc_scalar_place place;
     mechc_stats *stats = &run->head.stats;
+    if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     const int status =
         mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;

@@ -138,7 +138,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         a[(n - 1) * n + MECHC_NU + r] = normal;
         square += normal * normal;
     }
-    for (int j = 0; j < MECHC_NU; j++) {
+    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
         b[rank + j] = -pull[j];
         mechc_pull(t, c->q, given, j, step, c->normal, moved);
         for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
@@ -158,7 +158,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
 {
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
-    for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
+    for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
         mechc_displace(t, c->q, given, by, moved);
@@ -192,6 +192,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
         }
         const double length = mechc_critical_equations(t, given, &place, &at, c, a, b);
+        if (mechc_scalar_stopped(given)) return 0;
         mechc_solve(a, b, MECHC_NU + at.rank + 1);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);

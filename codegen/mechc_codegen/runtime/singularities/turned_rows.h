@@ -141,7 +141,7 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     mechc_weakest places[2];
     int crossed = 0, turned;
     mechc_weakest_at(span->t, span->path->q[0], span, monitor->rank, &places[0]);
-    for (int i = 1; i < span->path->count; i++) {
+    for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
         const mechc_piece piece = {i, {&places[(i - 1) % 2], &places[i % 2]}};
         mechc_weakest_at(span->t + fraction[i] * span->h, span->path->q[i], span, monitor->rank,
                          &places[i % 2]);

@@ -80,7 +80,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
-    mechc_give_at(options->t0, run->y, options->p, options->inputs, &run->given);
+    mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;

@@ -31,7 +31,7 @@ static int mechc_unit_project(double t, double *y, const double *p, const mechc_
                               double *moved)
 {
     mechc_scalar_given given;
-    mechc_give_at(t, y, p, inputs, &given);
+    mechc_give_at(t, y, p, inputs, 0, &given);
     return mechc_project_state(t, y, &given, moved);
 }
 

@@ -33,7 +33,7 @@ from mechc_codegen.library.chains.windows import windows
 
 from mechc.compilation import entries
 from mechc.compilation.build import system_with
-from mechc.compilation.processor import native
+from mechc.compilation.toolchain.processor import native
 from mechc.model import Model
 from mechc.system.reference import ModelReference
 

@@ -45,14 +45,14 @@ def test_a_typed_load_that_cannot_be_read_is_an_error_of_mechc():
 
 LANES = """
 import sys
-from mechc.compilation.processor import native
+from mechc.compilation.toolchain.processor import native
 native()
 print([name for name in sys.modules if name.startswith("mechc._scenes.")])
 """
 
 
 def test_the_lanes_of_this_processor_are_known_without_a_compiled_mechanism():
-    from mechc.compilation.processor import native
+    from mechc.compilation.toolchain.processor import native
 
     done = subprocess.run([sys.executable, "-c", LANES], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -14,7 +14,7 @@ from mechc.compilation import cache, entries
 from mechc.compilation.from_scene import Described, Seconds, system_with, with_inputs
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import DeferredScene, Pending
-from mechc.compilation.processor import environment, native
+from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import MechcError
 from mechc.system.reference import ModelReference
 from mechc.system.system import System

@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build, cache, entries, processor, toolchain
+from mechc.compilation import build, cache, entries, toolchain
 from mechc.compilation.cache import security as cache_folder
 from mechc.compilation.pending import Pending
+from mechc.compilation.toolchain import processor
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
@@ -59,7 +60,8 @@ def compiler_script(folder, body):
 RUN = """
 import warnings
 import mechc
-from mechc.compilation import build, entries, processor
+from mechc.compilation import build, entries
+from mechc.compilation.toolchain import processor
 from tests.support.first_units import MadeOnRequest
 from tests.support.pendulums import pendulum
 build.Pending = MadeOnRequest
@@ -105,7 +107,8 @@ def test_processes_at_once_derive_and_compile_once(fresh):
 
 KANE = """
 import mechc
-from mechc.compilation import build, entries, processor
+from mechc.compilation import build, entries
+from mechc.compilation.toolchain import processor
 from tests.support.first_units import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
 build.Pending = MadeOnRequest

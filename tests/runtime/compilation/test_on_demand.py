@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build, cache, entries, processor, toolchain
+from mechc.compilation import build, cache, entries, toolchain
 from mechc.compilation.pending import Pending
+from mechc.compilation.toolchain import processor
 from mechc.errors import CompilerError, MechcError, UnknownNameError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
@@ -125,7 +126,8 @@ def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
 
 RUN = """
 import mechc
-from mechc.compilation import build, entries, processor
+from mechc.compilation import build, entries
+from mechc.compilation.toolchain import processor
 from tests.support.pendulums import pendulum
 made = []
 inner = entries.make_whole

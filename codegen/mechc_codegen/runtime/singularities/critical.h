@@ -27,7 +27,7 @@ typedef struct {
     double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
 } mechc_critical;
 
-typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS } mechc_verdict;
+typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS, MECHC_UNKNOWN } mechc_verdict;
 
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
  * free do not move. */
@@ -159,12 +159,25 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
 /* Times the spread of samples of the gap: where many rows meet, a sample moves few of them. */
 #define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
 
+/* The lengths that a gap is the sum of, as the speeds show them: lengths typed as decimals and
+ * their sum are each off by half an ulp. */
+MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
+{
+    double longest = 0.0;
+    for (int i = 0; i < MECHC_NH; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);
+        longest = mechc_max(longest, sum);
+    }
+    return longest;
+}
+
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
  * billionth around q* is rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
-    double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
@@ -173,10 +186,9 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
-    c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
+    c->rounding =
+        mechc_max(MECHC_EPS * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
 }
 
 /* Newton's method from q for the critical configuration of one direction, counted by falling

@@ -10,36 +10,36 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from mechc.assembly import positions
-from mechc.assembly.initial_values import checked_numbers, filled_start
-from mechc.batch.results import Batch
-from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
-from mechc.errors import AssemblyError, MechcError
-from mechc.outputs import Outputs
+from mechc.configurations import ONE_SET, Configurations
+from mechc.errors import MechcError
 from mechc.results.solution import Solution
-from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
-from mechc.simulation.settings import checked_policy, checked_span_and_times
+from mechc.simulation.settings import (
+    LARGEST_TRAJECTORY,
+    checked_policy,
+    checked_span,
+    checked_span_and_times,
+)
 from mechc.simulation.simulate import run
-from mechc.system.names import by_name, name_of, names_of
+from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
 if TYPE_CHECKING:
-    from mechc.analysis.constraint_rank import Redundancy
-    from mechc.analysis.equilibria import Equilibrium
     from mechc.analysis.inverse_dynamics import InverseDynamics
     from mechc.analysis.linearize import Linearization
+    from mechc.batch.results import Batch
+    from mechc.batch.spec import Assembly
     from mechc.results.model_report import Report
+    from mechc.simulation.stepper import Stepper
 
-ONE_SET = "takes one set of parameters at a time"
 SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
-class Model(Outputs):
+class Model(Configurations):
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
@@ -119,143 +119,6 @@ class Model(Outputs):
         from mechc.results.model_report import model_report
 
         return model_report(self.system, compare=compare)
-
-    # -- configurations -----------------------------------------------------------------------
-
-    def assemble(
-        self,
-        coordinates: Mapping[str, float] | None = None,
-        speeds: Mapping[str, float] | None = None,
-        guess: Mapping[str, float] | None = None,
-        params: Parameters = None,
-        t: float = 0.0,
-    ) -> Array:
-        """One state that closes the loops to rounding.
-
-        Parameters
-        ----------
-        coordinates
-            Values to keep (rad, m); the other coordinates are solved for, as angles in (-pi, pi].
-            By default those of the mechanism's start (``model.start``), with its speeds too as far
-            as there are degrees of freedom besides ``speeds``.
-        speeds
-            Values to keep (rad/s, m/s); the others are made consistent, the least ones where the
-            constraints leave a choice.
-        guess
-            Some coordinates near the configuration wanted; of several assemblies the nearest is
-            taken, with angles within half a turn of the guess.  By default the mechanism's
-            preferred one: the elbow-up configuration of a planar loop.  At a change point also
-            some speeds, near those of the branch wanted.
-        params
-            As in every output of the model.
-        t
-            The time in s, for constraints that depend on it.
-
-        Returns
-        -------
-        y0 : (nq + nu,)
-
-        Raises
-        ------
-        AssemblyError
-            If the loops cannot close (with the gap in metres), if the coordinates given do not
-            determine the others and there is no guess, if the speeds contradict each other, or if
-            the configuration is a change point and the speeds are possible on several branches.
-        """
-        given, pace, near = self._named(coordinates, speeds, guess)
-        if coordinates is None:
-            given, pace, near = filled_start(self.system, {}, pace, near)
-        given, pace = self._checked_start(given, pace)
-        near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
-        if both := sorted(set(near) & set(given)):
-            raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
-        p = self._one_set(params, f"assembly {ONE_SET}")
-        return positions.assemble(self.system, given, pace, near, p, t)
-
-    def assemblies(
-        self,
-        coordinates: Mapping[str, float],
-        speeds: Mapping[str, float] | None = None,
-        params: Parameters = None,
-        t: float = 0.0,
-    ) -> Array:
-        """Every state that closes the loops with the coordinates given: (n, nq + nu).
-
-        The mechanism's preferred assembly comes first; at a change point there is one state for
-        every branch on which the speeds are possible.  Arguments and errors as in :meth:`assemble`.
-        """
-        given, pace, _ = self._named(coordinates, speeds, None)
-        given, pace = self._checked_start(given, pace)
-        p = self._one_set(params, f"assembly {ONE_SET}")
-        return positions.assemblies(self.system, given, pace, p, t)
-
-    def _named(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
-        """Coordinates, speeds and guesses by name, each empty where there are none."""
-        names = (self.coordinates, self.speeds, self.coordinates)
-        examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
-        kinds = ("coordinates", "speeds", "guesses")
-        return [
-            {} if values is None else by_name(values, kind, example)
-            for values, kind, example in zip(given, kinds, examples, strict=True)
-        ]
-
-    def _checked_start(
-        self, coordinates: Mapping[str, float], speeds: Mapping[str, float]
-    ) -> tuple[dict[str, float], dict[str, float]]:
-        return (
-            checked_numbers(coordinates, self.coordinates, "coordinate"),
-            checked_numbers(speeds, self.speeds, "speed"),
-        )
-
-    def equilibria(self, params: Parameters = None, t: float = 0.0) -> tuple[Equilibrium, ...]:
-        """Equilibria under the loads at time t, the stable ones first.
-
-        Found by Newton's method on the accelerations along the manifold from points spread over
-        the configurations that close the loops; angles in (-pi, pi].
-
-        Raises
-        ------
-        AssemblyError
-            If no closed configuration was found.
-        MechcError
-            If the model has states besides coordinates and speeds.
-        """
-        from mechc.analysis.equilibria import equilibria
-
-        return equilibria(self.system, self._one_set(params, ONE_SET), t)
-
-    def limits(self, coordinate: str, params: Parameters = None) -> tuple[tuple[float, float], ...]:
-        """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
-
-        Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
-        the whole circle is ``((-pi, pi),)``.
-
-        Raises
-        ------
-        UnknownNameError
-            If there is no such coordinate.
-        """
-        from mechc.analysis.equilibria import limits
-
-        return limits(self.system, name_of(coordinate), self._one_set(params, ONE_SET))
-
-    def redundant_constraints(
-        self, params: Parameters = None, t: float = 0.0
-    ) -> tuple[Redundancy, ...]:
-        """Rows that are redundant on every closed configuration, in the order of the constraints.
-
-        Found by the rank of J at closed configurations spread over the whole range of the
-        coordinates, each row against those before it.  Rows that depend on each other at a change
-        point only are not among them.
-
-        Raises
-        ------
-        AssemblyError
-            If no closed configuration is found.
-        """
-        from mechc.analysis.constraint_rank import redundant_constraints
-
-        return redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
 
     # -- along a motion -----------------------------------------------------------------------
 
@@ -372,6 +235,7 @@ class Model(Outputs):
         first_step: float | None = None,
         max_step: float = math.inf,
         max_steps: int = 10_000_000,
+        max_bytes: float = LARGEST_TRAJECTORY,
         dense: bool = True,
         events: Sequence[Any] = (),
         on_change_point: str = "continue",
@@ -403,6 +267,9 @@ class Model(Outputs):
             limits the steps.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
+        max_bytes
+            Memory for the accepted states and the dense output, 1 GiB by default.  A run that needs
+            more ends with the status ``"memory limit"``, which names what limits its steps.
         dense
             Keep the dense output for ``sol(t)``.
         events
@@ -437,18 +304,58 @@ class Model(Outputs):
         """
         model = self if inputs is None else self.with_inputs(inputs)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = checked_events(events, system, p) if events else ()
+        chosen = _checked_events(events, system, p) if events else ()
         span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
-            on_change_point=on_change_point,
+            on_change_point=on_change_point, max_bytes=max_bytes,
         )  # fmt: skip
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
         return run(made, system, span, state, p, policy, times, chosen, progress, y0)
+
+    def stepper(
+        self,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        t: float = 0.0,
+        inputs: Mapping[str, Any] | None = None,
+        rtol: float = 1e-9,
+        atol: float | Array | None = None,
+        method: str = "auto",
+        max_step: float = math.inf,
+        max_steps: int = 10_000_000,
+        on_change_point: str = "continue",
+    ) -> Stepper:
+        """The motion from y0 at time t, to be advanced step by step: in a loop with the world.
+
+        ``stepper.step(dt, {"F": 0.5})`` gives the state after dt.  Arguments as in
+        :meth:`simulate`; ``max_steps`` counts within one step.  An input that is to change in steps
+        is given its first value here, as a number.
+
+        Raises
+        ------
+        MechcError
+            If the model has no compiled code.
+        AssemblyError, MissingInputError, UnknownNameError, ValueOutOfBoundsError, ValueError
+            As :meth:`simulate`.
+        """
+        from mechc.simulation.stepper import Stepper
+
+        model = self.with_inputs(inputs or {}) if self.inputs else self
+        system, p = model.system, self._one_set(params, f"a stepper {ONE_SET}")
+        policy = checked_policy(
+            system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
+            max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
+        )  # fmt: skip
+        start, _ = checked_span((t, t))
+        if isinstance(y0, Mapping):
+            y0 = model._start(y0, p, start)
+        return Stepper(system, start, checked_state(system, y0, p, start), p, policy)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
@@ -507,6 +414,12 @@ class Model(Outputs):
         from mechc.results.summary import model_html
 
         return model_html(self.system)
+
+
+def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
+    from mechc.simulation.expression_events import checked_events
+
+    return checked_events(events, system, p)
 
 
 def _found_again(

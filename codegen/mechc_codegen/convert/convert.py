@@ -28,6 +28,11 @@ from mechc_codegen.convert.classify_constraints import (
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.convert.potential import gravity_apart, potential_of
+from mechc_codegen.convert.reactions import (
+    constraints_with_auxiliary,
+    refuse_contributing,
+    split_reactions,
+)
 from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.convert.units import Units
 from mechc_codegen.description.joints import Joint
@@ -50,10 +55,12 @@ def convert(
 ) -> Mechanism:
     """The mechanism that a Source describes."""
     read = read or fingerprint(source)
+    source, reactions = split_reactions(source, _reactions(source, settings, read))
+    read = read.without({each.symbol for each in reactions})
     states = _states(source, settings, read)
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
-    kinematics = _kinematics(source)
+    kinematics = _kinematics(source, settings)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     source, added, held = split_accelerations(source, rates)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
@@ -63,6 +70,7 @@ def convert(
     speeds_held = _all_rates(source, rates, motion)
     refuse_other_angular_velocities(source, bodies, rates, speeds_held)
     refuse_other_accelerations(source, bodies, rates, speeds_held)
+    refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary)
     given = _resolved(settings.units, "units", source, (*parameters, *states))
@@ -90,6 +98,8 @@ def convert(
         added_inertia=added,
         joints=_joints(source, bodies),
         states=_described_states(source, settings, states, units, parameters),
+        reactions=reactions,
+        auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
     )
 
@@ -97,9 +107,11 @@ def convert(
 # -- kinematics and constraints -------------------------------------------------------------------
 
 
-def _kinematics(source: Source) -> tuple[Expr, ...]:
+def _kinematics(source: Source, settings: ConversionSettings) -> tuple[Expr, ...]:
     zero = dict.fromkeys(source.auxiliary, S.Zero)
-    return coordinate_rates([e.xreplace(zero) for e in source.kinematics], source.q)
+    configuration = (*source.configuration, *map(sympify, settings.configuration_constraints or ()))
+    equations = [e.xreplace(zero) for e in source.kinematics]
+    return coordinate_rates(equations, source.q, configuration)
 
 
 def _constraints(
@@ -155,6 +167,12 @@ def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
     state = {*source.q, *source.u, *source.auxiliary}
     found = {x for x in read.leaves if isinstance(x, AppliedUndef)} - state
     return sorted(found, key=str)
+
+
+def _reactions(source: Source, settings: ConversionSettings, read: Fingerprint) -> list[Expr]:
+    own = {dynamicsymbols._t, *source.q, *source.u, *source.auxiliary}
+    known = sorted(read.leaves - own, key=str)
+    return [find_symbol(key, known, "reactions", "symbol") for key in settings.reactions]
 
 
 def _states(

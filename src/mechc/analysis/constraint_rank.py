@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closure_solver import Loop, even_points
+from mechc.assembly.closer import even_points
+from mechc.assembly.positions import closed_states
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -45,18 +46,8 @@ class Redundancy:
 
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
-    """Rows that are redundant on every closed configuration, in the order of the constraints.
-
-    By the rank of J at closed configurations spread over the whole range of the
-    coordinates, each row against those before it.  Rows that depend on each other at a change
-    point only are not among them.
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration is found.
-    """
-    y = _closed_states(system, values, t)
+    """Rows that are redundant everywhere: see :meth:`mechc.Model.redundant_constraints`."""
+    y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
@@ -70,17 +61,6 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         else:
             found.append(_relation(system, name, kept, shares))
     return tuple(found)
-
-
-def _closed_states(system: System, values: Array, t: float) -> Array:
-    """States (n, nq + nu) at rest on configurations that close the loops."""
-    width = len(system.coordinates)
-    loop = Loop(system, values, np.zeros(width), list(range(width)), t)
-    x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
-    if not loop.rows:
-        return loop.states(x[:SAMPLES])
-    closed = loop.solve(x)
-    return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 
 def _of_highest_rank(jacobian: Array) -> Array:

@@ -6,14 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
-from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.assembly.closer import SAME, even_points, search_of, wrap
+from mechc.assembly.positions import closed_states, open_by
+from mechc.errors import MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 STARTS, ITERATIONS = 48, 60
 SCAN, BISECTIONS = 181, 60  # ranges narrower than two degrees can be missed
+NEUTRAL = 1e-7  # of the largest: slopes below it are rounding of the differences
 DIFFERENCE = 1e-6  # step of the central differences along the manifold
 
 
@@ -27,118 +29,92 @@ class Equilibrium:
         The state, speeds zero.
     stable
         Whether the mechanism returns after a small displacement in every direction.
+    neutral
+        In how many directions it stays where it is put: a bar between two balls may spin, and
+        every angle of it is an equilibrium.
     """
 
     y: Array
     stable: bool
+    neutral: int = 0
 
 
 def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
-    """Equilibria under the loads at time t, the stable ones first.
-
-    Found by Newton's method on the accelerations along the manifold from points spread over the
-    configurations that close the loops; angles in (-pi, pi].
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration was found.
-    MechcError
-        If the model has states besides coordinates and speeds.
-    """
+    """Equilibria under the loads at time t: see :meth:`mechc.Model.equilibria`."""
     if system.states:
         raise MechcError(
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
             "found for mechanisms without them; at an equilibrium of both model.rhs is zero"
         )
-    starts = _closed_starts(system, values, t)
-    if not starts:
-        raise AssemblyError("the loops cannot be closed anywhere with these lengths")
+    starts = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     found: list[Equilibrium] = []
     for start in starts:
         y = _settle(system, start, values, t)
         if y is not None and all(_apart(system, y, e.y) for e in found):
-            found.append(Equilibrium(y, _is_stable(system, y, values, t)))
+            found.append(Equilibrium(y, *_kind(system, y, values, t)))
+    if not found:
+        raise MechcError(
+            f"no equilibrium was found from {len(starts)} configurations that close the loops: "
+            "the loads have none, or it is where the search does not end; integrate with damping "
+            "to see where the mechanism comes to rest"
+        )
     return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
 
 
 def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float, float], ...]:
-    """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
-
-    Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
-    the whole circle is ``((-pi, pi),)``.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such coordinate.
-    """
+    """The ranges of a coordinate for which the loops close: see :meth:`mechc.Model.limits`."""
     if coordinate not in system.coordinates:
         raise UnknownNameError("coordinate", coordinate, system.coordinates)
-    angular = system.angular[system.state_index(coordinate)]
-    reach = np.pi if angular else 2 * system.length(values)
-    grid = np.linspace(-reach, reach, SCAN)
-    closed = _closed_at(system, coordinate, grid, values)
-    edges = [-reach] if closed[0] is not None else []
+    driven = system.state_index(coordinate)
+    most = np.pi if system.angular[driven] else 2 * system.length(values)
+    grid = np.linspace(-most, most, SCAN)
+    closed = _closed_at(system, driven, grid, values)
+    edges = [-most] if closed[0] is not None else []
     for k in range(SCAN - 1):
         if (closed[k] is None) != (closed[k + 1] is None):
-            edges.append(
-                _edge(
-                    system, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values
-                )
-            )
+            sides = (grid[k], closed[k]), (grid[k + 1], closed[k + 1])
+            edges.append(_edge(system, driven, *sides, values))
     if closed[-1] is not None:
-        edges.append(reach)
+        edges.append(most)
     return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def _closed_at(system: System, name: str, grid: Array, values: Array) -> list[Array | None]:
-    """For each value of a coordinate a closed configuration, or None: all searched at once."""
-    driven = system.state_index(name)
+def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[Array | None]:
+    """For each value of a coordinate a closed configuration (nq,), or None."""
+    fixed = np.tile(system.default_coordinates, (len(grid), 1))
+    fixed[:, driven] = grid
     free = system.unknowns([driven])
-    fixed = np.tile(system.default_coordinates, (len(grid) * STARTS, 1))
-    fixed[:, driven] = np.repeat(grid, STARTS)
-    loop = Loop(system, values, fixed, free)
-    starts = even_points(STARTS, len(free)) * np.where(loop.angular, np.pi, loop.length)
-    x, closed = loop.search(np.tile(starts, (len(grid), 1)))
-    rows = closed.reshape(len(grid), STARTS)
-    found = x.reshape(len(grid), STARTS, -1)
-    return [found[k, int(rows[k].argmax())] if rows[k].any() else None for k in range(len(grid))]
+    if not free or not system.scene.holonomic:
+        closed = open_by(system, fixed, values, 0.0) <= 1e-8 * system.length(values)
+        return [q if is_closed else None for q, is_closed in zip(fixed, closed, strict=True)]
+    p = np.tile(values, (len(grid), 1))
+    any_start = search_of(system, free, starts=even_points(STARTS, len(free)))
+    search = any_start.solved(0.0, fixed, p, 1, enough=1, tells_miss=False)
+    return [q[0] if many else None for q, many in zip(search.found, search.many, strict=True)]
 
 
-Side = tuple[float, Array | None]
+Side = tuple[float, "Array | None"]
 
 
-def _edge(system: System, name: str, a: Side, b: Side, values: Array) -> float:
+def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float:
     """Where closing starts or ends between a and b, on the side that closes, by bisection."""
-    driven = system.state_index(name)
     free = system.unknowns([driven])
-    (inside, x), (outside, _) = (a, b) if a[1] is not None else (b, a)
+    (inside, q), (outside, _) = (a, b) if a[1] is not None else (b, a)
+    if not free:
+        return inside
+    nearby = search_of(system, free, free, np.zeros((1, len(free))))
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)
-        if middle in (inside, outside) or x is None:
+        if middle in (inside, outside) or q is None:
             break
-        fixed = system.default_coordinates.copy()
-        fixed[driven] = middle
-        trial, closed = Loop(system, values, fixed, free).search(x[None])
-        if closed[0]:
-            inside, x = middle, trial[0]
+        trial = q[None].copy()
+        trial[0, driven] = middle
+        search = nearby.solved(0.0, trial, values[None], 1, enough=1, tells_miss=False)
+        if search.many[0]:
+            inside, q = middle, search.found[0, 0]
         else:
             outside = middle
     return inside
-
-
-def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
-    width = len(system.coordinates)
-    reach = np.where(system.angular[:width], np.pi, system.length(values))
-    starts = []
-    for q in even_points(STARTS, width) * reach:
-        state = np.concatenate([q, np.zeros(len(system.speeds))])
-        status, y, _, _ = system.scene.project(t, state, values)
-        if status == RUNNING:
-            y[width:] = 0.0
-            starts.append(y)
-    return starts
 
 
 def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
@@ -148,13 +124,15 @@ def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
         basis = _tangent(system, y, values, t)
         residual = _along(system, y, basis, values, t)
         slope = _slope(system, y, basis, values, t)
-        step = -np.linalg.lstsq(slope, residual, rcond=1e-12)[0]
+        step = -np.linalg.lstsq(slope, residual, rcond=NEUTRAL)[0]
         size = float(np.abs(step).max(initial=0.0))
         moved = _moved(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
         if moved is None:
             return None
         y = moved
         if size < 1e-12:
+            if np.abs(residual).max(initial=0.0) > 1e-9 * max(1.0, np.abs(slope).max(initial=0.0)):
+                return None  # pushed in a direction in which no displacement helps
             y[:width] = np.where(system.angular[:width], wrap(y[:width]), y[:width])
             return y
     return None
@@ -202,9 +180,14 @@ def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> 
     return np.asarray(moved) if status == RUNNING else None
 
 
-def _is_stable(system: System, y: Array, values: Array, t: float) -> bool:
+def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]:
+    """Whether it is stable, and in how many directions it is neutral."""
     slope = _slope(system, y, _tangent(system, y, values, t), values, t)
-    return bool(np.linalg.eigvals(slope).real.max(initial=-1.0) < 0)
+    if not len(slope):
+        return True, 0
+    singular = np.linalg.svd(slope, compute_uv=False)
+    neutral = int((singular <= NEUTRAL * singular[0]).sum())
+    return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
 
 
 def _apart(system: System, a: Array, b: Array) -> bool:

@@ -3,37 +3,15 @@
 
 import numpy as np
 
-from cpython.pycapsule cimport PyCapsule_GetPointer
 from libc.stdlib cimport calloc, free
+
+from mechc.native._abi cimport (
+    MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
+)
+from mechc.native._driver cimport Scene
 
 
 cdef extern from "batch/members.h":
-    int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
-    const char *MECHC_CAPSULE
-
-    ctypedef struct mechc_output:
-        const char *name
-        int width
-
-    ctypedef struct mechc_options:
-        double t0, t1
-        double rtol
-        const double *atol
-        double first_step, max_step
-        long max_steps
-        int method, dense, on_change_point, may_stiffen
-
-    ctypedef struct mechc_unit:
-        const char *instruction_set
-        int output_count
-        const mechc_output *outputs
-
-    ctypedef struct mechc_model:
-        int abi
-        int coordinates, speeds, parameters
-        void (*complete)(const unsigned char *, double *) noexcept nogil
-        const mechc_unit *(*select)(const char *) noexcept nogil
-
     ctypedef struct mechc_quantity:
         int reduction, form, output, second, component, direction, terminal
         double level
@@ -66,94 +44,16 @@ cdef extern from "batch/members.h":
     int mechc_batch_work(mechc_batch *) noexcept nogil
 
 
-cdef extern from "batch/close_loops.h":
-    ctypedef struct mechc_closing:
-        const mechc_unit *unit
-        int gap_output, gradient_output
-        int gap_width, rows, columns
-        int coordinates, width, parameters, unknowns
-        const int *unknown
-        const unsigned char *angular
-        double t
-        ptrdiff_t starts
-        const double *start
-        ptrdiff_t count, block
-        const double *fixed
-        const double *p
-        const double *length
-        int most
-        double *found
-        int *many
-        double *miss
-        ptrdiff_t next, done
-        int stop
-
-    int mechc_close_work(mechc_closing *) noexcept nogil
-
-
-cdef extern from "abi/large_stack.h":
-    size_t mechc_stack_of(int) noexcept nogil
-    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
-
 ctypedef struct sharing:
     mechc_batch *batch
-    mechc_closing *closing
     int made
 
 cdef void work_on_batch(void *given) noexcept nogil:
     cdef sharing *job = <sharing *>given
     job.made = mechc_batch_work(job.batch)
 
-cdef void work_on_closing(void *given) noexcept nogil:
-    cdef sharing *job = <sharing *>given
-    job.made = mechc_close_work(job.closing)
 
-
-cdef class Unit:
-    """A compiled scene in one instruction set, for batches."""
-
-    cdef const mechc_model *model
-    cdef const mechc_unit *unit
-    cdef object capsule
-
-    def __init__(self, capsule, str instruction_set):
-        cdef bytes wanted = instruction_set.encode()
-        self.capsule = capsule
-        self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
-        if self.model.abi != MECHC_ABI:
-            raise ValueError("this model was compiled for another ABI: compile it again")
-        self.unit = self.model.select(wanted)
-        if self.unit == NULL:
-            raise ValueError(f"this processor or this build has no {instruction_set!r}")
-
-    def outputs(self):
-        """Output name -> (index, width)."""
-        return {
-            self.unit.outputs[i].name.decode(): (i, self.unit.outputs[i].width)
-            for i in range(self.unit.output_count)
-        }
-
-
-cdef class Job:
-    """Work shared by any number of threads; call ``work`` in each of them."""
-
-    cdef object kept  # arrays that C points into
-
-    @property
-    def done(self):
-        """Members finished so far."""
-        raise NotImplementedError
-
-    def work(self):
-        """Take members until none is left; raises MemoryError without memory."""
-        raise NotImplementedError
-
-    def stop(self):
-        """Ask every thread to return after its current steps."""
-        raise NotImplementedError
-
-
-cdef class Runs(Job):
+cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
@@ -161,6 +61,7 @@ cdef class Runs(Job):
     :data:`mechc.native._codes.COUNTERS` and ``LEAST``.
     """
 
+    cdef object kept  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
     cdef readonly object y, t, status, at_times, reduced, counts, least
@@ -168,31 +69,31 @@ cdef class Runs(Job):
     def __cinit__(self):
         self.quantity = NULL
 
-    def __init__(self, Unit unit, options, const double[:, ::1] y0, const double[:, ::1] p,
+    def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
                  const double[::1] t_eval, quantities, double open_at_most):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
         cdef const double[::1] atol
         cdef const unsigned char[::1] closed
-        if y0.shape[1] != unit.model.coordinates + unit.model.speeds:
+        if y0.shape[1] != scene.width:
             raise ValueError("wrong number of state components")
-        if p.shape[0] != count or p.shape[1] != unit.model.parameters or length.shape[0] != count:
+        if p.shape[0] != count or p.shape[1] != scene.parameters or length.shape[0] != count:
             raise ValueError("a row of parameters and a length are needed for every member")
         if pure.shape[0] != y0.shape[1]:
             raise ValueError("wrong number of scales")
-        self.kept = [unit, y0, p, length, pure, assembled, t_eval]
+        self.kept = [scene, y0, p, length, pure, assembled, t_eval]
         self._allocate(count, y0.shape[1], t_eval.shape[0], len(quantities))
-        batch.unit = unit.unit
-        batch.coordinates, batch.width = unit.model.coordinates, y0.shape[1]
-        batch.parameters = unit.model.parameters
+        batch.unit = scene.unit
+        batch.coordinates, batch.width = scene.coordinates, y0.shape[1]
+        batch.parameters = scene.parameters
         batch.open_at_most = open_at_most
         batch.count = count
         batch.lockstep = options["lockstep"]
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
         if count:
             batch.y0, batch.length = &y0[0, 0], &length[0]
-            batch.p = &p[0, 0] if unit.model.parameters else NULL
+            batch.p = &p[0, 0] if scene.parameters else NULL
         batch.pure = &pure[0]
         if t_eval.shape[0]:
             batch.t_eval = &t_eval[0]
@@ -241,6 +142,7 @@ cdef class Runs(Job):
         chosen.max_steps, chosen.method = options["max_steps"], options["method"]
         chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
         chosen.on_change_point = options["on_change_point"]
+        chosen.stop = &self.batch.stop
 
     cdef _ask(self, quantities):
         cdef ptrdiff_t i
@@ -260,9 +162,11 @@ cdef class Runs(Job):
 
     @property
     def done(self):
+        """Members finished so far."""
         return self.batch.done
 
     def work(self):
+        """Take members until none is left; any number of threads may at once."""
         cdef sharing job
         cdef int given
         job.batch, job.made = &self.batch, 0
@@ -272,66 +176,5 @@ cdef class Runs(Job):
             raise MemoryError()
 
     def stop(self):
+        """Ask every thread to return after its current steps."""
         self.batch.stop = 1
-
-
-cdef class Closings(Job):
-    """Closed configurations of every member.
-
-    After the work: ``found`` (n, most, nq), ``many`` (n,), ``miss`` (n,) m.
-    """
-
-    cdef mechc_closing job
-    cdef readonly object found, many, miss
-
-    def __init__(self, Unit unit, str gap, str gradient, int rows, int columns,
-                 const int[::1] unknown, const unsigned char[::1] angular, double t,
-                 const double[:, ::1] starts, const double[:, ::1] fixed,
-                 const double[:, ::1] p, const double[::1] length, int most, ptrdiff_t block):
-        cdef mechc_closing *job = &self.job
-        cdef ptrdiff_t count = fixed.shape[0]
-        cdef double[:, :, ::1] found
-        cdef int[::1] many
-        cdef double[::1] miss
-        outputs = unit.outputs()
-        if fixed.shape[1] != unit.model.coordinates or p.shape[0] != count:
-            raise ValueError("a row of coordinates and parameters is needed for every member")
-        if starts.shape[1] != unknown.shape[0] or angular.shape[0] != unknown.shape[0]:
-            raise ValueError("wrong number of unknowns")
-        if columns * rows > outputs[gradient][1] or length.shape[0] != count or not count:
-            raise ValueError("wrong shapes")
-        self.kept = [unit, unknown, angular, starts, fixed, p, length]
-        found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
-        many = self.many = np.zeros(count, np.intc)
-        miss = self.miss = np.full(count, np.nan)
-        job.unit = unit.unit
-        job.gap_output, job.gap_width = outputs[gap]
-        job.gradient_output = outputs[gradient][0]
-        job.rows, job.columns = rows, columns
-        job.coordinates = unit.model.coordinates
-        job.width = unit.model.coordinates + unit.model.speeds
-        job.parameters, job.unknowns = unit.model.parameters, unknown.shape[0]
-        job.unknown, job.angular = &unknown[0], &angular[0]
-        job.t = t
-        job.starts, job.start = starts.shape[0], &starts[0, 0]
-        job.count, job.block = count, max(block, 1)
-        job.fixed, job.length = &fixed[0, 0], &length[0]
-        job.p = &p[0, 0] if unit.model.parameters else NULL
-        job.most = most
-        job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
-
-    @property
-    def done(self):
-        return self.job.done
-
-    def work(self):
-        cdef sharing job
-        cdef int given
-        job.closing, job.made = &self.job, 0
-        with nogil:
-            given = mechc_with_stack(mechc_stack_of(self.job.width), work_on_closing, &job)
-        if not given or not job.made:
-            raise MemoryError()
-
-    def stop(self):
-        self.job.stop = 1

@@ -8,12 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
+LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 
 
 class Policy(NamedTuple):
@@ -28,11 +30,13 @@ class Policy(NamedTuple):
     dense: bool
     on_change_point: str
     stiff_switch: bool
+    max_bytes: float = LARGEST_TRAJECTORY
 
 
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
+    max_bytes: float = LARGEST_TRAJECTORY,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
 
@@ -51,6 +55,7 @@ def checked_policy(
         dense,
         checked_change_point(on_change_point),
         method == "auto",
+        _positive("max_bytes", max_bytes, infinite=True),
     )
 
 
@@ -105,32 +110,18 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    times = doubles(t_eval, "t_eval").copy()
+    given = doubles(t_eval, "t_eval")
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
-    return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
-
-
-def _plainly_inside(times: Array, span: tuple[float, float], slack: float) -> bool:
-    """The usual case, fast: forwards, and each time is an end or not near one."""
-    if times.ndim != 1 or not len(times):
-        return False
-    inner = times[int(times[0] == span[0]) : -1 if times[-1] == span[1] else None]
-    clear = not len(inner) or (inner[0] - span[0] > slack and span[1] - inner[-1] > slack)
-    return bool(clear and (times[1:] > times[:-1]).all())
-
-
-def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
-    low, high = sorted(span)
-    times = np.where(np.abs(times - low) <= slack, low, times)
-    times = np.where(np.abs(times - high) <= slack, high, times)
-    if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
+    found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, None)
+    if found == OUTSIDE:
+        low, high = sorted(span)
         raise ValueOutOfBoundsError(
             f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
         )
-    direction = 1.0 if span[1] >= span[0] else -1.0
-    if (np.diff(times) * direction <= 0).any():
+    if found == NOT_IN_ORDER:
         raise ValueOutOfBoundsError("t_eval must go strictly in the direction of t_span")
-    return times
+    checked: Array = times
+    return checked
 
 
 def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
@@ -143,6 +134,8 @@ def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
 
 
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+    if type(value) is float and 0.0 < value < math.inf:
+        return value  # nearly always, and fast
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -161,4 +154,6 @@ def _checked_rtol(rtol: float) -> float:
 
 def checked_count(name: str, value: float) -> int:
     """A whole number above 0; infinity is the largest."""
+    if type(value) is int and 0 < value < 2**62:
+        return value
     return int(min(_positive(name, value, infinite=True), 2.0**62))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.native._arrays import all_within
 from mechc.simulation.events import EventRecord
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -18,24 +19,7 @@ from mechc.system.system import System
 
 
 class Trajectory:
-    """The states of a run over time; :class:`mechc.Solution` is its public face.
-
-    Attributes
-    ----------
-    system, params
-        What was simulated: the system, and the array (np,) of its parameters.
-    status
-        :class:`mechc.Status`: how it ended, in prose by ``str``.
-    stats
-        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
-        the constraints and its time, wall time in s, method.
-    t : (nt,)
-        Times in s: ``t_eval``, or the accepted steps.
-    events
-        An :class:`mechc.EventRecord` (times, states) for each event.
-    y : (nt, nq + nu)
-        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
-    """
+    """The states of a run over time; :class:`mechc.Solution`, its public face, tells of them."""
 
     def __init__(
         self,
@@ -80,7 +64,9 @@ class Trajectory:
         start, end = self.span
         if not len(times) or abs(times[-1] - start) <= abs(end - start):
             return times
-        return times[np.abs(times - start) <= abs(end - start)]
+        if end >= start:
+            return times[: np.searchsorted(times, end, side="right")]
+        return times[: len(times) - np.searchsorted(times[::-1], end, side="left")]
 
     @property
     def t(self) -> Array:
@@ -121,9 +107,10 @@ class Trajectory:
             raise MechcError("this run kept no dense output: simulate with dense=True")
         times = doubles(t, "the times")
         low, high = sorted(self.span)
-        if not ((times >= low) & (times <= high)).all():
+        along = times.reshape(-1)
+        if not all_within(along, low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
-        rows: Array = self._run.interpolate(np.ascontiguousarray(times.reshape(-1)))
+        rows: Array = self._run.interpolate(along)
         return rows.reshape(*times.shape, rows.shape[1])
 
     @cached_property

@@ -140,6 +140,25 @@ def test_implicit_kinematics_are_solved_without_dividing_by_what_may_vanish() ->
     assert found == pytest.approx([-3.0, 2.0], abs=1e-12)
 
 
+def test_rates_are_not_divided_by_what_vanishes_on_the_constraints() -> None:
+    """On x^2 + y^2 = 1 with x y' - y x' = v, x' = w: solved for y' they divide by x."""
+    norm = x**2 + y**2 - 1
+    rates = coordinate_rates([x * y.diff(t) - y * x.diff(t) - v, x.diff(t) - w], [x, y], [norm])
+    turning = {x: 0, y: 1, v: 2, w: -2}
+    assert [r.xreplace(turning) for r in rates] == [-2, 0]
+    speeds_off = {x: 0, y: 1, v: 2, w: 1}  # the norm then changes, so projected speeds keep it
+    assert norm.diff(t).xreplace({x.diff(t): rates[0], y.diff(t): rates[1]}).xreplace(speeds_off)
+    for place in ({x: 0.6, y: 0.8}, {x: -0.28, y: 0.96}):
+        kept = place | {v: 1.5, w: -1.5 * place[y]}
+        found = [float(r.xreplace(kept)) for r in rates]
+        assert found == pytest.approx([-1.5 * place[y], 1.5 * place[x]], abs=1e-15)
+
+
+def test_rates_that_are_the_same_everywhere_are_left_alone() -> None:
+    plain = [x.diff(t) - v, y.diff(t) - w]
+    assert coordinate_rates(plain, [x, y], [x**2 + y**2 - 1]) == (v, w)
+
+
 @pytest.mark.parametrize(
     ("equations", "match"),
     [
@@ -180,13 +199,38 @@ def test_a_prescribed_speed_needs_no_configuration_constraint() -> None:
     assert len(mechanism(driven).motion_constraints) == 1
 
 
-def test_constraints_that_contradict_each_other_are_refused() -> None:
+@pytest.mark.parametrize(
+    ("configuration", "velocity", "match"),
+    [
+        (x**2 + y**2 - 1, v - w, "no motion satisfies both"),
+        (x - 3, v - 1, "no speeds satisfy both"),
+        (x - sin(t), v - 2 * cos(t), "no speeds satisfy both"),
+        (x - Function("r")(t), v - 2 * Function("r")(t).diff(t), "no speeds satisfy both"),
+    ],
+)
+def test_constraints_that_contradict_each_other_are_refused(configuration, velocity, match) -> None:
     kane = slider(
-        q_ind=[x], q_dependent=[y], u_ind=[v], u_dependent=[w],
-        configuration_constraints=[x**2 + y**2 - 1], velocity_constraints=[v - w],
+        q_ind=[y], q_dependent=[x], u_ind=[w], u_dependent=[v],
+        configuration_constraints=[configuration], velocity_constraints=[velocity],
     )  # fmt: skip
-    with pytest.raises(MechanismError, match="do not imply the rates"):
+    with pytest.raises(MechanismError, match=match):
         mechanism(kane)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "velocity"),
+    [(x - sin(t), v - cos(t)), (x - Function("r")(t), v - Function("r")(t).diff(t))],
+)
+@pytest.mark.parametrize("inputs", [{}, {"r": 2 * sin(t)}])
+def test_rates_of_driven_configuration_constraints_are_recognised(
+    configuration, velocity, inputs
+) -> None:
+    kane = slider(
+        q_ind=[y], q_dependent=[x], u_ind=[w], u_dependent=[v],
+        configuration_constraints=[configuration], velocity_constraints=[velocity],
+    )  # fmt: skip
+    given = inputs if configuration.has(Function("r")) else {}
+    assert mechanism(kane, inputs=given).motion_constraints == ()
 
 
 def test_reading_leaves_the_points_of_the_user_as_they_are() -> None:

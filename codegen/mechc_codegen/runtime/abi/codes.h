@@ -1,6 +1,9 @@
 /* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
-#ifndef MECHC_CODES_H
-#define MECHC_CODES_H
+#pragma once
+
+/* Components of a state up to which work space is below half a megabyte and a step takes a moment:
+ * beyond, work has a stack of its own, and a step that is under way can be given up. */
+#define MECHC_WIDE 90
 
 /* How a run, or the projection of one state, ended. */
 typedef enum {
@@ -26,7 +29,9 @@ typedef enum {
     MECHC_EVENT_FAILED = 110, /* the function of an event */
     MECHC_OPEN_AT_START = 111,
     MECHC_NOT_ASSEMBLED = 112,
-    MECHC_INPUT_FAILED = 113 /* the function of an input */
+    MECHC_INPUT_FAILED = 113, /* the function of an input */
+    MECHC_MEMORY_LIMIT = 114, /* as many accepted states as were allowed */
+    MECHC_DISCONTINUITY = 115 /* the rates jump where the steps shrank to nothing */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */
@@ -74,5 +79,3 @@ typedef enum {
     MECHC_NORM = 2,
     MECHC_SUM = 3
 } mechc_quantity_form;
-
-#endif

@@ -6,7 +6,6 @@
  * Elsewhere Gauss's principle: the accelerations nearest to the free ones in the metric M.  With
  * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
  */
-#include <string.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_MOTION_VECTOR : !defined MECHC_MOTION_SCALAR
 #if R_VECTOR
@@ -17,8 +16,6 @@
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/one_freedom.h"
-#include "dynamics/sizes.h"
-#include "simd/lanes.h"
 
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */
@@ -93,8 +90,8 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
     FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
-/* The lanes that need it anew.  Works on copies: an array whose address leaves the usual path is
- * kept in memory there. */
+/* Solve again in the lanes given.  Works on copies: an array whose address is passed on would be
+ * kept in memory on the usual path too. */
 MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
                                        real *lambda)
 {

@@ -10,26 +10,20 @@
  * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
  * are projected outright.
  */
-#ifndef MECHC_GAUSS_H
-#define MECHC_GAUSS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "methods/gauss_stages.h"
 #include "methods/gauss_tableau.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/weakest.h"
 #include "stepping/control.h"
 
-#define MECHC_GAUSS_GROWTH 2.0 /* a collocation polynomial is worth nothing farther ahead */
+#define MECHC_GAUSS_GROWTH 2.0 /* the polynomial cannot be extrapolated farther */
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
@@ -198,6 +192,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
+        if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
         if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
@@ -328,7 +323,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, run->current->last_rate));
 }
 
-/* Take over an accepted step. */
+/* Keep the polynomial of an accepted step. */
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -389,7 +384,7 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
     mechc_gauss_take_inputs(g, run);
 }
 
-/* No polynomial leads on, and nothing of the state is kept. */
+/* Start anew, without a polynomial to extrapolate. */
 MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -397,7 +392,7 @@ MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
     memset(g->compensation, 0, sizeof g->compensation);
 }
 
-/* No polynomial leads over a kink of the inputs. */
+/* No polynomial is extrapolated over a kink of the inputs. */
 MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -438,5 +433,3 @@ static const mechc_method mechc_gauss8 = {
     .reach = mechc_gauss_reach,
     .dense = mechc_gauss_dense,
 };
-
-#endif

@@ -2,23 +2,16 @@
  *
  * A step whose conditioning dipped is asked three things: did the weakest direction turn over, did
  * the configuration pass q*, and is q* a change point.  Through a change point the motion goes
- * straight: both or neither.  Past a near miss it bends: the direction never turns over.  A step
- * that answers otherwise has leapt onto the wrong curve and is taken back.
+ * straight: both or neither.  Past a near miss it bends: the direction never turns over.  Any other
+ * answer means that the step has reached another branch, and it is rejected.
  *
  * Between the nodes of a step near a change point, the nearest decides how much the rounding of
  * the closure is magnified (as its distance to the power -3); so the crossing is put into the
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
-#ifndef MECHC_CROSSING_H
-#define MECHC_CROSSING_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/placement.h"
@@ -32,7 +25,7 @@
 /* Middle of the widest gap between the nodes of the explicit pair of order 8. */
 #define MECHC_PAIR_GAP 0.4667
 
-/* Past a gap that is almost rounding, a state nearer than this is rounding too. */
+/* The same beside a gap that cannot be told from rounding. */
 #define MECHC_LOST 1e-5
 
 #if MECHC_NH > 0
@@ -168,7 +161,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
                                          const mechc_critical *critical, int between, int turned,
                                          int too_near, mechc_decision *out)
 {
-    /* Shrinking alone creeps onto the crossing. */
+    /* Shrinking alone would only approach the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || (too_near && !span->last)) {
         monitor->ahead = HUGE_VAL;
@@ -238,6 +231,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
+    if (mechc_scalar_stopped(span->given)) return;
     if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
@@ -261,6 +255,4 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         break;
     }
 }
-#endif
-
 #endif

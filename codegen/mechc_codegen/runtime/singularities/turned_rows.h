@@ -4,15 +4,9 @@
  * and behind the weakest row a second one may pass its own.  So every direction whose singular
  * value is below the clear level is followed with its sign over all nodes of the step.
  */
-#ifndef MECHC_TURNED_ROWS_H
-#define MECHC_TURNED_ROWS_H
+#pragma once
 
-#include <math.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/span.h"
@@ -231,7 +225,7 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     mechc_seen nodes[2];
     int crossed = 0;
     mechc_see_node(span, 0, monitor->rank, &nodes[0]);
-    for (int i = 1; i < span->path->count; i++) {
+    for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
         int turned = 0;
         mechc_see_node(span, i, monitor->rank, &nodes[i % 2]);
         switch (mechc_judge_halves(span, &nodes[(i - 1) % 2], &nodes[i % 2], i, MECHC_HALVINGS,
@@ -257,7 +251,5 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     }
     return 0;
 }
-
-#endif
 
 #endif

@@ -4,21 +4,13 @@
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
  * stand?   record_crossing: when it went through a change point.
  */
-#ifndef MECHC_CROSSINGS_H
-#define MECHC_CROSSINGS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "singularities/critical.h"
 #include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
@@ -33,7 +25,7 @@
 MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
 {
     int rank = 0;
-    for (int j = 0; j < MECHC_NU; j++) {
+    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(span->given); j++) {
         double by[MECHC_NU] = {0}, q[MECHC_NX];
         long unused = 0;
         mechc_scalar_place place;
@@ -105,7 +97,7 @@ MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
 #endif
 }
 
-/* Back from the bridge to the method in use and the step it had. */
+/* After one step by the pair, across a crossing: back to the method in use and its step. */
 MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
 {
     if (run->current == run->method) return;
@@ -113,7 +105,7 @@ MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
     run->step = run->monitor.wanted;
 }
 
-/* Leave what comes to the explicit pair. */
+/* Let the explicit pair take the steps that follow. */
 MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
 {
     run->resumed = run->method;
@@ -164,8 +156,9 @@ MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double 
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
-    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
-        == MECHC_RUNNING)
+    if (!mechc_scalar_stopped(span->given)
+        && mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
+               == MECHC_RUNNING)
         memcpy(q, closed, sizeof closed);
 }
 
@@ -200,6 +193,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     mechc_stats *stats = &run->head.stats;
     run->decision.gap = HUGE_VAL;
     mechc_examine(&span, &run->monitor, &run->decision);
+    if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     stats->examined++;
     if (fabs(run->decision.gap) < stats->critical_gap) {
         stats->critical_gap = fabs(run->decision.gap);
@@ -221,7 +215,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     return MECHC_RUNNING;
 }
 
-/* How far along its direction at `about` the dense output has passed the change point. */
+/* How far the dense output at the fraction s has passed the change point, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
                                     const double *along)
 {
@@ -254,5 +248,3 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
                                                      : MECHC_RUNNING;
 }
-
-#endif

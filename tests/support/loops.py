@@ -150,3 +150,25 @@ def window_row(count: int) -> Mechanism:
         "window_row", joints, gravity=-FREE_FALL * ground.y,
         parameters={f"g_{k}": float(k) for k in range(1, count + 1)}, ground=ground,
     )  # fmt: skip
+
+
+def five_bar() -> Mechanism:
+    """Four moving rods of lengths a, b, c, d in a ring, ground pivots g apart: two freedoms."""
+    ground = at = RigidBody("ground")
+    place: Vector = 0 * ground.x
+    joints: list[PinJoint | Cut] = []
+    for k, length in enumerate(symbols("a b c d")):
+        body = rod(f"rod_{k}", length)
+        joints.append(
+            PinJoint(
+                f"pin_{k}", at, body, *dynamicsymbols(f"q_{k} u_{k}"), place,
+                -length / 2 * body.x, joint_axis=at.z,
+            )
+        )  # fmt: skip
+        at, place = body, length / 2 * body.x
+    far = symbols("g") * ground.x
+    joints.append(Cut.pin("end", ground, at, far, place, joint_axis=ground.z))
+    return from_joints(
+        "five_bar", joints, gravity=-FREE_FALL * ground.y,
+        parameters=dict.fromkeys("abcdg", 1.0), ground=ground,
+    )  # fmt: skip

@@ -1,11 +1,12 @@
 """Near misses that a step's ends alone do not show; the ends of the motion were integrated by
 Gauss collocation in quadruple precision."""
 
+import numpy as np
 import pytest
 
 import mechc
 from benchmarks.stability import crossings
-from tests.support.loops import window_row
+from tests.support.loops import five_bar, window_row
 
 METHODS = ("dopri5", "dop853", "gauss8")
 
@@ -76,3 +77,24 @@ def test_what_turns_between_two_nodes_is_looked_for(
 def test_neutral_four_bars_pass_their_change_points(family):
     words = {row["case"]: row["word"] for row in family(True)}
     assert set(words.values()) == {"right"}, words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["auto", "dop853"])
+def test_a_five_bar_goes_around_its_critical_configurations(method):
+    """With random lengths, some neutral; kept energy is what a leap onto another sheet would lose."""
+    model = mechc.compile(five_bar())
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        lengths = np.round(rng.uniform(0.5, 2.0, 4), 2)
+        neutral = abs(float(lengths @ rng.choice([-1.0, 1.0], 4)))
+        ground = neutral if 0.4 < neutral < 4.0 else 1.5
+        params = dict(zip("abcd", lengths.tolist(), strict=True)) | {"g": ground}
+        try:
+            angles = dict(zip(("q_0", "q_1"), rng.uniform(-3, 3, 2), strict=True))
+            start = model.assemble(angles, speeds={"u_0": 1.0, "u_1": -1.0}, params=params)
+        except mechc.MechcError:
+            continue  # these lengths do not reach
+        sol = model.simulate(10.0, start, params, rtol=1e-9, method=method)
+        assert sol.status.ok, (seed, str(sol.status))
+        assert sol.energy_drift < 1e-6, seed

@@ -238,6 +238,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         else mechc_retry(out, 0.5, 0);
         return;
     }
+    if (!critical.curves) return;
     const int between = mechc_lies_between(span, &critical);
     memcpy(out->q, critical.q, sizeof out->q);
     out->gap = critical.gap;

@@ -117,6 +117,7 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_s
     const int is_one =
         mechc_find_critical_of(t, node->q, span->given, node->weakest.rank, k, reach, &found)
         && mechc_is_critical(span, t, &found);
+    if (is_one && !found.curves) return MECHC_CROSSING;
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_UNKNOWN;
 }
 

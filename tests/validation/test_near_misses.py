@@ -82,7 +82,7 @@ def test_neutral_four_bars_pass_their_change_points(family):
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "dop853"])
 def test_a_five_bar_goes_around_its_critical_configurations(method):
-    """With random lengths, some neutral; kept energy is what a leap onto another sheet would lose."""
+    """Random lengths, some neutral; a leap onto another sheet would lose energy."""
     model = mechc.compile(five_bar())
     for seed in range(40):
         rng = np.random.default_rng(seed)

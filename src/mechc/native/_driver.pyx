@@ -63,6 +63,7 @@ cdef extern from "abi/model.h":
         double *t
         double *y
         double *dense
+        unsigned char *methods
         ptrdiff_t crossing_count
         double *crossings
 
@@ -602,6 +603,18 @@ cdef class Run:
             memcpy(&times[0], record.t, record.count * sizeof(double))
             memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
         return t, y
+
+    def methods(self):
+        """The number of the method of each accepted step, where dense output was kept."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t steps = max(record.count - 1, 0), i
+        found = np.empty(steps, np.uint8)
+        cdef unsigned char[::1] view = found
+        if record.methods == NULL and steps:
+            raise ValueError("this run kept no dense output")
+        for i in range(steps):
+            view[i] = record.methods[i]
+        return found
 
     def largest(self, const Py_ssize_t[::1] which):
         """The largest magnitude of these components in the first and the last accepted state."""

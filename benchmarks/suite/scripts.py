@@ -70,6 +70,8 @@ SCRIPTS = {
 COMMANDS = {
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
+    "sensitivities": Command("run times with derivatives over those without",
+                             "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
                       "stability.states"),
 }  # fmt: skip

@@ -58,7 +58,7 @@ def scene_metadata(
         **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
         "start": dict(mechanism.start),
         "shapes": {request.name_of(o.name): list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), request, program)
+        | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
         "own": [request.name_of(label) for label in request.expressions],
         **({"arrays": {n: list(s) for n, s in request.shapes.items()}} if request.shapes else {}),
@@ -128,15 +128,16 @@ def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
 
 
 def _solved_shapes(
-    mechanism: Mechanism, others: tuple[int, int], request: OutputRequest, program: Program
+    mechanism: Mechanism, parameters: int, request: OutputRequest, program: Program
 ) -> dict[str, list[int]]:
-    """Shapes of outputs that the runtime computes; ``others``: numbers of parameters and inputs."""
+    """Shapes of outputs that the runtime computes."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
     differentiated = _differentiated(program, request).get("differentiated", ())
     own = len(request.expressions) + sum(size for _, size in differentiated)
-    for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):
+    widths = (states, parameters, len(program.input_values()))
+    for by, columns in zip(("state", "parameter", "input"), widths, strict=True):
         shapes[f"{by}_jacobian"] = [states, columns]
         shapes[f"own_{by}_jacobian"] = [own, columns]
     return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})

@@ -42,7 +42,7 @@ class Columns:
 
     @property
     def count(self) -> int:
-        return self.parameters.shape[1]
+        return int(self.parameters.shape[1])
 
     def of(
         self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: Any
@@ -123,6 +123,7 @@ def _by_name(given: Any) -> bool:
 
 def _input_place(system: System, name: str) -> int:
     """The place of an input's value among all values; refused unless it is a number."""
+    assert system.driven is not None
     held = system.driven.given.get(name)
     if not isinstance(held, (int, float, np.integer, np.floating)):
         raise MechcError(

@@ -83,7 +83,7 @@ class Sensitivity(Mapping[str, Array]):
         found = np.empty((len(t), y.shape[1], self.columns.count))
         forwards = 1.0 if self._pieces[-1].t[-1] >= self._pieces[0].t[0] else -1.0
         starts = np.array([forwards * piece.t[0] for piece in self._pieces])
-        place = np.maximum(np.searchsorted(starts, forwards * t, side="right") - 1, 0)
+        place = np.maximum(np.searchsorted(starts, forwards * t) - 1, 0)
         for number in np.unique(place):
             here = place == number
             found[here] = self._pieces[number].at(t[here])

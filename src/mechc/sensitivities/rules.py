@@ -41,7 +41,12 @@ class Collocation:
         where = 2.0 * np.append(nodes, 1.0) - 1.0
         first = np.array([each(where) for each in once]).T
         second = np.array([(each.integ(lbnd=-1) / 2)(where) for each in once]).T
-        return cls(nodes, np.ascontiguousarray(first), np.ascontiguousarray(second), coefficients)
+        return cls(
+            nodes,
+            np.ascontiguousarray(first),
+            np.ascontiguousarray(second),
+            np.asarray(coefficients, float),
+        )
 
     def weights(self, s: Array) -> Array:
         """Integrals from the step's start to the fractions s (n,): (n, stages)."""
@@ -56,7 +61,7 @@ class Collocation:
 
 @dataclass(frozen=True)
 class Pair:
-    """An explicit pair: rate i at ``nodes[i]`` from row i of ``matrix``; rate ``end`` at the end."""
+    """An explicit pair: rate i at ``nodes[i]`` from row i of ``matrix``; ``end`` at the end."""
 
     end: int
     nodes: Array
@@ -87,4 +92,3 @@ def rule_of(method: str) -> Rule:
     if method == "radau5":
         return Collocation.at(np.array(RADAU_NODES))
     return Collocation.at(0.5 * legendre.leggauss(GAUSS_STAGES)[0] + 0.5)
-

@@ -20,9 +20,7 @@ WEAK = 1e-5  # of the largest singular value: at a crossing the weakest row is w
 OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
 
 
-def sensitivity_of_run(
-    sol: Trajectory, names: Sequence[str], y0: Any, params: Any
-) -> Sensitivity:
+def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: Any) -> Sensitivity:
     """Derivatives of the run; ``y0`` and ``params`` as the user gave them.
 
     Raises
@@ -85,9 +83,7 @@ def _without_closure(
     )
 
 
-def _past_crossings(
-    sol: Trajectory, columns: Columns, pieces: Sequence[Piece]
-) -> tuple[str, ...]:
+def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
     """Columns that open a crossing, which is one of these lengths only, end there."""
     notes = []
     alive = np.ones(columns.count, dtype=bool)

@@ -16,7 +16,7 @@ from mechc.errors import MechcError
 from mechc.native._codes import METHODS
 from mechc.native._variational import collocation_steps, pair_steps
 from mechc.sensitivities.columns import Columns
-from mechc.sensitivities.rules import Collocation, Pair, Rule, rule_of
+from mechc.sensitivities.rules import Pair, Rule, rule_of
 from mechc.sensitivities.tangent import tangent
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -39,7 +39,7 @@ class Piece:
     def at(self, times: Array) -> Array:
         """Columns at times within the piece (m,), before they are moved onto the constraints."""
         forwards = 1.0 if self.t[-1] >= self.t[0] else -1.0
-        step = np.searchsorted(forwards * self.t, forwards * times, side="right") - 1
+        step = np.searchsorted(forwards * self.t, forwards * times) - 1
         step = np.clip(step, 0, len(self.t) - 2)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h
@@ -50,9 +50,7 @@ class Piece:
         return np.asarray(before + s[:, None, None] * (self.ends[step + 1] - before) + gained)
 
 
-def follow(
-    system: System, run: Any, values: Array, columns: Columns, start: Array
-) -> list[Piece]:
+def follow(system: System, run: Any, values: Array, columns: Columns, start: Array) -> list[Piece]:
     """The pieces of a compiled run, from the columns (nx, k) at its start.
 
     Raises
@@ -165,7 +163,8 @@ class Motion:
         if found is None:
             return None, None
         shape = states.shape[:-1]
-        return tuple(each.reshape(*shape, *each.shape[1:]) for each in found)
+        moved, offset = (each.reshape(*shape, *each.shape[1:]) for each in found)
+        return moved, offset
 
     def _closely(
         self, jacobians: Array, forced: Array, states: Array, times: Array

@@ -162,5 +162,5 @@ def test_what_is_refused_is_named(swing):
 
 def test_a_model_without_them_says_how_to_get_them():
     model = mechc.load("four_bar")
-    with pytest.raises(mechc.UnavailableOutputError, match="outputs=\\(..., 'sensitivities'\\)"):
+    with pytest.raises(mechc.UnavailableOutputError, match=r"outputs=\(\.\.\., 'sensitivities'\)"):
         model.simulate(0.1, {"theta_0": 1.4}, sensitivities=["l_3"])

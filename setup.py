@@ -12,7 +12,7 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
-INPUTS = "src/mechc/native/_inputs.pxd"  # shared by extensions
+SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the extensions
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
 
@@ -93,6 +93,7 @@ setup(
     packages=packages(),
     cmdclass={"build_ext": BuildScenes},
     ext_modules=[
+        Extension("mechc.native._arrays", ["src/mechc/native/_arrays.pyx"]),
         Extension(
             "mechc.native._codes",
             ["src/mechc/native/_codes.pyx"],
@@ -103,21 +104,27 @@ setup(
             "mechc.native._driver",
             ["src/mechc/native/_driver.pyx"],
             include_dirs=[str(RUNTIME)],
-            depends=[INPUTS, *headers("abi")],
+            depends=[*SHARED, *headers("abi")],
+        ),
+        Extension(
+            "mechc.native._run",
+            ["src/mechc/native/_run.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=[*SHARED, *headers("abi")],
         ),
         Extension(
             "mechc.native._inputs",
             ["src/mechc/native/_inputs.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=[INPUTS, *headers("abi")],
+            depends=[*SHARED, *headers("abi")],
         ),
         Extension(
             "mechc.native._batch",
             ["src/mechc/native/_batch.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=headers("abi", "batch"),
+            depends=[*SHARED, *headers("abi", "batch")],
         ),
         Extension(
             "mechc.native._variational",

@@ -92,8 +92,7 @@ for j, node in enumerate(ends):
 print("""/* Gauss-Legendre collocation with 8 stages, order 16, as data; printed by
  * tools/collocation_table.py.  Matrices are stored by columns: entry [j * 8 + i] is what the rate
  * of stage j gives to stage i. */
-#ifndef MECHC_GAUSS_TABLEAU_H
-#define MECHC_GAUSS_TABLEAU_H
+#pragma once
 
 #define MECHC_STAGES 8
 #define MECHC_GAUSS_TABLE static const __attribute__((aligned(64), unused)) double
@@ -146,4 +145,3 @@ table(
     [dense(second[j], 9)[row] for row in range(9) for j in range(S)],
     "MECHC_GAUSS_DENSE * MECHC_STAGES",
 )
-print("#endif")

@@ -74,6 +74,7 @@ COMMANDS = {
                              "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
                       "stability.states"),
+    "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 
 

@@ -7,9 +7,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from mechc.batch.spec import Assembly
 from mechc.compilation.one_at_a_time import one_at_a_time as _one_at_a_time
 from mechc.errors import (
     AssemblyError,
@@ -23,12 +23,12 @@ from mechc.errors import (
     MissingInputError,
     MissingPackageError,
     MissingParameterError,
+    StepError,
     UnavailableOutputError,
     UnknownNameError,
     UnusedValueWarning,
     ValueOutOfBoundsError,
 )
-from mechc.inputs.signals import Signal
 from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
 from mechc.model import Model
@@ -37,7 +37,12 @@ from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
 from mechc.simulation.status import ChangePoint, Status
-from mechc.system.c_interface import CFunction
+
+if TYPE_CHECKING:
+    from mechc.batch.spec import Assembly
+    from mechc.inputs.signals import Signal
+    from mechc.simulation.stepper import Stepper
+    from mechc.system.c_interface import CFunction
 
 __version__ = "0.1.0"
 
@@ -78,6 +83,8 @@ __all__ = [
     "Speed",
     "State",
     "Status",
+    "StepError",
+    "Stepper",
     "UnavailableOutputError",
     "UnknownNameError",
     "UnusedValueWarning",
@@ -90,7 +97,13 @@ __all__ = [
 ]
 
 
-# For describing mechanisms.
+_LATER = {
+    "Assembly": "mechc.batch.spec",
+    "CFunction": "mechc.system.c_interface",
+    "Signal": "mechc.inputs.signals",
+    "Stepper": "mechc.simulation.stepper",
+}
+# For describing mechanisms: with SymPy.
 _DESCRIPTION = {
     "Closure",
     "Constraint",
@@ -111,7 +124,9 @@ _DESCRIPTION = {
 
 
 def __getattr__(name: str) -> Any:
-    """Names that need SymPy are imported when they are first used."""
+    """Names that few programs use, or that need SymPy, are imported when they are first used."""
+    if name in _LATER:
+        return getattr(import_module(_LATER[name]), name)
     if name in _DESCRIPTION:
         return _described_with(name)
     raise AttributeError(f"module 'mechc' has no attribute {name!r}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from difflib import get_close_matches
 
 
 class MechcError(Exception):
@@ -14,6 +13,8 @@ class UnknownNameError(MechcError, KeyError):
     """A mechanism, parameter, coordinate, speed or output that does not exist."""
 
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
+        from difflib import get_close_matches
+
         known = list(known)
         close = get_close_matches(str(name), known, n=3, cutoff=0.4)
         offered = f"did you mean {_or(close)}?" if close else f"known are {', '.join(known)}"
@@ -72,6 +73,14 @@ class InputError(RunError):
 
     ``solution`` is the run until then, None outside a run.
     """
+
+
+class StepError(MechcError):
+    """A step of a stepper ended before its end; ``status`` is the :class:`mechc.Status`."""
+
+    def __init__(self, message: str, status: object = None) -> None:
+        super().__init__(message)
+        self.status = status
 
 
 class MissingPackageError(MechcError, ImportError):

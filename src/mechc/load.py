@@ -8,10 +8,11 @@ from typing import Any
 from mechc.compilation.catalogue import LIBRARY
 from mechc.compilation.find import checked_backend, library_system
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.compilation.pydy import is_pydy_system, start_of
 from mechc.model import Model
 from mechc.system.names import by_name
 from mechc.system.system import System
+
+PYDY_SYSTEM = ("eom_method", "constants", "initial_conditions", "specifieds", "times")
 
 
 def mechanisms() -> tuple[str, ...]:
@@ -79,6 +80,7 @@ def compile(
     inputs: Mapping[Any, Any] | None = None,
     states: Mapping[Any, Any] | Iterable[Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
+    reactions: Iterable[Any] | None = None,
     backend: str = "c",
 ) -> Model:
     """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
@@ -121,6 +123,10 @@ def compile(
         the muscles of ``sympy.physics.biomechanics``.
     configuration_constraints
         Added to those of the object, if it was given only their rates.
+    reactions
+        Symbols or functions of time in loads that act on auxiliary speeds only (``u_auxiliary``
+        of KanesMethod): the forces and torques that keep these zero.  Each is an output of its
+        name, and user-defined outputs may contain it.
     backend
         ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
         pass change points and has no batches (docs/backends.md).
@@ -137,7 +143,7 @@ def compile(
     CompilerError
         If there is no C compiler or it failed; the message has its command and output.
     """
-    held = mechanism if is_pydy_system(mechanism) else None
+    held = mechanism if all(hasattr(mechanism, name) for name in PYDY_SYSTEM) else None
     if held is not None:
         mechanism, defaults = held.eom_method, {**held.constants, **(defaults or {})}
     system = _compiled_alone(
@@ -152,14 +158,26 @@ def compile(
         configuration_constraints=None
         if configuration_constraints is None
         else tuple(configuration_constraints),
+        reactions=None if reactions is None else _several(reactions),
         backend=checked_backend(backend),
     )
     return Model.of_system(system) if held is None else _with_all_held(system, held)
 
 
+def _several(given: Any) -> tuple[Any, ...]:
+    """One symbol or name, or several, as a tuple."""
+    single = isinstance(given, str) or not isinstance(given, Iterable)
+    return (given,) if single else tuple(given)
+
+
 def _with_all_held(system: System, held: Any) -> Model:
-    """The model of a ``System`` of PyDy, with its start and its specified functions."""
-    start = by_name(start_of(held), "initial conditions")
+    """The model of a ``System`` of PyDy, with its start (by default 0) and its specified functions.
+
+    PyDy itself is never imported.
+    """
+    given, method = dict(held.initial_conditions), held.eom_method
+    begun = {state: float(given.get(state, 0.0)) for state in (*method.q, *method.u)}
+    start = by_name(begun, "initial conditions")
     known = {*system.coordinates, *system.speeds}
     model = Model.of_system(system.with_start({n: x for n, x in start.items() if n in known}))
     return model.with_inputs(held.specifieds) if held.specifieds and system.inputs else model

@@ -12,15 +12,12 @@ import numpy as np
 
 from mechc.assembly import positions
 from mechc.assembly.initial_values import checked_numbers, filled_start
-from mechc.batch.results import Batch
-from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
 from mechc.errors import AssemblyError, MechcError
 from mechc.outputs import Outputs
 from mechc.results.solution import Solution
-from mechc.simulation.expression_events import checked_events
 from mechc.simulation.initialise import checked_state, state_as_given
-from mechc.simulation.settings import checked_policy, checked_span_and_times
+from mechc.simulation.settings import checked_policy, checked_span, checked_span_and_times
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
@@ -32,7 +29,10 @@ if TYPE_CHECKING:
     from mechc.analysis.equilibria import Equilibrium
     from mechc.analysis.inverse_dynamics import InverseDynamics
     from mechc.analysis.linearize import Linearization
+    from mechc.batch.results import Batch
+    from mechc.batch.spec import Assembly
     from mechc.results.model_report import Report
+    from mechc.simulation.stepper import Stepper
 
 ONE_SET = "takes one set of parameters at a time"
 SIMULATE_ONE_SET = f"simulate {ONE_SET}"
@@ -445,7 +445,7 @@ class Model(Outputs):
         """
         model = self if inputs is None else self.with_inputs(inputs)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
-        chosen = checked_events(events, system, p) if events else ()
+        chosen = _checked_events(events, system, p) if events else ()
         span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
@@ -462,6 +462,46 @@ class Model(Outputs):
         if len(sensitivities):
             sol.differentiate(names_of(sensitivities), given, params)
         return sol
+
+    def stepper(
+        self,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        t: float = 0.0,
+        inputs: Mapping[str, Any] | None = None,
+        rtol: float = 1e-9,
+        atol: float | Array | None = None,
+        method: str = "auto",
+        max_step: float = math.inf,
+        max_steps: int = 10_000_000,
+        on_change_point: str = "continue",
+    ) -> Stepper:
+        """The motion from y0 at time t, to be advanced step by step: in a loop with the world.
+
+        ``stepper.step(dt, {"F": 0.5})`` gives the state after dt.  Arguments as in
+        :meth:`simulate`; ``max_steps`` counts within one step.  An input that is to change in steps
+        is given its first value here, as a number.
+
+        Raises
+        ------
+        MechcError
+            If the model has no compiled code.
+        AssemblyError, MissingInputError, UnknownNameError, ValueOutOfBoundsError, ValueError
+            As :meth:`simulate`.
+        """
+        from mechc.simulation.stepper import Stepper
+
+        model = self.with_inputs(inputs or {}) if self.inputs else self
+        system, p = model.system, self._one_set(params, f"a stepper {ONE_SET}")
+        policy = checked_policy(
+            system, rtol=rtol, atol=atol, method=method, first_step=None, max_step=max_step,
+            max_steps=max_steps, dense=system.scene.holonomic > 0, on_change_point=on_change_point,
+        )  # fmt: skip
+        start, _ = checked_span((t, t))
+        if isinstance(y0, Mapping):
+            y0 = model._start(y0, p, start)
+        return Stepper(system, start, checked_state(system, y0, p, start), p, policy)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""
@@ -520,6 +560,12 @@ class Model(Outputs):
         from mechc.results.summary import model_html
 
         return model_html(self.system)
+
+
+def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
+    from mechc.simulation.expression_events import checked_events
+
+    return checked_events(events, system, p)
 
 
 def _found_again(

@@ -6,19 +6,21 @@ import copyreg
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.batch.results import Batch
 from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
 from mechc.results.solution import Solution
-from mechc.results.untrusted import mapping_of, printable, text_of
+from mechc.results.untrusted import mapping_of, printable, short, text_of
 from mechc.simulation.events import EventRecord
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.batch.results import Batch
 
 LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may need
 ROWS_A_STEP = 12  # no method stores more rows of states per step
@@ -47,15 +49,26 @@ def open_saved(
         If the file is not a saved solution or damaged, its mechanism is not found, or the motion
         differs or is too large.
     """
+    path = Path(path)
+    try:
+        return _batch(path, model) if _is_folder(path) else _solution(path, model, max_bytes)
+    except MechcError as error:
+        if isinstance(error, CompilerError) or str(error).isprintable():
+            raise
+        raise MechcError(printable(str(error))) from None  # files are called anything, too
+
+
+def _batch(path: Path, model: Model | None) -> Batch:
+    from mechc.batch.store import open_batch
+
+    batch = open_batch(path, None if model is None else model.system)
+    batch.model = Model.of_system(batch.system)
+    return batch
+
+
+def _solution(path: Path, model: Model | None, max_bytes: int) -> Solution:
     from mechc.results.files import read
 
-    path = Path(path)
-    if _is_folder(path):
-        from mechc.batch.store import open_batch
-
-        batch = open_batch(path, None if model is None else model.system)
-        batch.model = Model.of_system(batch.system)
-        return batch
     try:
         recipe, t, states = read(path)
         sol = _again(_model(recipe, model), recipe, t, max_bytes)
@@ -65,7 +78,7 @@ def open_saved(
         MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
         RecursionError, TypeError, ValueError,
     ) as error:  # fmt: skip
-        told = printable(str(error) or type(error).__name__)
+        told = short(str(error) or type(error).__name__)
         raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
     return sol

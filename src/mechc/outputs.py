@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
 from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import ValueOutOfBoundsError, brief
-from mechc.inputs.accept import accepted
-from mechc.inputs.driven_scene import with_inputs
-from mechc.system.c_interface import CFunction, c_function, integrand
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table
 from mechc.system.system import System, Time
+
+if TYPE_CHECKING:
+    from mechc.system.c_interface import CFunction
 
 
 class Momenta(NamedTuple):
@@ -110,6 +110,9 @@ class Outputs(Description):
         ``method="auto"`` takes the pair of order 8, whose error follows the tolerance across
         kinks too.
         """
+        from mechc.inputs.accept import accepted
+        from mechc.inputs.driven_scene import with_inputs
+
         driven = object.__new__(type(self))
         driven.__dict__.update(self.__dict__)
         slots = self.data.get("inputs", ())
@@ -306,6 +309,8 @@ class Outputs(Description):
         UnknownNameError, UnavailableOutputError
             If the model has no such output.
         """
+        from mechc.system.c_interface import c_function
+
         return c_function(self.system, output, self._one_set(params, ONE_SET))
 
     def integrand(
@@ -341,6 +346,8 @@ class Outputs(Description):
         ValueOutOfBoundsError
             If the output has no such component.
         """
+        from mechc.system.c_interface import integrand
+
         p = self._one_set(params, ONE_SET)
         names = names_of(along)
         state = self._checked_states(np.array(y, dtype=np.float64))

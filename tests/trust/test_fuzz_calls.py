@@ -193,7 +193,5 @@ def test_calls_with_anything(model, kinds, seed, thorough, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # NumPy's, of numbers that overflow
-        ended = run_cases(
-            seed, 100_000 if thorough else 4_000, lambda draw: draw.choice(kinds)(draw)
-        )
+        ended = run_cases(seed, thorough, 4_000, 100_000, lambda draw: draw.choice(kinds)(draw))
     assert ended["a value"] > 100

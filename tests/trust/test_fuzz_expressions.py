@@ -78,7 +78,7 @@ def test_expressions(seed, thorough):
 
         return call
 
-    ended = run_cases(seed, 200_000 if thorough else 1_500, case)
+    ended = run_cases(seed, thorough, 1_500, 200_000, case)
     assert ended["a value"] > 300
 
 
@@ -111,7 +111,7 @@ def test_reductions_and_values(seed, thorough):
         text, reader = draw.choice(["".join(words), draw.choice(good)]), draw.choice(readers)
         return lambda: reader(text)
 
-    ended = run_cases(seed, 100_000 if thorough else 10_000, case)
+    ended = run_cases(seed, thorough, 10_000, 100_000, case)
     assert ended["a value"] > 100
 
 
@@ -134,5 +134,5 @@ def test_what_is_read_is_derived_soon(seed, thorough):
 
         return call
 
-    run_cases(seed, 200 if thorough else 8, case)
+    run_cases(seed, thorough, 8, 200, case)
     assert taken

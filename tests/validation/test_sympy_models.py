@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 from sympy import cos, symbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.mechanics.models import multi_mass_spring_damper, n_link_pendulum_on_cart
 
 import mechc
@@ -137,3 +138,25 @@ def test_forces_without_a_body_are_no_mechanism():
     method = sympy_models.caught("test_kane2", "test_sub_qdot2")
     with pytest.raises(mechc.MechcError, match="needs at least one body"):
         mechc.compile(method)
+
+
+def test_configuration_constraints_that_no_velocity_constraint_implies_hold_too():
+    """A bead on z = x^2 with y' = z x', where the rate of the first is left out."""
+    q, u = dynamicsymbols("x y z"), dynamicsymbols("u v w")
+    frame, place = ReferenceFrame("N"), Point("P")
+    axes = (frame.x, frame.y, frame.z)
+    place.set_vel(frame, sum((s * axis for s, axis in zip(u, axes, strict=True)), 0 * frame.x))
+    kane = KanesMethod(
+        frame, q[:2], [u[0], u[2]], [x.diff() - s for x, s in zip(q, u, strict=True)],
+        q_dependent=q[2:], configuration_constraints=[q[2] - q[0] ** 2],
+        u_dependent=[u[1]], velocity_constraints=[u[1] - q[2] * u[0]],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("bead", place, 2.0)], [(place, -2 * 9.81 * frame.z)])
+    model = mechc.compile(kane, backend="numpy")
+    for x, s in ((0.4, 1.0), (-1.5, 0.3)):
+        y = model.assemble({"x": x, "y": 0.2}, {"u": s}, guess={"z": x**2})
+        assert y == pytest.approx([x, 0.2, x**2, s, 2 * x * s, x**2 * s], rel=1e-14)
+        rate = -(2 * x**3 * s**2 + 4 * x * s**2 + 2 * 9.81 * x) / (1 + x**4 + 4 * x**2)
+        second = 2 * x * s**2 + x**2 * rate
+        expected = [s, x**2 * s, 2 * x * s, rate, 2 * s**2 + 2 * x * rate, second]
+        assert model.rhs(0.0, y) == pytest.approx(expected, rel=1e-13)

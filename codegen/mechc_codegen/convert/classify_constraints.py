@@ -58,12 +58,22 @@ class Rates:
 
     def in_symbols(self, expression: Expr) -> Expr:
         """The expression over symbols."""
-        expression = expression.xreplace(self._specified)
+        rates = (d for d in expression.atoms(Derivative) if d.expr in self._specified)
+        values = {d: self._specified[d.expr].diff(*d.variables) for d in rates}
+        expression = expression.xreplace(self._specified | values)
         for kind in (Derivative, AppliedUndef):
-            for x in sorted(expression.atoms(kind) - self._plain.keys(), key=str):
+            found = expression.atoms(kind)
+            for x in sorted(found - self._plain.keys(), key=str):
                 self._plain[x] = Symbol(f"_s{len(self._plain)}")
-            expression = expression.xreplace(self._plain)
-        return expression
+            expression = expression.xreplace({x: self._plain[x] for x in found})
+        return expression.xreplace(self._plain)
+
+    def driven(self, expressions: Sequence[Expr]) -> list[tuple[Expr, Expr]]:
+        """Symbols of the specified functions of time in expressions, and of their rates."""
+        own = {self.time, *self.q, *self.u}
+        held = {symbol for e in expressions for symbol in e.free_symbols} - own
+        functions = [x for x, symbol in self._plain.items() if symbol in held]
+        return [(self._plain[f], self.in_symbols(f.diff(dynamicsymbols._t))) for f in functions]
 
     @property
     def symbols(self) -> list[Expr]:
@@ -95,8 +105,11 @@ class RateRows:
     """Numerical coefficients of the speeds in the rates of configuration constraints."""
 
     def __init__(self, rates: Rates, configuration: Sequence[Expr]) -> None:
-        self._places = [rates.symbols.index(q) for q in rates.q]
-        self._size = len(rates.symbols)
+        driven = rates.driven(configuration)
+        place = {symbol: k for k, symbol in enumerate(rates.symbols)}
+        self._places, self._time = [place[q] for q in rates.q], place[rates.time]
+        self._driven = [(place[value], place[rate]) for value, rate in driven]
+        self._size = len(place)
         gap = evaluator(rates.symbols, list(configuration))
         self._gap = gap if configuration else None
         self._kinematics = SpeedRows(rates, rates.kinematics)
@@ -107,13 +120,24 @@ class RateRows:
         return [point for point in found if point is not None]
 
     def at(self, point: Sequence[float]) -> Rows:
-        columns = []
-        for motion in zip(*self._kinematics.at(point), strict=True):
-            direction = [0.0] * len(point)
-            for place, rate in zip(self._places, motion, strict=True):
-                direction[place] = rate
-            columns.append(slope(self._gap, point, direction) if self._gap else [])
+        columns = [
+            self._slope(point, motion) for motion in zip(*self._kinematics.at(point), strict=True)
+        ]
         return [list(row) for row in zip(*columns, strict=True)]
+
+    def still(self, point: Sequence[float]) -> list[float]:
+        """The rates with every speed zero."""
+        given = {self._time: 1.0} | {value: point[rate] for value, rate in self._driven}
+        return self._slope(point, self._kinematics.still(point), given)
+
+    def _slope(
+        self, point: Sequence[float], motion: Sequence[float], given: Mapping[int, float] = {}
+    ) -> list[float]:
+        """The rates where the coordinates have these, and other arguments those given."""
+        direction = [given.get(i, 0.0) for i in range(len(point))]
+        for place, rate in zip(self._places, motion, strict=True):
+            direction[place] = rate
+        return slope(self._gap, point, direction) if self._gap else []
 
 
 def satisfied_identically(configuration: Sequence[Expr], rates: Rates) -> list[int]:
@@ -135,11 +159,12 @@ def nonholonomic(
 ) -> tuple[Expr, ...]:
     """The rows of ``motion`` that are not rates of the configuration constraints.
 
+    These rates need not be among ``motion``: they are derived from the configuration constraints.
+
     Raises
     ------
     MechanismError
-        If the rates of the configuration constraints do not follow from ``motion``: then the
-        two contradict each other.
+        If no speeds satisfy both, or no configuration satisfies its constraints.
     """
     if not configuration or not motion:
         return tuple(motion)
@@ -148,21 +173,31 @@ def nonholonomic(
     theirs, others = RateRows(rates, plain), SpeedRows(rates, given)
     kept: list[int] | None = None
     for point in theirs.points():
-        span = [row for row in theirs.at(point) if not _vanishes(row)]
-        rows = others.at(point)
-        if rank([*span, *rows]) > rank(rows):
+        span, rows = theirs.at(point), others.at(point)
+        still = [*theirs.still(point), *others.still(point)]
+        whole = [[*row, rest] for row, rest in zip([*span, *rows], still, strict=True)]
+        known, held = rank(_significant(rows)), _rank_of([*span, *rows])
+        if held < _rank_of(whole) or held == len(rates.u) > known:
+            left = "no speeds satisfy" if held < len(rates.u) else "no motion satisfies"
             raise MechanismError(
-                "the velocity constraints do not imply the rates of the configuration "
-                "constraints: the motion would leave the configuration constraints. Give the "
-                "time derivatives of the configuration constraints among the velocity constraints"
+                f"{left} both the velocity constraints and the rates of the configuration "
+                "constraints: one of them is wrong. The rates need not be given, they are derived"
             )
-        kept = _beyond(span, rows)
+        kept = _beyond(_significant(span), rows)
     if kept is None:
         raise MechanismError(
             "no configuration was found in which all configuration constraints vanish: do they "
             "contradict each other?"
         )
     return tuple(motion[i] for i in kept)
+
+
+def _significant(rows: Rows) -> Rows:
+    return [row for row in rows if not _vanishes(row)]
+
+
+def _rank_of(rows: Rows) -> int:
+    return rank(_significant(rows))
 
 
 def _beyond(rows: Rows, others: Rows) -> list[int]:

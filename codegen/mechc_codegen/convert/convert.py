@@ -28,6 +28,11 @@ from mechc_codegen.convert.classify_constraints import (
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.convert.potential import gravity_apart, potential_of
+from mechc_codegen.convert.reactions import (
+    constraints_with_auxiliary,
+    refuse_contributing,
+    split_reactions,
+)
 from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.convert.units import Units
 from mechc_codegen.description.joints import Joint
@@ -50,6 +55,8 @@ def convert(
 ) -> Mechanism:
     """The mechanism that a Source describes."""
     read = read or fingerprint(source)
+    source, reactions = split_reactions(source, _reactions(source, settings, read))
+    read = read.without({each.symbol for each in reactions})
     states = _states(source, settings, read)
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
@@ -63,6 +70,7 @@ def convert(
     speeds_held = _all_rates(source, rates, motion)
     refuse_other_angular_velocities(source, bodies, rates, speeds_held)
     refuse_other_accelerations(source, bodies, rates, speeds_held)
+    refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or _origin(source)
     potential = potential_of(source, bodies, origin, stationary)
     given = _resolved(settings.units, "units", source, (*parameters, *states))
@@ -90,6 +98,8 @@ def convert(
         added_inertia=added,
         joints=_joints(source, bodies),
         states=_described_states(source, settings, states, units, parameters),
+        reactions=reactions,
+        auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
     )
 
@@ -155,6 +165,12 @@ def _unknown_functions(source: Source, read: Fingerprint) -> list[AppliedUndef]:
     state = {*source.q, *source.u, *source.auxiliary}
     found = {x for x in read.leaves if isinstance(x, AppliedUndef)} - state
     return sorted(found, key=str)
+
+
+def _reactions(source: Source, settings: ConversionSettings, read: Fingerprint) -> list[Expr]:
+    own = {dynamicsymbols._t, *source.q, *source.u, *source.auxiliary}
+    known = sorted(read.leaves - own, key=str)
+    return [find_symbol(key, known, "reactions", "symbol") for key in settings.reactions]
 
 
 def _states(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Sequence
+from copy import copy
 from typing import TYPE_CHECKING
 
 from sympy import (
@@ -54,6 +55,12 @@ class Fingerprint:
     def digest(self) -> str:
         """Hash of the text so far."""
         return hashlib.sha256("\n".join(self.lines).encode()).hexdigest()
+
+    def without(self, symbols: set[Expr]) -> Fingerprint:
+        """The same with fewer symbols."""
+        other = copy(self)
+        other.leaves = self.leaves - symbols
+        return other
 
     def write(self, label: str, items: Iterable[str]) -> None:
         self.lines.append(f"{label}: {' '.join(items)}")

@@ -12,12 +12,14 @@ the generalized inertia force without u'.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from sympy import Expr, S, sympify
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Dyadic, Vector
 
+from mechc_codegen.derive.auxiliary_reactions import reaction_values
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
 from mechc_codegen.derive.momentum_rates import WrittenKinetics
@@ -58,10 +60,11 @@ def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Eq
         *(_points(mechanism) if request.includes("points") else ()),
         *_preference(mechanism),
     ]
+    reactions = _auxiliary_reactions(mechanism, motions)
     solved = [
         *(_point_accelerations(mechanism) if request.includes("accelerations") else ()),
         *(_reactions(mechanism, motions) if request.includes("reactions") else ()),
-        *_user_outputs(request),
+        *_user_outputs(request, reactions),
     ]
     to_symbols = StateSymbols(mechanism, symbols, request)
     return Equations(
@@ -310,9 +313,16 @@ def _jacobi_energy(mechanism: Mechanism) -> tuple[Expr, Expr]:
     return moving, -at_rest
 
 
-def _user_outputs(request: OutputRequest) -> list[Output]:
+def _auxiliary_reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> dict[Expr, Expr]:
+    momenta: list[Load] = [(m.masscentre, m.mass * m.velocity) for m in motions]
+    pairs = zip(mechanism.bodies, motions, strict=True)
+    momenta += [(body.frame, motion.spin) for body, motion in pairs if is_rigid(body)]
+    return reaction_values(mechanism, (*mechanism.loads, *_weights(mechanism)), momenta)
+
+
+def _user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> list[Output]:
     return [
-        Output(name, "user-defined output", (expression,), (), (name,))
+        Output(name, "user-defined output", (expression.xreplace(reactions),), (), (name,))
         for name, expression in request.expressions.items()
     ]
 

@@ -106,6 +106,17 @@ class AddedInertia:
 
 
 @dataclass(frozen=True)
+class Reaction:
+    """A force or torque that keeps auxiliary speeds zero, a symbol or a function of time.
+
+    ``per_unit``: the loads that it is, per unit of it.
+    """
+
+    symbol: Expr
+    per_unit: tuple[Load, ...]
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """A mechanism, described.
 
@@ -150,6 +161,11 @@ class Mechanism:
         inputs may contain them, configuration constraints may not.
     auxiliary
         Auxiliary speeds: zero, and so are their rates.
+    reactions
+        Forces and torques that act on auxiliary speeds only; user-defined outputs may contain them.
+    auxiliary_constraints
+        The constraints on the speeds with the auxiliary speeds in them, if any contains one: the
+        virtual motion by which a reaction is found satisfies them.
     lagrangian
         L(q, q', t), whose equations are added to those of bodies and loads; the coordinates'
         rates must then be the speeds.
@@ -198,6 +214,8 @@ class Mechanism:
     gravity: Vector | None = None
     joints: tuple[Joint, ...] = ()
     states: tuple[State, ...] = ()
+    reactions: tuple[Reaction, ...] = ()
+    auxiliary_constraints: tuple[Expr, ...] = ()
 
     def __post_init__(self) -> None:
         _take_joints(self)

@@ -73,6 +73,8 @@ class ConversionSettings:
         Functions of time with differential equations -> their rates.
     configuration_constraints
         Added to those of the object; an empty sequence declares that there are no others.
+    reactions
+        Loads that act on auxiliary speeds only, to be found.
     """
 
     name: str | None = None
@@ -81,3 +83,4 @@ class ConversionSettings:
     inputs: Mapping[Key, Any] = field(default_factory=dict)
     configuration_constraints: Sequence[Any] | None = None
     states: Mapping[Key, Any] = field(default_factory=dict)
+    reactions: Sequence[Key] = ()

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from sympy import Expr
 from sympy.physics.mechanics import ReferenceFrame
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
@@ -19,6 +18,7 @@ from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
+from mechc_codegen.frontend.described_text import DescribedText, NotWritableError, plain_text
 from mechc_codegen.frontend.read import read, readable
 
 if TYPE_CHECKING:
@@ -51,15 +51,21 @@ class CompileRequest:
     @property
     def digest(self) -> str | None:
         """Hash of everything that decides the derivation; None if it has no complete text."""
-        if self._fingerprint is None or self._source is None:
-            return None
-        text = Fingerprint(self._source.frame)
-        text.lines.append(self._fingerprint.digest())
         try:
+            text = self._described_text()
             _write_options(text, self.options)
-        except _NotWritableError:
+        except NotWritableError:
             return None
         return text.digest()
+
+    def _described_text(self) -> Fingerprint:
+        if self._mechanism is not None:
+            return DescribedText(self._mechanism).fingerprint
+        assert self._source is not None
+        assert self._fingerprint is not None
+        text = Fingerprint(self._source.frame)
+        text.lines.append(self._fingerprint.digest())
+        return text
 
     @property
     def symbol_names(self) -> set[str]:
@@ -138,26 +144,15 @@ def _write_options(text: Fingerprint, options: CompileOptions) -> None:
         ("inputs", settings.inputs),
     ):
         by_name = sorted(pairs.items(), key=lambda pair: str(pair[0]))  # as sets are not
-        lines = [f"{_text(text, key)}={_text(text, value)}" for key, value in by_name]
+        lines = [f"{plain_text(text, key)}={plain_text(text, value)}" for key, value in by_name]
         text.write(label, lines)
-    rates = [f"{_text(text, x)}={_text(text, rate)}" for x, rate in settings.states.items()]
-    text.write("states", rates)
+    rates = ((plain_text(text, x), plain_text(text, rate)) for x, rate in settings.states.items())
+    text.write("states", [f"{x}={rate}" for x, rate in rates])
     extra = settings.configuration_constraints
-    text.write("added", ["None"] if extra is None else [_text(text, e) for e in extra])
+    text.write("reactions", [plain_text(text, each) for each in settings.reactions])
+    text.write("added", ["None"] if extra is None else [plain_text(text, e) for e in extra])
     outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in options.outputs or ()]
     text.write("outputs", [str(options.outputs is None), *outputs])
     for item in options.outputs or ():
         if isinstance(item, Mapping):
-            text.write("own", [f"{n!r}={_text(text, e)}" for n, e in item.items()])
-
-
-class _NotWritableError(Exception):
-    """A value whose text does not determine it, as that of a long array."""
-
-
-def _text(text: Fingerprint, value: Any) -> str:
-    if isinstance(value, Expr):
-        return text.expression(value)
-    if value is None or isinstance(value, (str, int, float)):  # numpy's numbers among them
-        return repr(value)
-    raise _NotWritableError
+            text.write("own", [f"{n!r}={plain_text(text, e)}" for n, e in item.items()])

@@ -14,7 +14,7 @@ from mechc_codegen.derive.joint_reactions import refuse_unknown_reactions
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import OPTIONAL, USUAL, OutputRequest
 from mechc_codegen.description.source import Key
-from mechc_codegen.description.terms import Multiplier, as_expression
+from mechc_codegen.description.terms import Multiplier, as_expression, printed_name
 from mechc_codegen.errors import MechanismError
 
 RESERVED = frozenset(
@@ -58,9 +58,10 @@ def read_request(
             raise MechanismError(f"fix: {symbol} must be a number, not {value!r}")
         fixed[symbol] = exact
     if outputs is None:
-        chosen = ("energy",) if of_object else USUAL
-        return OutputRequest(frozenset(chosen), fixed)
+        outputs = ("energy",) if of_object else USUAL
     names, own = _outputs(outputs)
+    for reaction in (each.symbol for each in mechanism.reactions):
+        own.setdefault(printed_name(reaction), reaction)
     for name in shapes or ():
         _refuse_name(name, own)
     if of_object and {"momenta", "points", "accelerations", "reactions"} & set(names):
@@ -79,6 +80,7 @@ def _refuse_unknown(name: str, expression: Expr, mechanism: Mechanism) -> None:
     time = dynamicsymbols._t
     known = {time, *mechanism.q, *mechanism.x, *mechanism.u, *mechanism.inputs}
     known |= {p.symbol for p in mechanism.parameters}
+    known |= {reaction.symbol for reaction in mechanism.reactions}
     accelerations = {u.diff(time) for u in mechanism.u}
     plain = expression.xreplace(mechanism.second_rates).xreplace(mechanism.rates)
     _refuse_rows(name, plain, mechanism)

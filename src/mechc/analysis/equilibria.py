@@ -106,7 +106,7 @@ def _closed_at(system: System, name: str, grid: Array, values: Array) -> list[Ar
     return [found[k, int(rows[k].argmax())] if rows[k].any() else None for k in range(len(grid))]
 
 
-Side = tuple[float, Array | None]
+Side = tuple[float, "Array | None"]
 
 
 def _edge(system: System, name: str, a: Side, b: Side, values: Array) -> float:

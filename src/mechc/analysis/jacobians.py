@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from mechc.errors import UnknownNameError
-from mechc.inputs.bind import InputSlot
 from mechc.system.parameters import Array
 from mechc.system.system import System, Time
 
@@ -36,5 +35,5 @@ def jacobian(
 
 def input_values(system: System) -> tuple[str, ...]:
     """Every input with its derivatives that the equations contain: ``("F", "r", "r'", "r''")``."""
-    slots = [InputSlot.from_metadata(data) for data in system.data.get("inputs", ())]
-    return tuple(slot.name + "'" * order for slot in slots for order in slot.orders)
+    slots = system.data.get("inputs", ())
+    return tuple(slot["name"] + "'" * order for slot in slots for order in slot["orders"])

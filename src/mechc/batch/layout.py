@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import os
 import stat
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ from mechc.system.system import System
 METADATA = "zarr.json"
 _LARGEST_METADATA = 2**20  # bytes
 _KINDS = {"float64": np.float64, "int64": np.int64, "int16": np.int16}
+_EVERY_CHUNK = {"array.write_empty_chunks": True}  # else one that holds blanks would be no file
+_LARGEST_BLOCK = 2**20  # bytes
 _CODECS = [{"name": "bytes", "configuration": {"endian": "little"}}]
 
 
@@ -121,19 +124,20 @@ def dimensions(name: str, rank: int) -> tuple[str, ...]:
 
 def create(zarr: Any, path: Path, layout: Layout, attributes: Mapping[str, str]) -> Any:
     """A new array, in place of an existing one."""
-    return zarr.create_array(
-        str(path),
-        shape=layout.shape,
-        chunks=layout.chunk,
-        dtype=_KINDS[layout.kind],
-        fill_value=layout.blank,
-        filters=None,
-        compressors=None,
-        dimension_names=layout.dimensions,
-        attributes=dict(attributes),
-        zarr_format=3,
-        overwrite=True,
-    )
+    with zarr.config.set(_EVERY_CHUNK):
+        return zarr.create_array(
+            str(path),
+            shape=layout.shape,
+            chunks=layout.chunk,
+            dtype=_KINDS[layout.kind],
+            fill_value=layout.blank,
+            filters=None,
+            compressors=None,
+            dimension_names=layout.dimensions,
+            attributes=dict(attributes),
+            zarr_format=3,
+            overwrite=True,
+        )
 
 
 def check(path: Path, layout: Layout) -> None:
@@ -159,7 +163,7 @@ def check(path: Path, layout: Layout) -> None:
 
 
 def check_chunk(path: Path, layout: Layout, first: int) -> None:
-    """Refuse a chunk that is not one file of the right size; a missing one holds blanks.
+    """Refuse a chunk that is not one file of the right size.
 
     Raises
     ------
@@ -170,7 +174,7 @@ def check_chunk(path: Path, layout: Layout, first: int) -> None:
         try:
             status = file.lstat()
         except (FileNotFoundError, NotADirectoryError):
-            continue
+            raise MechcError(f"{file} is damaged: it is missing") from None
         if not stat.S_ISREG(status.st_mode) or status.st_size != layout.chunk_bytes:
             raise MechcError(f"{file} is damaged: it is not a file of {layout.chunk_bytes} bytes")
 
@@ -186,7 +190,8 @@ def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
     """An array whose metadata are those of the layout; raises :class:`MechcError` otherwise."""
     check(path, layout)
     try:
-        return zarr.open_array(str(path), mode=mode, zarr_format=3)
+        with zarr.config.set(_EVERY_CHUNK):
+            return zarr.open_array(str(path), mode=mode, zarr_format=3)
     except OSError as error:
         raise MechcError(f"{path} cannot be read: {error.strerror or error}") from None
 
@@ -194,3 +199,16 @@ def open_array(zarr: Any, path: Path, layout: Layout, mode: str = "r") -> Any:
 def digest(values: Array) -> str:
     """The sha256 of numbers as stored in memory."""
     return hashlib.sha256(np.ascontiguousarray(values).data).hexdigest()
+
+
+def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
+    """The same of the members ``first`` to ``last`` - 1, read from their checked file in blocks."""
+    found = hashlib.sha256()
+    for name in chunk_files(path, layout, first):
+        left = layout.chunk_bytes // layout.chunk[0] * (last - first)
+        flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        with open(os.open(name, flags), "rb") as file:
+            while block := file.read(min(left, _LARGEST_BLOCK)):
+                found.update(block)
+                left -= len(block)
+    return found.hexdigest()

@@ -6,9 +6,8 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
-from mechc.batch.layout import Layout, check_chunk, chunk_files, digest
+from mechc.batch.layout import Layout, check_chunk, chunk_files, digest, stored_digest
 from mechc.errors import MechcError
 from mechc.results.durable import sync, write_text
 from mechc.results.untrusted import read_json
@@ -44,8 +43,9 @@ def _sync_chunk(array: Path, files: list[Path]) -> None:
         sync(path)
 
 
-def damage(notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
-           first: int, last: int) -> str | None:  # fmt: skip
+def damage(
+    notes: Path, data: Path, stored: Mapping[str, Layout], first: int, last: int
+) -> str | None:
     """The damage of a chunk that has a manifest; None if there is none."""
     try:
         told = read_json(path_of(notes, first), _LARGEST)
@@ -57,22 +57,21 @@ def damage(notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[s
     for name, layout in stored.items():
         try:
             check_chunk(data / name, layout, first)
-            sound = digest(arrays[name][first:last]) == hashes.get(name)
+            sound = stored_digest(data / name, layout, first, last) == hashes.get(name)
         except (MechcError, OSError) as error:
-            return str(error)
+            return f"{error} (members {first} to {last - 1})"
         if not sound:
             return f"{data / name} is damaged: members {first} to {last - 1} have another sha256"
     return None
 
 
 def damaged(
-    notes: Path, data: Path, arrays: Mapping[str, Any], stored: Mapping[str, Layout],
-    ranges: Sequence[tuple[int, int]],
-) -> Iterator[tuple[int, int, str]]:  # fmt: skip
+    notes: Path, data: Path, stored: Mapping[str, Layout], ranges: Sequence[tuple[int, int]]
+) -> Iterator[tuple[int, int, str]]:
     """Chunks that do not agree with their manifest: first, last + 1, what is wrong."""
     for first, last in ranges:
         if path_of(notes, first).exists():
-            why = damage(notes, data, arrays, stored, first, last)
+            why = damage(notes, data, stored, first, last)
             if why is not None:
                 yield first, last, why
 

@@ -14,8 +14,9 @@ from mechc.assembly.speeds import DEAD
 from mechc.batch.assemble import configurations
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
-from mechc.native._batch import Runs, Unit
+from mechc.native._batch import Runs
 from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
+from mechc.native._driver import Scene
 from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -71,7 +72,7 @@ def run_members(
 @cache
 def _unit(capsule: object, instruction_set: str) -> Any:
     """The compiled scene, for the loop over members."""
-    return Unit(capsule, instruction_set)
+    return Scene(capsule, instruction_set)
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.reductions import read_reduction, read_stop
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
 from mechc.system.names import by_name, without_unused
@@ -146,6 +145,8 @@ def checked_recipe(
     UnknownNameError, ValueOutOfBoundsError, MechcError
         For wrong names, values, shapes and reductions.
     """
+    from mechc.batch.reductions import read_reduction, read_stop
+
     if isinstance(y0, Mapping):
         y0 = _assembly_of(system, y0)
     start = y0 if isinstance(y0, Assembly) else Assembly({})

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -33,7 +34,14 @@ from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
-from mechc.results.untrusted import names_of, printable, read_arrays, read_json
+from mechc.results.untrusted import (
+    names_of,
+    printable,
+    read_arrays,
+    read_json,
+    refuse_links,
+    short,
+)
 from mechc.simulation.settings import Policy, checked_policy, checked_span, checked_times
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -66,7 +74,7 @@ def stream(
         with _named(folder):
             arrays = _prepared(zarr, system, recipe, folder, stored)
             every = recipe.ranges(size)
-            for first, _, _ in manifests.damaged(notes, data, arrays, stored, every):
+            for first, _, _ in manifests.damaged(notes, data, stored, every):
                 manifests.discard(notes, data, stored, first)
         missing = [r for r in every if not manifests.path_of(notes, r[0]).exists()]
         report(recipe.count - sum(last - first for first, last in missing))
@@ -101,7 +109,9 @@ def _claim(system: System, recipe: Recipe, folder: Path, size: int) -> None:
     if not (notes / REQUEST).exists():
         foreign = [p.name for p in folder.iterdir() if p.name not in (NOTES, LOCK)]
         if foreign:
-            raise MechcError(f"{folder} contains other files ({foreign[0]}): name a new folder")
+            raise MechcError(
+                f"{folder} contains other files ({printable(foreign[0])}): name a new folder"
+            )
         with _named(folder):
             notes.mkdir(exist_ok=True)
             _write_inputs(notes, recipe)
@@ -197,10 +207,12 @@ def _locked(folder: Path) -> Iterator[None]:
     """One call at a time; the lock ends with the process that holds it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        file = (folder / LOCK).open("w")
+        refuse_links(folder)
+        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+        lock = os.open(folder / LOCK, flags, 0o666)
     except OSError as error:
         raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    with file:
+    with open(lock, "rb") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
@@ -229,12 +241,12 @@ def open_batch(folder: Path, given: System | None = None) -> Batch:
     try:
         system = system_of(reference_in(held.request, given=given is not None), given)
     except MechcError as error:
-        raise MechcError(printable(str(error))) from None
+        raise MechcError(f"{folder} cannot be opened: {short(str(error))}") from None
     with _damaged(folder):
         recipe = _checked_again(system, held.recipe)
         tails = output_shapes(system, recipe)
     arrays, stored = _opened(zarr, held, tails)
-    for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, arrays, stored, held.ranges):
+    for _, _, why in manifests.damaged(folder / NOTES, folder / DATA, stored, held.ranges):
         raise MechcError(f"{why}. Repeat the call that made {folder} to repair it")
     return Batch(system, recipe, arrays, not held.missing())
 
@@ -257,9 +269,9 @@ def examine(folder: Path) -> Examined:
     """
     zarr = _zarr()
     held = _read(folder)
-    arrays, stored = _opened(zarr, held, None)
+    _, stored = _opened(zarr, held, None)
     notes, data = folder / NOTES, folder / DATA
-    damage = [why for *_, why in manifests.damaged(notes, data, arrays, stored, held.ranges)]
+    damage = [why for *_, why in manifests.damaged(notes, data, stored, held.ranges)]
     return Examined(len(held.ranges), len(held.missing()), damage)
 
 
@@ -280,6 +292,8 @@ class _Held(NamedTuple):
 
 
 def _read(folder: Path) -> _Held:
+    with _damaged(folder):
+        refuse_links(folder)
     request = _read_request(folder)
     with _damaged(folder):
         recipe = _read_recipe(folder / NOTES)
@@ -299,9 +313,9 @@ def _damaged(folder: Path) -> Iterator[None]:
     try:
         yield
     except MechcError as error:
-        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+        raise MechcError(f"{folder} is damaged: {short(str(error))}") from None
     except (ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError) as error:
-        raise MechcError(f"{folder} is damaged: {printable(str(error))}") from None
+        raise MechcError(f"{folder} is damaged: {short(str(error))}") from None
 
 
 def _opened(

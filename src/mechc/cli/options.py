@@ -6,6 +6,8 @@ import argparse
 from collections.abc import Mapping
 from typing import Any
 
+from mechc.results.untrusted import printable
+
 BAD_INPUT = 2
 EPILOGUE = """\
 examples:
@@ -39,7 +41,7 @@ class Parser(argparse.ArgumentParser):
     """An argparse parser whose errors are one line."""
 
     def error(self, message: str) -> Any:
-        self.exit(BAD_INPUT, f"mechc: {message} (see mechc {self._about()}--help)\n")
+        self.exit(BAD_INPUT, f"mechc: {printable(message)} (see mechc {self._about()}--help)\n")
 
     def _about(self) -> str:
         words = self.prog.split()[1:]

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from mechc.results.files import verify
+from mechc.results.untrusted import printable
 
 DAMAGED = 1
 
@@ -15,16 +16,16 @@ def verify_command(chosen: argparse.Namespace) -> int:
     path = Path(chosen.path)
     if not path.is_dir():
         verify(path)
-        print(f"{path}: sound")
+        print(f"{printable(str(path))}: sound")
         return 0
     from mechc.batch.store import examine
 
     found = examine(path)
     for why in found.damage:
-        print(why)
+        print(printable(why))
     told = [f"{len(found.damage)} damaged"] if found.damage else []
     told += [f"{found.missing} not computed yet"] if found.missing else []
-    print(f"{path}: {found.chunks} chunks, {', '.join(told) or 'all sound'}")
+    print(f"{printable(str(path))}: {found.chunks} chunks, {', '.join(told) or 'all sound'}")
     if told:
         print("repeat the call that made it to compute them")
     return DAMAGED if told else 0

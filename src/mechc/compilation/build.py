@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,16 +11,14 @@ from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, entries
+from mechc.compilation.from_scene import Described, Seconds, system_with, with_inputs
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import DeferredScene, Pending
 from mechc.compilation.processor import environment, native
 from mechc.errors import MechcError
-from mechc.inputs.driven_scene import scene_with_inputs
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
-Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
-Seconds = dict[str, float]
 _compiled: dict[str, System] = {}
 
 
@@ -90,40 +87,12 @@ def compiled_before(reference: ModelReference) -> System:
     return found.with_defaults(reference.defaults) if reference.defaults else found
 
 
-def system_with(
-    scene: Any,
-    reference: ModelReference,
-    seconds: Seconds | None = None,
-    described: Described | None = None,
-) -> System:
-    """The system of a scene; empty fields of the reference are filled in from its metadata."""
-    data = json.loads(scene.metadata)
-    state = tuple(q["name"] for kind in ("coordinates", "speeds") for q in data[kind])
-    found = replace(reference, mechanism=data["name"], state=state)
-    build: dict[str, Any] = {"custom": True} if found.custom else {}
-    build |= {"options": dict(found.options)} if found.options else {}
-    build |= {"key": found.key} if found.key else {}
-    build |= {"backend": found.backend} if found.backend != "c" else {}
-    build |= {} if seconds is None else {"seconds": seconds}
-    count = None if described is None else lambda: _operations_of_all(described)
-    return System(data, scene_with_inputs(scene, data), found, build, count)
-
-
 def timed(seconds: Seconds, stage: str, run: Callable[[], Any]) -> Any:
     """The result of ``run()``; its time in seconds is recorded."""
     started = time.perf_counter()
     done = run()
     seconds[stage] = time.perf_counter() - started
     return done
-
-
-@one_at_a_time
-def _operations_of_all(described: Described) -> dict[str, Any]:
-    """Operation counts with nothing fixed and all default outputs."""
-    from mechc_codegen.compiler import operations_of_all
-
-    found: dict[str, Any] = operations_of_all(*described())
-    return found
 
 
 @one_at_a_time
@@ -180,7 +149,7 @@ def _begun(
     def whole() -> Any:
         finished = entries.made(key, lambda folder: make("compile", entries.make_whole, folder))
         ready.wait()
-        system.scene = scene_with_inputs(finished, system.data)
+        system.scene = with_inputs(finished, system.data)
         return finished
 
     beside = cache.first_key(key)

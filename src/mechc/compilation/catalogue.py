@@ -6,16 +6,15 @@ The mechanisms themselves are in ``mechc_codegen.library.catalogue``, with the s
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 from mechc._scenes import NAMES
 
 COMPILED_AT_INSTALL = NAMES
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(NamedTuple):
     """A mechanism of the library; ``seconds``: the duration of a run by default."""
 
     title: str

@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.from_scene import system_with
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
@@ -112,8 +113,6 @@ def _from_cache(reference: ModelReference) -> System:
 @cache
 @one_at_a_time
 def _installed(name: str, instruction_set: str | None) -> System:
-    from mechc.compilation.build import system_with
-
     module = importlib.import_module(f"mechc._scenes.{name}")
     reference = ModelReference(
         name, instruction_set=instruction_set, library_file=str(module.__file__)

@@ -53,6 +53,7 @@ class GivenInputs:
         self.signals = {n: x for n, x in given.items() if isinstance(x, Signal)}
         self._order = {slot.name: max(slot.orders) for slot in slots}
         self.called = [n for n, x in given.items() if _functions(x)]
+        self._numbers: dict[str, Array] = {}
         self._pieces: list[tuple[Array, Array]] = []
         self._sources: list[tuple[int, int]] = []
         functions: list[tuple[str, Function, bool] | None] = []
@@ -65,15 +66,22 @@ class GivenInputs:
                 functions += [None] * len(slot.orders)
                 self._sources += [(len(self._pieces), order) for order in slot.orders]
                 self._pieces.append(_polynomials(slot, value))
+                if not isinstance(value, Signal):
+                    self._numbers[slot.name] = self._pieces[-1][1]
         self.caller = Caller(functions, *sizes)
 
     def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
         """The values for compiled code; of signals only the pieces between two times."""
-        low, high = min(t0, t1), max(t0, t1)
-        if np.isfinite(low):
-            slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
-            low, high = low + slack, high - slack
-        return Inputs(self._pieces, self._sources, self.caller, low, high)
+        return Inputs(self._pieces, self._sources, self.caller, *_within(t0, t1))
+
+    def narrow(self, inputs: Any, t0: float, t1: float) -> None:
+        """Let compiled inputs take only the pieces of signals between two times."""
+        inputs.use(*_within(t0, t1))
+
+    @property
+    def numbers(self) -> dict[str, Array]:
+        """Of each input that is a number its place (1, 1), which runs read."""
+        return dict(self._numbers)
 
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
         """Times within the span that no step may cross, in its direction."""
@@ -86,8 +94,10 @@ class GivenInputs:
         inner = [t for t in inner if high - t > TICKS * np.spacing(abs(high))]
         return inner if t1 >= t0 else inner[::-1]
 
-    def check_times(self, times: Sequence[float]) -> None:
+    def check_times(self, times: Sequence[float] | Array) -> None:
         """Raise :class:`ValueOutOfBoundsError` for times beyond the samples of a signal."""
+        if len(times) > 2:
+            times = (min(times), max(times))
         for name, signal in self.signals.items():
             low, high = signal.span
             for t in times:
@@ -107,6 +117,15 @@ class GivenInputs:
             which = f"The inputs {', '.join(self.called)} are Python functions"
         cost = f"{self.caller.calls} calls from compiled code took {1e3 * self.caller.seconds:.3g}"
         return (f"{which}: {cost} ms",)
+
+
+def _within(t0: float, t1: float) -> tuple[float, float]:
+    """Two times in order, each a little inside the span: not on a knot at its end."""
+    low, high = min(t0, t1), max(t0, t1)
+    if not np.isfinite(low):
+        return low, high
+    slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
+    return low + slack, high - slack
 
 
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:

@@ -28,6 +28,7 @@ class DrivenScene:
         given: Mapping[str, Any] | None = None,
     ) -> None:
         self._scene, self._slots, self._free = scene, tuple(slots), frozenset(free)
+        self.outputs = scene.outputs
         self.given = dict(given or {})
         sizes = scene.coordinates, scene.speeds
         self._values = GivenInputs(slots, self.given, sizes) if self.given else None
@@ -45,14 +46,15 @@ class DrivenScene:
         if name in self._free:
             return np.asarray(self._scene.evaluate(name, t, y, p))
         values = self._needed()
-        if name.endswith("state_jacobian") and values.caller.takes_state:
+        if values.caller.takes_state and name.endswith("state_jacobian"):
             raise MechcError(
                 f"how {', '.join(values.called)} depend on the state is not known, so there is no "
                 "derivative by it: compile with expressions for them"
             )
-        values.check_times((t.min(initial=np.inf), t.max(initial=-np.inf)) if len(t) else ())
-        out = np.asarray(self._scene.evaluate(name, t, y, p, self._whole))
-        self.raise_failure()
+        values.check_times(t)
+        out: Array = self._scene.evaluate(name, t, y, p, self._whole)
+        if values.caller.failure is not None:
+            self.raise_failure()
         return out
 
     def evaluate_into(self, name: str, t: Array, y: Array, p: Array, out: Array) -> None:
@@ -79,6 +81,43 @@ class DrivenScene:
         first = inputs(0)
         run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
+
+    # -- for a stepper ------------------------------------------------------------------------
+
+    @property
+    def without_inputs(self) -> Any:
+        """The compiled scene, whose functions take the inputs as an argument."""
+        return self._scene
+
+    @property
+    def has_signals(self) -> bool:
+        """Whether an input is a signal, which may have kinks."""
+        return bool(self._needed().signals)
+
+    @property
+    def numbers(self) -> dict[str, Array]:
+        """Of each input that is a number its place (1, 1), which runs read."""
+        return self._needed().numbers
+
+    def compiled(self) -> Any:
+        """The values for compiled code, separate from those of other runs."""
+        return self._needed().compiled()
+
+    def narrow(self, inputs: Any, t0: float, t1: float) -> None:
+        """As :meth:`GivenInputs.narrow`."""
+        self._needed().narrow(inputs, t0, t1)
+
+    def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
+        """As :meth:`GivenInputs.breaks`."""
+        return self._needed().breaks(t0, t1, rtol)
+
+    def check_times(self, times: Sequence[float]) -> None:
+        """As :meth:`GivenInputs.check_times`."""
+        self._needed().check_times(times)
+
+    def reset(self) -> None:
+        """Forget calls and failures of functions."""
+        self._needed().caller.reset()
 
     def bound(self, name: str, p: Array) -> tuple[Any, ...]:
         """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
@@ -152,9 +191,9 @@ class DrivenScene:
 
 
 def scene_with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
-    """The scene, with inputs if its metadata name any."""
-    slots = [InputSlot.from_metadata(slot) for slot in data.get("inputs", ())]
-    return DrivenScene(scene, slots, data.get("free_of_inputs", ())) if slots else scene
+    """The scene with the inputs that its metadata name."""
+    slots = [InputSlot.from_metadata(slot) for slot in data["inputs"]]
+    return DrivenScene(scene, slots, data.get("free_of_inputs", ()))
 
 
 def with_inputs(system: System, inputs: Mapping[str, Any]) -> System:

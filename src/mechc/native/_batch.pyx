@@ -3,37 +3,15 @@
 
 import numpy as np
 
-from cpython.pycapsule cimport PyCapsule_GetPointer
 from libc.stdlib cimport calloc, free
+
+from mechc.native._abi cimport (
+    MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
+)
+from mechc.native._driver cimport Scene
 
 
 cdef extern from "batch/members.h":
-    int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
-    const char *MECHC_CAPSULE
-
-    ctypedef struct mechc_output:
-        const char *name
-        int width
-
-    ctypedef struct mechc_options:
-        double t0, t1
-        double rtol
-        const double *atol
-        double first_step, max_step
-        long max_steps
-        int method, dense, on_change_point, may_stiffen
-
-    ctypedef struct mechc_unit:
-        const char *instruction_set
-        int output_count
-        const mechc_output *outputs
-
-    ctypedef struct mechc_model:
-        int abi
-        int coordinates, speeds, parameters
-        void (*complete)(const unsigned char *, double *) noexcept nogil
-        const mechc_unit *(*select)(const char *) noexcept nogil
-
     ctypedef struct mechc_quantity:
         int reduction, form, output, second, component, direction, terminal
         double level
@@ -91,10 +69,6 @@ cdef extern from "batch/close_loops.h":
     int mechc_close_work(mechc_closing *) noexcept nogil
 
 
-cdef extern from "abi/large_stack.h":
-    size_t mechc_stack_of(int) noexcept nogil
-    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
-
 ctypedef struct sharing:
     mechc_batch *batch
     mechc_closing *closing
@@ -107,31 +81,6 @@ cdef void work_on_batch(void *given) noexcept nogil:
 cdef void work_on_closing(void *given) noexcept nogil:
     cdef sharing *job = <sharing *>given
     job.made = mechc_close_work(job.closing)
-
-
-cdef class Unit:
-    """A compiled scene in one instruction set, for batches."""
-
-    cdef const mechc_model *model
-    cdef const mechc_unit *unit
-    cdef object capsule
-
-    def __init__(self, capsule, str instruction_set):
-        cdef bytes wanted = instruction_set.encode()
-        self.capsule = capsule
-        self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
-        if self.model.abi != MECHC_ABI:
-            raise ValueError("this model was compiled for another ABI: compile it again")
-        self.unit = self.model.select(wanted)
-        if self.unit == NULL:
-            raise ValueError(f"this processor or this build has no {instruction_set!r}")
-
-    def outputs(self):
-        """Output name -> (index, width)."""
-        return {
-            self.unit.outputs[i].name.decode(): (i, self.unit.outputs[i].width)
-            for i in range(self.unit.output_count)
-        }
 
 
 cdef class Job:
@@ -168,31 +117,31 @@ cdef class Runs(Job):
     def __cinit__(self):
         self.quantity = NULL
 
-    def __init__(self, Unit unit, options, const double[:, ::1] y0, const double[:, ::1] p,
+    def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
                  const double[::1] t_eval, quantities, double open_at_most):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
         cdef const double[::1] atol
         cdef const unsigned char[::1] closed
-        if y0.shape[1] != unit.model.coordinates + unit.model.speeds:
+        if y0.shape[1] != scene.width:
             raise ValueError("wrong number of state components")
-        if p.shape[0] != count or p.shape[1] != unit.model.parameters or length.shape[0] != count:
+        if p.shape[0] != count or p.shape[1] != scene.parameters or length.shape[0] != count:
             raise ValueError("a row of parameters and a length are needed for every member")
         if pure.shape[0] != y0.shape[1]:
             raise ValueError("wrong number of scales")
-        self.kept = [unit, y0, p, length, pure, assembled, t_eval]
+        self.kept = [scene, y0, p, length, pure, assembled, t_eval]
         self._allocate(count, y0.shape[1], t_eval.shape[0], len(quantities))
-        batch.unit = unit.unit
-        batch.coordinates, batch.width = unit.model.coordinates, y0.shape[1]
-        batch.parameters = unit.model.parameters
+        batch.unit = scene.unit
+        batch.coordinates, batch.width = scene.coordinates, y0.shape[1]
+        batch.parameters = scene.parameters
         batch.open_at_most = open_at_most
         batch.count = count
         batch.lockstep = options["lockstep"]
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
         if count:
             batch.y0, batch.length = &y0[0, 0], &length[0]
-            batch.p = &p[0, 0] if unit.model.parameters else NULL
+            batch.p = &p[0, 0] if scene.parameters else NULL
         batch.pure = &pure[0]
         if t_eval.shape[0]:
             batch.t_eval = &t_eval[0]
@@ -241,6 +190,7 @@ cdef class Runs(Job):
         chosen.max_steps, chosen.method = options["max_steps"], options["method"]
         chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
         chosen.on_change_point = options["on_change_point"]
+        chosen.stop = &self.batch.stop
 
     cdef _ask(self, quantities):
         cdef ptrdiff_t i
@@ -284,7 +234,7 @@ cdef class Closings(Job):
     cdef mechc_closing job
     cdef readonly object found, many, miss
 
-    def __init__(self, Unit unit, str gap, str gradient, int rows, int columns,
+    def __init__(self, Scene scene, str gap, str gradient, int rows, int columns,
                  const int[::1] unknown, const unsigned char[::1] angular, double t,
                  const double[:, ::1] starts, const double[:, ::1] fixed,
                  const double[:, ::1] p, const double[::1] length, int most, ptrdiff_t block):
@@ -293,30 +243,30 @@ cdef class Closings(Job):
         cdef double[:, :, ::1] found
         cdef int[::1] many
         cdef double[::1] miss
-        outputs = unit.outputs()
-        if fixed.shape[1] != unit.model.coordinates or p.shape[0] != count:
+        outputs = scene.outputs
+        if fixed.shape[1] != scene.coordinates or p.shape[0] != count:
             raise ValueError("a row of coordinates and parameters is needed for every member")
         if starts.shape[1] != unknown.shape[0] or angular.shape[0] != unknown.shape[0]:
             raise ValueError("wrong number of unknowns")
-        if columns * rows > outputs[gradient][1] or length.shape[0] != count or not count:
+        if columns * rows > outputs[gradient] or length.shape[0] != count or not count:
             raise ValueError("wrong shapes")
-        self.kept = [unit, unknown, angular, starts, fixed, p, length]
+        self.kept = [scene, unknown, angular, starts, fixed, p, length]
         found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
         many = self.many = np.zeros(count, np.intc)
         miss = self.miss = np.full(count, np.nan)
-        job.unit = unit.unit
-        job.gap_output, job.gap_width = outputs[gap]
-        job.gradient_output = outputs[gradient][0]
+        job.unit = scene.unit
+        job.gap_output, job.gap_width = scene.indices[gap], outputs[gap]
+        job.gradient_output = scene.indices[gradient]
         job.rows, job.columns = rows, columns
-        job.coordinates = unit.model.coordinates
-        job.width = unit.model.coordinates + unit.model.speeds
-        job.parameters, job.unknowns = unit.model.parameters, unknown.shape[0]
+        job.coordinates = scene.coordinates
+        job.width = scene.width
+        job.parameters, job.unknowns = scene.parameters, unknown.shape[0]
         job.unknown, job.angular = &unknown[0], &angular[0]
         job.t = t
         job.starts, job.start = starts.shape[0], &starts[0, 0]
         job.count, job.block = count, max(block, 1)
         job.fixed, job.length = &fixed[0, 0], &length[0]
-        job.p = &p[0, 0] if unit.model.parameters else NULL
+        job.p = &p[0, 0] if scene.parameters else NULL
         job.most = most
         job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
 

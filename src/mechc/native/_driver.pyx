@@ -1,113 +1,27 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""The Python class of a compiled scene: evaluates outputs, runs integrations, releases the GIL."""
+"""The Python class of a compiled scene: evaluates outputs, begins runs, releases the GIL."""
 
 from os import fsencode
 
 import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
-from cpython.mem cimport PyMem_Free, PyMem_Malloc
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
-from libc.math cimport INFINITY, NAN, isfinite
+from libc.math cimport NAN, isfinite
 from libc.stdlib cimport free
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
-from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
-from mechc.native._inputs cimport Inputs, mechc_inputs
+from mechc.native._abi cimport (
+    MECHC_ABI, MECHC_CAPSULE, mechc_given, mechc_model, mechc_options, mechc_output, mechc_rows,
+    mechc_stack_needed, mechc_stack_of, mechc_unit
+)
+from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
+from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
+from mechc.native._run cimport Run
 
-
-cdef extern from "abi/model.h":
-    int MECHC_ABI
-    const char *MECHC_CAPSULE
-    int MECHC_RUNNING, MECHC_FINISHED
-
-    ctypedef struct mechc_rows:
-        const double *data
-        ptrdiff_t stride
-
-    ctypedef void (*mechc_evaluate_pointer)(
-        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, const mechc_inputs *inputs,
-        double *out
-    ) noexcept nogil
-
-    ctypedef struct mechc_output:
-        const char *name
-        int width
-        mechc_evaluate_pointer evaluate
-
-    ctypedef struct mechc_options:
-        double t0, t1
-        const double *y0
-        const double *p
-        const mechc_inputs *inputs
-        double rtol
-        const double *atol
-        const double *scale
-        double first_step, max_step
-        long max_steps
-        int method, dense, on_change_point, may_stiffen
-
-    ctypedef struct mechc_stats:
-        long steps, rejected, rhs_evaluations, closure_iterations
-        double least_singular, least_singular_time
-        int coordinate
-        long examined
-        double critical_gap, critical_time, rounding
-
-    ctypedef struct mechc_trajectory:
-        ptrdiff_t count, capacity
-        int width, dense_rows
-        double *t
-        double *y
-        double *dense
-        unsigned char *methods
-        ptrdiff_t crossing_count
-        double *crossings
-
-    ctypedef struct mechc_run:
-        int status
-        double t
-        mechc_stats stats
-        mechc_trajectory trajectory
-
-    ctypedef struct mechc_given:
-        pass
-
-    ctypedef struct mechc_unit:
-        const char *instruction_set
-        int lanes
-        int output_count
-        const mechc_output *outputs
-        size_t given_size
-        void (*give)(const double *, const mechc_inputs *, mechc_given *) noexcept nogil
-        void (*rates)(double, const double *, const mechc_given *, double *) noexcept nogil
-        int (*project)(
-            double, double *, const double *, const mechc_inputs *, double *
-        ) noexcept nogil
-        size_t run_size
-        void (*start)(mechc_run *, const mechc_options *) noexcept nogil
-        int (*advance)(mechc_run *, long) noexcept nogil
-        void (*release)(mechc_run *) noexcept nogil
-        void (*interpolate)(
-            int, const mechc_trajectory *, const double *, const mechc_inputs *, ptrdiff_t,
-            const double *, double *
-        ) noexcept nogil
-        void (*extend)(mechc_run *, double, const mechc_inputs *) noexcept nogil
-
-    ctypedef struct mechc_model:
-        int abi
-        const char *metadata
-        int coordinates, speeds, holonomic, rows, parameters
-        void (*complete)(const unsigned char *, double *) noexcept nogil
-        const mechc_unit *(*select)(const char *) noexcept nogil
-        int inputs
-
-cdef extern from "abi/large_stack.h":
-    size_t mechc_stack_of(int) noexcept nogil
-    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil
 
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
@@ -124,28 +38,7 @@ cdef extern from "abi/call.h":
     double mechc_call_along(int, double *, void *) noexcept nogil
     void mechc_let_go(mechc_along *) noexcept nogil
 
-cdef double LOOK = 0.02  # s between checks of signals, and between turns of other threads
-cdef double PIECE = 0.001  # s between checks of the clock: the next piece may take far longer
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
-cdef ptrdiff_t LARGEST_PIECE = 1 << 20
-
-
-cdef double seconds_now() noexcept nogil:
-    cdef timespec now
-    clock_gettime(CLOCK_MONOTONIC, &now)
-    return now.tv_sec + 1e-9 * now.tv_nsec
-
-
-cdef ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:
-    """Twice as much work if it took less than a piece of time; proportionally less if longer."""
-    if seconds > PIECE:
-        return max(<ptrdiff_t>(piece * (PIECE / seconds)), 1)
-    return min(2 * piece, LARGEST_PIECE) if seconds < 0.5 * PIECE else piece
-
-
-cdef const mechc_inputs *address_of(Inputs inputs) noexcept:
-    return NULL if inputs is None else &inputs.driven.head
-
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -163,28 +56,6 @@ ctypedef struct evaluation:
     mechc_rows t, y, p
     const mechc_inputs *inputs
     double *out
-
-ctypedef struct advancing:
-    const mechc_unit *unit
-    mechc_run *run
-    long left
-    ptrdiff_t piece
-    int status
-
-ctypedef struct interpolation:
-    const mechc_unit *unit
-    int method, width
-    const mechc_trajectory *trajectory
-    const double *p
-    const mechc_inputs *inputs
-    ptrdiff_t left, piece
-    const double *t
-    double *out
-
-ctypedef struct beginning:
-    const mechc_unit *unit
-    mechc_run *run
-    const mechc_options *options
 
 ctypedef struct projection:
     const mechc_unit *unit
@@ -213,52 +84,9 @@ cdef void evaluate_a_while(void *given) noexcept nogil:
         job.piece = -(-next_piece(job.piece, now - before) // LANES) * LANES
 
 
-cdef void advance_a_while(void *given) noexcept nogil:
-    cdef advancing *job = <advancing *>given
-    cdef double started = seconds_now(), now = started, before
-    cdef long some
-    while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
-        some, before = min(job.piece, job.left), now
-        job.status = job.unit.advance(job.run, some)
-        job.left -= some
-        now = seconds_now()
-        job.piece = next_piece(job.piece, now - before)
-
-
-cdef void interpolate_a_while(void *given) noexcept nogil:
-    cdef interpolation *job = <interpolation *>given
-    cdef double started = seconds_now(), now = started, before
-    cdef ptrdiff_t some
-    while job.left and now - started < LOOK:
-        some, before = min(job.piece, job.left), now
-        job.unit.interpolate(
-            job.method, job.trajectory, job.p, job.inputs, some, job.t, job.out
-        )
-        job.t += some
-        job.out += some * job.width
-        job.left -= some
-        now = seconds_now()
-        job.piece = next_piece(job.piece, now - before)
-
-
-cdef void begin(void *given) noexcept nogil:
-    cdef beginning *job = <beginning *>given
-    job.unit.start(job.run, job.options)
-
-
 cdef void project_state(void *given) noexcept nogil:
     cdef projection *job = <projection *>given
     job.status = job.unit.project(job.t, job.state, job.p, job.inputs, job.moved)
-
-
-cdef int with_stack(size_t bytes, void (*work)(void *) noexcept nogil, void *data) except -1:
-    """Work without the GIL, on a stack that is large enough."""
-    cdef int done
-    with nogil:
-        done = mechc_with_stack(bytes, work, data)
-    if not done:
-        raise MemoryError("no stack for a scene of this size")
-    return 0
 
 
 def capsule_of(path):
@@ -282,40 +110,12 @@ def capsule_of(path):
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 
-def largest_of(const double[::1] values, const Py_ssize_t[::1] which):
-    """The largest magnitude among the values at these places, 0 where there are none."""
-    cdef double largest = 0.0
-    cdef Py_ssize_t i
-    for i in range(which.shape[0]):
-        largest = max(largest, abs(values[which[i]]))
-    return largest
-
-
-def strictly_within(const double[:, ::1] rows, const double[::1] lower, const double[::1] upper):
-    """Whether every number is strictly between the bounds of its column; NaN is not."""
-    cdef ptrdiff_t i, k
-    if lower.shape[0] != rows.shape[1] or upper.shape[0] != rows.shape[1]:
-        raise ValueError("a bound for every column is needed")
-    for i in range(rows.shape[0]):
-        for k in range(rows.shape[1]):
-            if not lower[k] < rows[i, k] < upper[k]:
-                return False
-    return True
-
-
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
 
     Raises ValueError if the capsule was built for another ABI or the processor lacks the
     instruction set requested.
     """
-
-    cdef const mechc_model *model
-    cdef const mechc_unit *unit
-    cdef dict indices
-    cdef readonly object capsule
-    cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
-    cdef size_t stack  # bytes of stack that it needs beyond those of any thread
 
     def __init__(self, capsule, instruction_set=None):
         self.capsule = capsule
@@ -344,6 +144,7 @@ cdef class Scene:
         self.indices = {
             self.unit.outputs[i].name.decode(errors="surrogatepass"): i for i in range(self.unit.output_count)
         }
+        self.outputs = {key: self.unit.outputs[i].width for key, i in self.indices.items()}
 
     @property
     def metadata(self):
@@ -362,11 +163,6 @@ cdef class Scene:
     @property
     def lanes(self):
         return self.unit.lanes
-
-    @property
-    def outputs(self):
-        """Output name -> width."""
-        return {name: self.unit.outputs[i].width for name, i in self.indices.items()}
 
     def complete(self, const unsigned char[::1] given, double[::1] values):
         """Fill the parameters that are not given with their defaults, in place."""
@@ -420,33 +216,24 @@ cdef class Scene:
             with_stack(self.stack, evaluate_a_while, &job)
             PyErr_CheckSignals()
 
-    cdef mechc_bound *_bind(self, str name, const double[::1] p) except NULL:
-        cdef int index = -1 if name == "rates" else self.indices[name]
-        cdef mechc_bound *bound
-        if p.shape[0] != self.parameters:
-            raise ValueError(f"{self.parameters} parameters are needed")
-        bound = mechc_bind(self.model, self.unit, index, &p[0] if self.parameters else NULL, NULL)
-        if bound == NULL:
-            raise MemoryError()
-        return bound
-
     def bound(self, str name, const double[::1] p):
-        """Output `name` at the parameters p, for C: (capsule, address, data, width).
+        """Output `name` at the parameters p, for C: (capsule, address, data, width, stack).
 
         The capsule is called by its C signature, has the data for its context and owns them;
-        the address is that of its function.
+        the address is that of its function; a call takes at most so many bytes of stack.
         """
-        cdef mechc_bound *bound = self._bind(name, p)
+        cdef mechc_bound *bound = bound_output(self, name, p)
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
-        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width
+        stack = mechc_stack_needed(self.width)
+        return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
         self, str name, const double[::1] p, int component, const int[::1] places,
         const double[::1] y, double t,
     ):
         """One component of it as a function of y at these indices (-1: t), as a capsule."""
-        cdef mechc_bound *bound = self._bind(name, p)
+        cdef mechc_bound *bound = bound_output(self, name, p)
         cdef mechc_along *along
         if y.shape[0] != self.width or not 0 <= component < bound.width:
             free(bound)
@@ -506,17 +293,11 @@ cdef class Scene:
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
-        run.scene = self
-        run.unit = self.unit
-        run.method = method
-        run.piece = 1
         if p.shape[0] != self.parameters:
             raise ValueError("wrong number of parameters")
+        run.scene, run.unit, run.method = self, self.unit, method
+        run.coordinates, run.width, run.stack = self.coordinates, self.width, self.stack
         run.p, run.inputs = np.array(p), inputs
-        run.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
-        if run.run == NULL:
-            raise MemoryError()
-        memset(run.run, 0, self.unit.run_size)
         options.t0, options.t1 = t0, t1
         options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
         options.inputs = address_of(inputs)
@@ -531,151 +312,17 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
-        cdef beginning job
-        job.unit, job.run, job.options = self.unit, run.run, &options
-        with_stack(self.stack, begin, &job)
+        options.stop = &run.stop
+        run.begin(&options)
         return run
 
 
-cdef class Run:
-    """An integration under way or finished; owns the trajectory."""
-
-    cdef Scene scene
-    cdef const mechc_unit *unit  # besides `scene`, which the cycle collector may have cleared first
-    cdef mechc_run *run
-    cdef int method
-    cdef object p
-    cdef Inputs inputs, whole  # of the end of the run; of all of it
-    cdef ptrdiff_t piece  # attempted steps until the next check of the clock
-
-    def __dealloc__(self):
-        if self.run != NULL:
-            self.unit.release(self.run)
-            PyMem_Free(self.run)
-
-    def advance(self, long steps):
-        """At most `steps` further attempted steps, and no more than fit into a moment.
-
-        Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the run
-        stays usable.
-        """
-        cdef advancing job
-        job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
-        job.status = MECHC_RUNNING
-        with_stack(self.scene.stack, advance_a_while, &job)
-        self.piece = job.piece
-        PyErr_CheckSignals()
-        return job.status
-
-    def extend(self, double t1, Inputs inputs not None):
-        """Go on to t1, from the end of the run or before it, with other inputs."""
-        cdef const mechc_inputs *driven = address_of(inputs)
-        if self.unit.extend == NULL:
-            raise ValueError("this scene has no inputs")
-        self.inputs = inputs
-        with nogil:
-            self.unit.extend(self.run, t1, driven)
-
-    def read_with(self, Inputs inputs not None):
-        """The inputs that :meth:`interpolate` takes, of the whole run."""
-        self.whole = inputs
-
-    @property
-    def status(self):
-        return self.run.status
-
-    @property
-    def t(self):
-        """Time reached."""
-        return self.run.t
-
-    def stats(self):
-        """Counters and the least conditioning met."""
-        return self.run.stats  # the struct as a dict, by the names of its fields
-
-    def states(self):
-        """Accepted times (nt,) and states (nt, width), copied."""
-        cdef mechc_trajectory *record = &self.run.trajectory
-        t, y = np.empty(record.count), np.empty((record.count, self.scene.width))
-        cdef double[::1] times = t
-        cdef double[:, ::1] states = y
-        if record.count:
-            memcpy(&times[0], record.t, record.count * sizeof(double))
-            memcpy(&states[0, 0], record.y, record.count * self.scene.width * sizeof(double))
-        return t, y
-
-    def methods(self):
-        """The number of the method of each accepted step, where dense output was kept."""
-        cdef mechc_trajectory *record = &self.run.trajectory
-        cdef ptrdiff_t steps = max(record.count - 1, 0), i
-        found = np.empty(steps, np.uint8)
-        cdef unsigned char[::1] view = found
-        if record.methods == NULL and steps:
-            raise ValueError("this run kept no dense output")
-        for i in range(steps):
-            view[i] = record.methods[i]
-        return found
-
-    def largest(self, const Py_ssize_t[::1] which):
-        """The largest magnitude of these components in the first and the last accepted state."""
-        cdef mechc_trajectory *record = &self.run.trajectory
-        cdef double *last = record.y + (record.count - 1) * self.scene.width
-        cdef double largest = 0.0
-        cdef Py_ssize_t i
-        for i in range(which.shape[0] if record.count else 0):
-            if not 0 <= which[i] < self.scene.width:
-                raise IndexError(f"states have {self.scene.width} components")
-            largest = max(largest, abs(record.y[which[i]]), abs(last[which[i]]))
-        return largest
-
-    @property
-    def crossings(self):
-        """Number of change points crossed."""
-        return self.run.trajectory.crossing_count
-
-    @property
-    def count(self):
-        """Number of accepted states, the start included."""
-        return self.run.trajectory.count
-
-    def times(self, ptrdiff_t first):
-        """Accepted times from the index `first` on, copied."""
-        cdef mechc_trajectory *record = &self.run.trajectory
-        cdef ptrdiff_t left = max(record.count - first, 0)
-        t = np.empty(left)
-        cdef double[::1] times = t
-        if left:
-            memcpy(&times[0], record.t + first, left * sizeof(double))
-        return t
-
-    def change_points(self):
-        """Change points crossed: times (n,), configurations (n, coordinates), closure gaps (n,).
-
-        A gap that is not 0 was within rounding of it.
-        """
-        cdef mechc_trajectory *record = &self.run.trajectory
-        cdef ptrdiff_t width = self.scene.coordinates + 2, i, j
-        rows = np.empty((record.crossing_count, width))
-        cdef double[:, ::1] view = rows
-        for i in range(record.crossing_count):
-            for j in range(width):
-                view[i, j] = record.crossings[i * width + j]
-        return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
-
-    def interpolate(self, const double[::1] t):
-        """Dense output at the times t, projected onto the constraints: (len(t), width)."""
-        out = np.empty((t.shape[0], self.scene.width))
-        cdef double[:, ::1] view = out
-        cdef double[::1] p = self.p
-        cdef const double *parameters = &p[0] if self.scene.parameters else NULL
-        cdef interpolation job
-        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
-        job.p, job.left, job.piece = parameters, t.shape[0], 1
-        job.inputs = address_of(self.inputs if self.whole is None else self.whole)
-        if job.left:
-            job.t, job.out = &t[0], &view[0, 0]
-        job.width = self.scene.width
-        while job.left:
-            with_stack(self.scene.stack, interpolate_a_while, &job)
-            PyErr_CheckSignals()
-        return out
+cdef mechc_bound *bound_output(Scene scene, str name, const double[::1] p) except NULL:
+    cdef int index = -1 if name == "rates" else scene.indices[name]
+    cdef mechc_bound *bound
+    if p.shape[0] != scene.parameters:
+        raise ValueError(f"{scene.parameters} parameters are needed")
+    bound = mechc_bind(scene.model, scene.unit, index, &p[0] if scene.parameters else NULL, NULL)
+    if bound == NULL:
+        raise MemoryError()
+    return bound

@@ -45,3 +45,7 @@ cdef class Inputs:
     cdef mechc_source *sources
     cdef object arrays
     cdef readonly Caller caller
+
+
+cdef inline const mechc_inputs *address_of(Inputs inputs) noexcept:
+    return NULL if inputs is None else &inputs.driven.head

@@ -1,13 +1,13 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
 """Inputs for compiled scenes: piecewise polynomials in C, and Python functions."""
 
-from time import perf_counter
-
 import numpy as np
 
 from cpython.mem cimport PyMem_Calloc, PyMem_Free
 from libc.math cimport NAN, isfinite
 from libc.string cimport memcpy
+
+from mechc.native._pieces cimport seconds_now
 
 
 cdef class Caller:
@@ -32,7 +32,7 @@ cdef class Caller:
         if self.failure is not None:
             return NAN
         name, function, takes_state = self.functions[which]
-        started = perf_counter()
+        cdef double started = seconds_now()
         try:
             if takes_state:
                 found = function(
@@ -46,7 +46,7 @@ cdef class Caller:
             self.failure = name, t, error
             found = NAN
         self.calls += 1
-        self.seconds += perf_counter() - started
+        self.seconds += seconds_now() - started
         return found
 
 
@@ -103,17 +103,24 @@ cdef class Inputs:
                 raise ValueError("a signal needs a knot for every piece")
             self.signals[i].degree = coefficients.shape[1] - 1
             self.signals[i].knots, self.signals[i].coefficients = &knots[0], &coefficients[0, 0]
-            self.signals[i].first = piece_of(knots, low)
-            self.signals[i].last = piece_of(knots, high)
         for i, (signal, order) in enumerate(sources):
             if not -1 <= signal < len(self.arrays):
                 raise ValueError("no such signal")
             self.sources[i].signal = &self.signals[<int>signal] if signal >= 0 else NULL
             self.sources[i].order = order
+        self.use(low, high)
         self.driven.head.evaluate = mechc_driven_evaluate
         self.driven.head.needs_state = caller.takes_state
         self.driven.sources = self.sources
         self.driven.caller, self.driven.call = <void *>caller, call_back
+
+    def use(self, double low, double high):
+        """Take only the pieces between two times, the outer ones also beyond."""
+        cdef const double[::1] knots
+        cdef ptrdiff_t i
+        for i, (knots, _) in enumerate(self.arrays):
+            self.signals[i].first = piece_of(knots, low)
+            self.signals[i].last = piece_of(knots, high)
 
     def __dealloc__(self):
         PyMem_Free(self.signals)

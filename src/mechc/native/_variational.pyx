@@ -58,7 +58,7 @@ PAIRS = {"dopri5": _told(&mechc_dopri5_tableau), "dop853": _told(&mechc_dop853_t
 
 
 cdef double *_room(size_t doubles) except NULL:
-    cdef double *found = <double *>malloc(max(doubles, 1) * sizeof(double))
+    cdef double *found = <double *>malloc((doubles + 1) * sizeof(double))
     if found == NULL:
         raise MemoryError()
     return found

@@ -63,7 +63,7 @@ class _Pair:
 
 
 class NumpyRun:
-    """A run under way or finished, with the interface of :class:`mechc.native._driver.Run`."""
+    """A run under way or finished, with the interface of :class:`mechc.native._run.Run`."""
 
     crossings = 0
 

@@ -23,7 +23,6 @@ import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.sampling import (
-    Array,
     PlaneView,
     Run,
     SolutionLike,
@@ -34,6 +33,7 @@ from mechc.results.sampling import (
     sample,
     shown_unit,
 )
+from mechc.system.parameters import Array
 
 MOST_FRAMES: Final = 3000
 MOST_READOUTS: Final = 12

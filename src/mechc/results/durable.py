@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from secrets import token_hex
 
 from mechc.errors import MechcError
 
@@ -22,7 +23,7 @@ def replacing(path: Path) -> Iterator[Path]:
     MechcError
         If the operating system refuses; it names the file, which is then unchanged.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    part = path.with_name(f".{path.name}.{token_hex(8)}.part")  # where nobody can put a link
     try:
         yield part
         sync(part)

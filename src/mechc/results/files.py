@@ -24,8 +24,8 @@ from mechc.results.untrusted import (
     checked_options,
     json_object,
     names_of,
-    printable,
     read_regular,
+    short,
 )
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -181,7 +181,7 @@ def verify(path: Path) -> None:
     try:
         read(path)
     except (MechcError, LookupError, TypeError, ValueError) as error:
-        raise MechcError(f"{path}: {printable(str(error))}") from None
+        raise MechcError(f"{path}: {short(str(error))}") from None
 
 
 def _write_csv(sol: Trajectory, path: Path) -> None:

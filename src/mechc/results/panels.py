@@ -14,7 +14,6 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.sampling import (
-    Array,
     PlaneView,
     Run,
     ShownUnit,
@@ -24,6 +23,7 @@ from mechc.results.sampling import (
     pretty_name,
     shown_unit,
 )
+from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechc.system.kinds import Kind, shown_in
+from mechc.system.parameters import Array
 
-Array = NDArray[np.float64]
 StateFunction = Callable[[Array, Array, Any], Array]
 
 

@@ -22,6 +22,7 @@ LARGEST_TEXT = 64 * 2**20  # bytes of a JSON file: names and numbers
 LARGEST_COUNT = 40  # of links and similar: more takes long to derive
 LONGEST_OPTION = 200  # characters
 _LONGEST_HEADER = 10_000
+_LONGEST_TEXT = 1000  # characters of a file that a message repeats
 
 
 def read_regular(path: Path, most: int) -> bytes:
@@ -53,6 +54,24 @@ def read_regular(path: Path, most: int) -> bytes:
         raise MechcError(f"{path} cannot be read: {error.strerror}") from None
     finally:
         os.close(descriptor)
+
+
+def refuse_links(folder: Path) -> None:
+    """Refuse a folder in which something is a link: what is read and written there stays there.
+
+    Raises
+    ------
+    MechcError
+        Names the link.
+    """
+    pending = [str(folder)]
+    while pending:
+        with os.scandir(pending.pop()) as found:
+            for entry in found:
+                if entry.is_symlink():
+                    raise MechcError(f"{printable(entry.path)} is a link: remove it")
+                if entry.is_dir(follow_symlinks=False):
+                    pending.append(entry.path)
 
 
 def read_json(path: Path, most: int = LARGEST_TEXT) -> dict[str, Any]:
@@ -101,20 +120,20 @@ def read_arrays(path: Path) -> dict[str, Array]:
         raise MechcError(f"{path} is damaged: it is not a file")
     try:
         with zipfile.ZipFile(path) as held:
-            return {
-                member.filename.removesuffix(".npy"): _array(held, member, path.stat().st_size)
-                for member in held.infolist()
-            }
+            members, most = held.infolist(), path.stat().st_size
+            if sum(member.file_size for member in members) > most:  # compressed, or overlapping
+                raise ValueError("it is compressed: its members are larger than the file")
+            return {m.filename.removesuffix(".npy"): _array(held, m) for m in members}
     except OSError as error:
         raise MechcError(f"{path} cannot be read: {error.strerror or error}") from None
     except (zipfile.BadZipFile, ValueError, EOFError, NotImplementedError, RuntimeError) as error:
         raise MechcError(f"{path} is damaged: {printable(str(error))}") from None
 
 
-def _array(held: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> Array:
+def _array(held: zipfile.ZipFile, member: zipfile.ZipInfo) -> Array:
     from zipfile import ZIP_STORED
 
-    if member.compress_type != ZIP_STORED or member.file_size > most:
+    if member.compress_type != ZIP_STORED:
         raise ValueError(f"{member.filename!r} is compressed")
     with held.open(member) as file:
         shape, in_columns, kind = _header(file)
@@ -140,6 +159,11 @@ def _header(file: Any) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
     if any(size < 0 for size in found[0]):
         raise ValueError(f"an array of the shape {found[0]}")
     return found
+
+
+def short(text: str) -> str:
+    """A printable text of bounded length."""
+    return printable(text if len(text) <= _LONGEST_TEXT else f"{text[:_LONGEST_TEXT]}...")
 
 
 def printable(text: str) -> str:

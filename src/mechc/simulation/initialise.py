@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
@@ -15,13 +17,19 @@ OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits i
 
 
 def begin(
-    system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
+    system: System,
+    span: tuple[float, float],
+    state: Array,
+    values: Array,
+    policy: Policy,
+    scene: Any = None,
+    **given: Any,
 ) -> Segment:
-    """The compiled integrator, at the start of the span."""
-    begun: Segment = system.scene.start(
+    """The compiled integrator, at the start of the span; ``scene``, by default the system's."""
+    begun: Segment = (scene or system.scene).start(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
+        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch, **given,
     )  # fmt: skip
     return begun
 

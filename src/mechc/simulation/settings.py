@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.native._arrays import NOT_IN_ORDER, OUTSIDE, times_along
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -105,32 +106,18 @@ def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
 
 def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
-    times = doubles(t_eval, "t_eval").copy()
+    given = doubles(t_eval, "t_eval")
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
-    return times if _plainly_inside(times, span, slack) else _snapped(times, span, slack)
-
-
-def _plainly_inside(times: Array, span: tuple[float, float], slack: float) -> bool:
-    """The usual case, fast: forwards, and each time is an end or not near one."""
-    if times.ndim != 1 or not len(times):
-        return False
-    inner = times[int(times[0] == span[0]) : -1 if times[-1] == span[1] else None]
-    clear = not len(inner) or (inner[0] - span[0] > slack and span[1] - inner[-1] > slack)
-    return bool(clear and (times[1:] > times[:-1]).all())
-
-
-def _snapped(times: Array, span: tuple[float, float], slack: float) -> Array:
-    low, high = sorted(span)
-    times = np.where(np.abs(times - low) <= slack, low, times)
-    times = np.where(np.abs(times - high) <= slack, high, times)
-    if times.ndim != 1 or not ((times >= low) & (times <= high)).all():
+    found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, None)
+    if found == OUTSIDE:
+        low, high = sorted(span)
         raise ValueOutOfBoundsError(
             f"t_eval must be a sequence of times within the span {low:g} ... {high:g} s"
         )
-    direction = 1.0 if span[1] >= span[0] else -1.0
-    if (np.diff(times) * direction <= 0).any():
+    if found == NOT_IN_ORDER:
         raise ValueOutOfBoundsError("t_eval must go strictly in the direction of t_span")
-    return times
+    checked: Array = times
+    return checked
 
 
 def _checked_atol(system: System, atol: float | Array | None) -> Array | None:

@@ -20,7 +20,7 @@ from mechc.native._codes import (
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
 )
-from mechc.native._driver import Run
+from mechc.native._run import Run
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.segments import Segment, Segments, Until

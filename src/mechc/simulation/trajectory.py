@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.native._arrays import all_within
 from mechc.simulation.events import EventRecord
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -80,7 +81,9 @@ class Trajectory:
         start, end = self.span
         if not len(times) or abs(times[-1] - start) <= abs(end - start):
             return times
-        return times[np.abs(times - start) <= abs(end - start)]
+        if end >= start:
+            return times[: np.searchsorted(times, end, side="right")]
+        return times[: len(times) - np.searchsorted(times[::-1], end, side="left")]
 
     @property
     def t(self) -> Array:
@@ -121,9 +124,10 @@ class Trajectory:
             raise MechcError("this run kept no dense output: simulate with dense=True")
         times = doubles(t, "the times")
         low, high = sorted(self.span)
-        if not ((times >= low) & (times <= high)).all():
+        along = times.reshape(-1)
+        if not all_within(along, low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
-        rows: Array = self._run.interpolate(np.ascontiguousarray(times.reshape(-1)))
+        rows: Array = self._run.interpolate(along)
         return rows.reshape(*times.shape, rows.shape[1])
 
     @cached_property

@@ -32,14 +32,21 @@ class CFunction:
     capsule
         The same as a capsule named by the signature, its context the data, for
         ``scipy.LowLevelCallable``.
+    stack
+        Bytes that a call takes at most of the stack of the thread that makes it: half a MiB for
+        states of fewer than 90 components, 16 MiB and more beyond.  Give threads that call it such
+        a stack, and what they need themselves: the operating system ends a program whose stack is
+        too small.
     signature
         ``"void (double, double *, double *, void *)"``.
     """
 
     signature = "void (double, double *, double *, void *)"
 
-    def __init__(self, capsule: object, address: int, data: int, states: int, width: int) -> None:
-        self.capsule = capsule
+    def __init__(
+        self, capsule: object, address: int, data: int, states: int, width: int, stack: int
+    ) -> None:
+        self.capsule, self.stack = capsule, stack
         self.address, self.data = address, data
         self.states, self.width = states, width
 
@@ -58,8 +65,9 @@ def c_function(system: System, output: str, p: Array) -> CFunction:
     Waits until the model is compiled completely.
     """
     _check_output(system, output)
-    capsule, address, data, width = system.scene.bound(output, np.ascontiguousarray(p))
-    return CFunction(capsule, address, data, system.scene.width, width)
+    bound = system.scene.bound(output, np.ascontiguousarray(p))
+    capsule, address, data, width, stack = bound
+    return CFunction(capsule, address, data, system.scene.width, width, stack)
 
 
 def integrand(

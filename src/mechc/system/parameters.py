@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechc.errors import (
     MissingParameterError,
@@ -16,12 +15,15 @@ from mechc.errors import (
     ValueOutOfBoundsError,
     brief,
 )
-from mechc.native._driver import largest_of, strictly_within
+from mechc.native._arrays import largest_of, strictly_within
 from mechc.system.kinds import Kind
 from mechc.system.names import without_unused
 
-Array = NDArray[np.float64]
-Parameters = Mapping[str, Any] | Array | None
+if TYPE_CHECKING:
+    from numpy.typing import NDArray  # takes a tenth of the time of `import mechc`
+
+Array: TypeAlias = "NDArray[np.float64]"
+Parameters: TypeAlias = "Mapping[str, Any] | Array | None"
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.parameters import Array, ParameterSet, doubles
 from mechc.system.reference import ModelReference
 
-Time = float | Array
+Time: TypeAlias = "float | Array"
 ABSENT = ("constraints", "velocity_constraints", "constraint_jacobian", "multipliers")
 
 

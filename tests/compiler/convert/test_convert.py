@@ -180,13 +180,38 @@ def test_a_prescribed_speed_needs_no_configuration_constraint() -> None:
     assert len(mechanism(driven).motion_constraints) == 1
 
 
-def test_constraints_that_contradict_each_other_are_refused() -> None:
+@pytest.mark.parametrize(
+    ("configuration", "velocity", "match"),
+    [
+        (x**2 + y**2 - 1, v - w, "no motion satisfies both"),
+        (x - 3, v - 1, "no speeds satisfy both"),
+        (x - sin(t), v - 2 * cos(t), "no speeds satisfy both"),
+        (x - Function("r")(t), v - 2 * Function("r")(t).diff(t), "no speeds satisfy both"),
+    ],
+)
+def test_constraints_that_contradict_each_other_are_refused(configuration, velocity, match) -> None:
     kane = slider(
-        q_ind=[x], q_dependent=[y], u_ind=[v], u_dependent=[w],
-        configuration_constraints=[x**2 + y**2 - 1], velocity_constraints=[v - w],
+        q_ind=[y], q_dependent=[x], u_ind=[w], u_dependent=[v],
+        configuration_constraints=[configuration], velocity_constraints=[velocity],
     )  # fmt: skip
-    with pytest.raises(MechanismError, match="do not imply the rates"):
+    with pytest.raises(MechanismError, match=match):
         mechanism(kane)
+
+
+@pytest.mark.parametrize(
+    ("configuration", "velocity"),
+    [(x - sin(t), v - cos(t)), (x - Function("r")(t), v - Function("r")(t).diff(t))],
+)
+@pytest.mark.parametrize("inputs", [{}, {"r": 2 * sin(t)}])
+def test_rates_of_driven_configuration_constraints_are_recognised(
+    configuration, velocity, inputs
+) -> None:
+    kane = slider(
+        q_ind=[y], q_dependent=[x], u_ind=[w], u_dependent=[v],
+        configuration_constraints=[configuration], velocity_constraints=[velocity],
+    )  # fmt: skip
+    given = inputs if configuration.has(Function("r")) else {}
+    assert mechanism(kane, inputs=given).motion_constraints == ()
 
 
 def test_reading_leaves_the_points_of_the_user_as_they_are() -> None:

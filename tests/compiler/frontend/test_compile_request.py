@@ -5,8 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from typing import Any
 
+from mechc_codegen import shipped_mechanism
+from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.frontend.compile_request import CompileOptions, CompileRequest
 from sympy import Symbol
@@ -59,3 +62,23 @@ def test_whatever_decides_the_scene_changes_its_name() -> None:
     ]  # fmt: skip
     assert len(set(names)) == len(names)
     assert name(heavy) == name(slider(push))
+
+
+def test_whatever_decides_a_mechanism_changes_its_name_and_building_it_again_does_not() -> None:
+    def name(made: Mechanism, **options: Any) -> str | None:
+        return CompileRequest(made, CompileOptions(ConversionSettings(), **options)).digest
+
+    linkage = shipped_mechanism("four_bar", {})
+    gravity, torque = (shipped_mechanism("four_bar", o) for o in ({}, {"crank_torque": True}))
+    first, force = linkage.parameters[0], ((linkage.points[0], linkage.frame.x),)
+    others = [
+        linkage, torque, replace(linkage, name="other"), replace(linkage, start={"theta_0": 1.0}),
+        replace(linkage, parameters=(replace(first, default=7.5), *linkage.parameters[1:])),
+        replace(linkage, points=linkage.points[:-1]), replace(linkage, joints=()),
+        replace(linkage, bodies=linkage.bodies[::-1]), replace(linkage, loads=force),
+        replace(linkage, gravity=linkage.frame.x), replace(linkage, preference=None),
+    ]  # fmt: skip
+    names = [*map(name, others), name(linkage, fix={"g": 0}), name(linkage, outputs=())]
+    assert len({*names}) == len(names)
+    assert name(linkage) == name(gravity)
+    assert name(replace(linkage, start={"theta_0": range(3)})) is None  # type: ignore[dict-item]

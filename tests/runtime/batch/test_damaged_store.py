@@ -186,8 +186,9 @@ def test_links_pipes_and_devices_are_no_data(folder, tmp_path):
         mechc.open(folder)
     chunk.unlink()
     chunk.symlink_to("/dev/zero")
-    with pytest.raises(mechc.MechcError, match="not a file"):
+    with pytest.raises(mechc.MechcError, match="a link"):
         mechc.open(folder)
+    chunk.unlink()
     for name in ("request.json", "inputs.json", "inputs.npz", "chunk-000000000000.json"):
         path = folder / "mechc" / name
         path.rename(tmp_path / "aside")
@@ -196,6 +197,87 @@ def test_links_pipes_and_devices_are_no_data(folder, tmp_path):
             mechc.open(folder)
         path.unlink()
         (tmp_path / "aside").rename(path)
+
+
+@pytest.mark.parametrize(
+    "name", [".mechc-lock", "data.zarr/y", "data.zarr/t/c/1", "mechc", "mechc/.request.json.1.part"]
+)
+def test_nothing_is_read_or_written_through_a_link(call, folder, tmp_path, name):
+    """A call that resumed emptied the file that .mechc-lock was a link to."""
+    place, outside = folder / name, tmp_path / "outside"
+    if place.is_dir():
+        place.rename(outside)
+    else:
+        place.unlink(missing_ok=True)
+        outside.write_text("mine")
+    before = {p: p.read_bytes() for p in (outside, *outside.rglob("*")) if p.is_file()}
+    place.symlink_to(outside)
+    for attempt in (lambda: mechc.open(folder), lambda: call(folder)):
+        with pytest.raises(mechc.MechcError, match=f"{place.name} is a link"):
+            attempt()
+    assert {p: p.read_bytes() for p in (outside, *outside.rglob("*")) if p.is_file()} == before
+    assert verified(folder).returncode == 2
+
+
+def test_a_pipe_in_place_of_the_lock_keeps_nobody_waiting(call, folder):
+    import os
+
+    (folder / ".mechc-lock").unlink()
+    os.mkfifo(folder / ".mechc-lock")
+    same(call(folder), call())
+
+
+def test_members_that_overlap_in_the_inputs_are_refused(folder):
+    """A file of 3 MB whose directory names one member a hundred times took 300 MB."""
+    path = folder / "mechc" / "inputs.npz"
+    np.savez(path, t_eval=np.zeros(400_000))
+    content = path.read_bytes()
+    entries, end = content.index(b"PK\x01\x02"), content.index(b"PK\x05\x06")
+    directory, told = content[entries:end], bytearray(content[end:])
+    told[8:12] = (100).to_bytes(2, "little") * 2
+    told[12:16] = (100 * len(directory)).to_bytes(4, "little")
+    path.write_bytes(content[:entries] + 100 * directory + told)
+    assert len(zipfile.ZipFile(path).namelist()) == 100
+    with pytest.raises(mechc.MechcError, match="larger than the file"):
+        mechc.open(folder)
+
+
+def test_a_chunk_that_is_missing_takes_no_memory(folder):
+    """Its manifest vouched for blanks of any size, which were made to be compared."""
+    import shutil
+
+    array = folder / "data.zarr" / "output_0"
+    told = json.loads((array / "zarr.json").read_text())
+    told["shape"][2:] = [10**6, 10**6]
+    told["chunk_grid"]["configuration"]["chunk_shape"][2:] = [10**6, 10**6]
+    (array / "zarr.json").write_text(json.dumps(told))
+    shutil.rmtree(array / "c")
+    found = verified(folder)
+    assert (found.returncode, found.stderr) == (1, "")
+    assert "output_0/c/0/0/0/0 is damaged: it is missing" in found.stdout
+
+
+def test_a_request_without_a_mechanism_is_refused_by_name(folder):
+    path = folder / "mechc" / "request.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"mechanism": None}))
+    with pytest.raises(mechc.MechcError, match=f"{folder.name} .*does not name its mechanism"):
+        mechc.open(folder)
+
+
+def test_names_of_files_do_not_steer_the_terminal(folder, tmp_path):
+    hostile = folder.rename(tmp_path / "a\x1b[2Jb")
+    assert verified(hostile).stdout.strip() == f"{tmp_path}/a\\x1b[2Jb: 3 chunks, all sound"
+    (hostile / "mechc" / "inputs.npz").write_bytes(b"PK")
+    with pytest.raises(mechc.MechcError, match="damaged") as refused:
+        mechc.open(hostile)
+    assert str(refused.value).isprintable()
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "x\x1b]0;y").touch()
+    model = mechc.load("four_bar")
+    with pytest.raises(mechc.MechcError, match="other files") as refused:
+        model.simulate_batch(0.1, model.assemble({"theta_0": 1.4}), out=other)
+    assert str(refused.value).isprintable()
 
 
 # -- damaged ----------------------------------------------------------------------------------

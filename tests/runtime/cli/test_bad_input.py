@@ -36,6 +36,12 @@ def complaint(capsys, *arguments):
     return said.err
 
 
+@pytest.mark.parametrize("typed", ["\x1b[2J", "a\nb", "\udcff"])
+def test_what_was_typed_does_not_steer_the_terminal(capsys, typed):
+    for arguments in (("list", "-v", typed), (typed,), ("run", typed), (*RUN, "--method", typed)):
+        assert complaint(capsys, *arguments).strip("\n").isprintable()
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [

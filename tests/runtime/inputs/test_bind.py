@@ -162,6 +162,9 @@ def test_the_error_follows_the_tolerance_over_the_kinks_of_a_function(pushed):
     speed, left = 2.0 * fall, phase - turn
     q = -0.5 - speed * left + left**2
     assert sol["q"][-1] == pytest.approx(q, abs=3e-8)
+    (told,) = sol.status.warnings  # one call an evaluation, whatever the width of the lanes
+    attempts = sol.stats["steps"] + sol.stats["rejected"]
+    assert int(told.split(":")[1].split()[0]) < 20 * attempts
 
 
 def test_several_signals_break_a_run_at_the_knots_of_each():

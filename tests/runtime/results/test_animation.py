@@ -167,6 +167,13 @@ def test_a_notebook_shows_the_same_page_in_a_sandbox(tmp_path: Path) -> None:
     assert written.read_bytes() == path.read_bytes()
 
 
+def test_repr_is_one_short_line_however_long_the_page() -> None:
+    animation = animate.animate(fake_linkage.run(1.0))
+    assert len(animation.html) > 10_000
+    assert re.fullmatch(r"<mechc animation, \d+ KiB of HTML[^<>\n]*>", repr(animation))
+    assert len(repr(animation)) < 100
+
+
 @pytest.mark.parametrize("fps", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_senseless_frame_rate_is_refused(fps: float) -> None:
     with pytest.raises(ValueOutOfBoundsError, match="fps must be a positive number"):

@@ -99,6 +99,14 @@ def test_what_a_file_may_have_derived_is_bounded(sol, tmp_path):
 ESCAPES = "\x1b]0;title\x07\x1b[2J\r\u202e\u0085"
 
 
+def test_a_message_does_not_repeat_a_long_text_of_a_file(sol, tmp_path):
+    path = resealed(sol.to_xarray(), tmp_path / "long.nc", format="x" * 10**6)
+    for read in (mechc.open, storage.verify):
+        with pytest.raises(mechc.MechcError, match=r"long\.nc.*its format is x") as refused:
+            read(path)
+        assert len(str(refused.value)) < 2000
+
+
 def test_texts_of_a_file_do_not_steer_the_terminal(sol, tmp_path):
     told = json.loads(sol.to_xarray().attrs["mechc"])["status"]
     change = {"warnings": [f"all well{ESCAPES}"], "cause": ESCAPES, "advice": ESCAPES}

@@ -1,4 +1,4 @@
-"""Times to report at: what is plainly inside is taken as it is, the rest with care, alike."""
+"""Times to report at: read in compiled code, block by block, as NumPy reads them at once."""
 
 import math
 
@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mechc.errors import ValueOutOfBoundsError
-from mechc.simulation.settings import _plainly_inside, _snapped, checked_times
+from mechc.simulation.settings import checked_times
 
 SPAN = (-0.25, 3.0)
 SLACK = 8 * math.ulp(3.0)
@@ -16,11 +16,36 @@ ENDS = [end + k * math.ulp(3.0) for end in SPAN for k in (-9, -8, -1, 0, 1, 8, 9
 TIMES = st.lists(st.one_of(st.sampled_from(ENDS), st.floats(-0.3, 3.1)), max_size=5)
 
 
-@given(TIMES, st.booleans())
-def test_what_is_plainly_inside_the_careful_way_leaves_as_it_is(times, sort):
-    array = np.array(sorted(times) if sort else times)
-    if _plainly_inside(array, SPAN, SLACK):
-        assert np.array_equal(_snapped(array, SPAN, SLACK), array)
+def by_numpy(times, span):
+    """The times with their ends put right; None where they are refused."""
+    low, high = sorted(span)
+    times = np.where(np.abs(times - low) <= SLACK, low, times)
+    times = np.where(np.abs(times - high) <= SLACK, high, times)
+    forwards = np.diff(times) * (1 if span[1] >= span[0] else -1) > 0
+    return times if ((times >= low) & (times <= high)).all() and forwards.all() else None
+
+
+@given(TIMES, st.sampled_from([SPAN, SPAN[::-1]]), st.sampled_from([None, 1, -1]))
+def test_times_are_read_as_numpy_reads_them(times, span, order):
+    given = np.array(times if order is None else sorted(times)[::order])
+    wanted = by_numpy(given, span)
+    if wanted is None:
+        with pytest.raises(ValueOutOfBoundsError):
+            checked_times(given, span)
+    else:
+        assert np.array_equal(checked_times(given, span), wanted)
+
+
+@pytest.mark.parametrize("wrong", [2**20 - 1, 2**20, 2**20 + 1, 2**21 + 5])
+def test_a_wrong_time_is_found_in_any_block(wrong):
+    times = np.linspace(0, 1, 2**21 + 7)
+    assert np.array_equal(checked_times(times, (0, 1)), times)
+    times[wrong] = times[wrong - 1]
+    with pytest.raises(ValueOutOfBoundsError, match="strictly"):
+        checked_times(times, (0, 1))
+    times[wrong] = math.nan
+    with pytest.raises(ValueOutOfBoundsError, match="within"):
+        checked_times(times, (0, 1))
 
 
 @pytest.mark.parametrize("span", [SPAN, SPAN[::-1], (1.0, 1.0), (0.0, 0.0)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import time
 import traceback
@@ -11,23 +12,37 @@ from typing import Any
 
 import mechc
 
+USUAL = 40.0  # s of processor time, where not all cases are asked for
+EVERY = 1000  # cases between reports
 LONGEST = 10.0  # s of processor time a case may take
 MEANT = (mechc.MechcError, ValueError, TypeError)  # UnknownNameError is a KeyError too
 RAW = (UnicodeError,)  # ValueErrors that are nobody's message
 
 
 def run_cases(
-    seed: int, count: int, case: Callable[[random.Random], Callable[[], Any]]
+    seed: int,
+    thorough: bool,
+    usual: int,
+    every: int,
+    case: Callable[[random.Random], Callable[[], Any]],
 ) -> Counter[str]:
-    """Draw and run ``count`` cases; how many ended how.
+    """Draw and run cases, the usual number or, thorough, every one; how many ended how.
+
+    The usual ones end after 40 s of processor time.
 
     Any other error than those meant, and any case that takes too long, fails the test in the end;
     the message holds the seed and the number of the case, which draw it again.
     """
+    count, seconds = (every, math.inf) if thorough else (usual, USUAL)
     print(f"seed {seed}, {count} cases")
     ended: Counter[str] = Counter()
     bad: dict[str, str] = {}
+    began = time.process_time()
     for number in range(count):
+        if number and number % EVERY == 0:
+            print(f"{number} cases: {_counted(ended)}, {len(bad)} bad", flush=True)
+        if time.process_time() - began > seconds:
+            break
         call = case(random.Random(f"{seed}/{number}"))
         started = time.process_time()
         try:
@@ -42,9 +57,13 @@ def run_cases(
             bad[f"long {number}"] = f"case {number} took {spent:.0f} s"
         if len(bad) > 20:
             break
-    print(", ".join(f"{what}: {n}" for what, n in ended.most_common()))
+    print(f"{ended.total()} cases: {_counted(ended)}")
     assert not bad, f"seed {seed}: {len(bad)} kinds\n" + "\n".join(bad.values())
     return ended
+
+
+def _counted(ended: Counter[str]) -> str:
+    return ", ".join(f"{what}: {n}" for what, n in ended.most_common())
 
 
 def _told(error: BaseException) -> str:

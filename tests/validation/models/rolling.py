@@ -55,6 +55,41 @@ def rolling_disc_by_lagrange() -> Script:
     return Script(lagrange, constants, start, 3.0)
 
 
+@published("W. Weckesser, A ball rolling on a freely spinning turntable, Am. J. Phys. 65 (1997)")
+def ball_on_a_turntable() -> Script:
+    x, y, phi = me.dynamicsymbols("x y phi")
+    vx, vy, w1, w2, w3, Omega = me.dynamicsymbols("v_x v_y w1 w2 w3 Omega")
+    e0, e1, e2, e3 = me.dynamicsymbols("e0:4")
+    m, a, k, I_t = sm.symbols("m a k I_t")
+    N, B, T = (me.ReferenceFrame(name) for name in "NBT")
+    B.orient_quaternion(N, (e0, e1, e2, e3))
+    T.orient_axis(N, phi, N.z)
+    kd = me.kinematic_equations([w1, w2, w3], [e0, e1, e2, e3], "quaternion")
+    B.set_ang_vel(N, w1 * B.x + w2 * B.y + w3 * B.z)
+    T.set_ang_vel(N, Omega * N.z)
+    O, G = me.Point("O"), me.Point("G")
+    O.set_vel(N, 0)
+    G.set_pos(O, x * N.x + y * N.y + a * N.z)
+    G.set_vel(N, vx * N.x + vy * N.y)
+    contact = G.vel(N) + B.ang_vel_in(N).cross(-a * N.z)
+    slip = contact - T.ang_vel_in(N).cross(x * N.x + y * N.y)
+    ball = me.RigidBody("ball", G, B, m, (me.inertia(B, *[k * m * a**2] * 3), G))
+    table = me.RigidBody("table", O, T, 1, (me.inertia(T, 0, 0, I_t), O))
+    kane = me.KanesMethod(
+        N,
+        q_ind=[x, y, phi, e0, e1, e2, e3],
+        u_ind=[vx, vy, w3, Omega],
+        kd_eqs=[x.diff(t) - vx, y.diff(t) - vy, phi.diff(t) - Omega, *kd],
+        u_dependent=[w1, w2],
+        velocity_constraints=[slip.dot(N.x), slip.dot(N.y)],
+    )
+    kane.kanes_equations([ball, table], [])
+    # Not the identity: there SymPy's dependent speeds are 0/0.
+    start = {x: 0.2, y: 0.0, phi: 0.0, e0: 0.7, e1: 0.1, e2: 0.5, e3: 0.5}
+    start |= {vx: 0.0, vy: 0.1, w3: 0.0, Omega: 3.0}
+    return Script(kane, {m: 0.1, a: 0.02, k: 0.4, I_t: 0.05}, start, 4.0)
+
+
 @published("A. M. Bloch, Nonholonomic Mechanics and Control (2003): the Chaplygin sleigh")
 def chaplygin_sleigh() -> Script:
     x, y, theta = me.dynamicsymbols("x y theta")
@@ -105,6 +140,43 @@ def snakeboard() -> Script:
     start = {x: 0, y: 0, theta: 0, psi: 0, phi: 0.3, qd[2]: 0.5, qd[3]: 0.4, qd[4]: 0.1}
     pushes = {tpsi: 0.1, tphi: -0.005}
     return Script(lagrange, constants, start, 3.0, pushes)
+
+
+@published("P. S. Krishnaprasad, D. P. Tsakiris, ... a study of the Roller Racer (2001)")
+def roller_racer() -> Script:
+    x, y, theta, phi = me.dynamicsymbols("x y theta phi")
+    u1, u2, u3, u4, tau = me.dynamicsymbols("u1 u2 u3 u4 tau")
+    m1, I1, I2, d1, d2 = sm.symbols("m1 I1 I2 d1 d2")
+    N = me.ReferenceFrame("N")
+    A = N.orientnew("A", "Axis", [theta, N.z])
+    B = A.orientnew("B", "Axis", [phi, A.z])
+    A.set_ang_vel(N, u3 * N.z)
+    B.set_ang_vel(A, u4 * A.z)
+    O = me.Point("O")
+    O.set_vel(N, 0)
+    P1 = O.locatenew("P1", x * N.x + y * N.y)  # middle of the rear axle
+    P1.set_vel(N, u1 * N.x + u2 * N.y)
+    pivot = P1.locatenew("J", d1 * A.x)
+    pivot.v2pt_theory(P1, N, A)
+    P2 = pivot.locatenew("P2", -d2 * B.x)
+    P2.v2pt_theory(pivot, N, B)
+    bodies = [
+        me.RigidBody("seat", P1, A, m1, (me.inertia(A, 0, 0, I1), P1)),
+        me.RigidBody("handle", P2, B, sm.S.Zero, (me.inertia(B, 0, 0, I2), P2)),
+    ]
+    kane = me.KanesMethod(
+        N,
+        [x, y, theta, phi],
+        [u3, u4],
+        kd_eqs=[x.diff(t) - u1, y.diff(t) - u2, theta.diff(t) - u3, phi.diff(t) - u4],
+        u_dependent=[u1, u2],
+        velocity_constraints=[P1.vel(N).dot(A.y), P2.vel(N).dot(B.y)],
+    )
+    kane.kanes_equations(bodies, [(B, tau * N.z), (A, -tau * N.z)])
+    constants = {m1: 20.0, I1: 1.0, I2: 0.1, d1: 0.6, d2: 0.2}
+    # Not theta = 0: there SymPy's dependent speeds are 0/0.
+    start = {x: 0.0, y: 0.0, theta: 0.3, phi: 1.0, u3: 0.6, u4: 0.5}
+    return Script(kane, constants, start, 1.5, {tau: 0.05})
 
 
 @published("D. V. Zenkov, A. M. Bloch, J. E. Marsden, ... the unicycle with rider (2002)")

@@ -125,6 +125,57 @@ def skateboard() -> Script:
     return Script(kane, constants, start, 3.0)
 
 
+@published(
+    "R. N. Arnold, L. Maunder, Gyrodynamics and its Engineering Applications (1961): monorail"
+)
+def gyroscopic_monorail_car() -> Script:
+    s, phi, theta, psi = me.dynamicsymbols("s phi theta psi")
+    us, up, ut, ur = me.dynamicsymbols("u_s u_phi u_theta u_r")
+    m, h, Ix, mg, hg, A, C, k, d, n, g, b = sm.symbols("m h I_x m_g h_g A C k d n g b")
+    F = me.dynamicsymbols("F")
+    N = me.ReferenceFrame("N")
+    car = N.orientnew("car", "Axis", (phi, N.x))
+    gimbal = car.orientnew("gimbal", "Axis", (theta, car.y))
+    rotor = gimbal.orientnew("rotor", "Axis", (psi, gimbal.z))
+    car.set_ang_vel(N, up * N.x)
+    gimbal.set_ang_vel(car, ut * car.y)
+    rotor.set_ang_vel(gimbal, ur * gimbal.z)
+    O = me.Point("O")
+    O.set_vel(N, 0)
+    rail = O.locatenew("rail", s * N.x)
+    rail.set_vel(N, us * N.x)
+    G, H = rail.locatenew("G", h * car.z), rail.locatenew("H", hg * car.z)
+    G.v2pt_theory(rail, N, car)
+    H.v2pt_theory(rail, N, car)
+    bodies = [
+        me.RigidBody("car", G, car, m, (me.inertia(car, Ix, 0, 0), G)),
+        me.RigidBody("rotor", H, rotor, mg, (me.inertia(rotor, A, A, C), H)),
+    ]
+    # The gimbal is unstable too (k); a servo turns it by the car's lean (n) and damps it (d).
+    servo = (k * theta - d * ut - n * phi) * car.y
+    loads = [(G, -m * g * N.z), (H, -mg * g * N.z), (rail, (F - b * us) * N.x)]
+    loads += [(gimbal, servo), (car, -servo)]
+    q, u = [s, phi, theta, psi], [us, up, ut, ur]
+    kane = me.KanesMethod(N, q, u, [a.diff(t) - c for a, c in zip(q, u, strict=True)])
+    kane.kanes_equations(bodies, loads)
+    constants = {
+        m: 200.0,
+        h: 0.6,
+        Ix: 20.0,
+        mg: 40.0,
+        hg: 0.8,
+        A: 1.0,
+        C: 1.8,
+        k: 60.0,
+        d: 30.0,
+        n: 150.0,
+        g: 9.81,
+        b: 5.0,
+    }
+    start = {s: 0, phi: 0.02, theta: 0.0, psi: 0.0, us: 5.0, up: 0.0, ut: 0.0, ur: 400.0}
+    return Script(kane, constants, start, 1.0, {F: 20.0})
+
+
 @published("D. Hrovat, Survey of advanced suspension developments, Automatica 33 (1997): half car")
 def half_car_on_a_road() -> Script:
     z, theta, z1, z2 = me.dynamicsymbols("z theta z_1 z_2")

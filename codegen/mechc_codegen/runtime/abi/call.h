@@ -2,8 +2,7 @@
  *
  * A bound output lies in one block of memory from malloc and is released by free.  Calls keep
  * nothing and change nothing in it, so threads may share it. */
-#ifndef MECHC_CALL_H
-#define MECHC_CALL_H
+#pragma once
 
 #include <math.h>
 #include <stdlib.h>
@@ -95,5 +94,3 @@ static inline double mechc_call_along(int count, double *x, void *data)
     mechc_call(t, y, out, (void *)of);
     return out[along->component];
 }
-
-#endif

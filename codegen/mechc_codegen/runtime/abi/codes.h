@@ -1,6 +1,9 @@
 /* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
-#ifndef MECHC_CODES_H
-#define MECHC_CODES_H
+#pragma once
+
+/* Components of a state up to which work space is below half a megabyte and a step takes a moment:
+ * beyond, work has a stack of its own, and a step that is under way can be given up. */
+#define MECHC_WIDE 90
 
 /* How a run, or the projection of one state, ended. */
 typedef enum {
@@ -74,5 +77,3 @@ typedef enum {
     MECHC_NORM = 2,
     MECHC_SUM = 3
 } mechc_quantity_form;
-
-#endif

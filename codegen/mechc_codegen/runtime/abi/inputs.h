@@ -1,6 +1,5 @@
 /* Inputs that are given to a run: numbers, sampled signals, functions that are called back. */
-#ifndef MECHC_INPUTS_H
-#define MECHC_INPUTS_H
+#pragma once
 
 typedef struct mechc_inputs mechc_inputs;
 
@@ -11,5 +10,3 @@ struct mechc_inputs {
                      const double *u, double *values);
     int needs_state;
 };
-
-#endif

@@ -1,49 +1,78 @@
 /* Work on a stack of its own: work space of a scene is as large as its matrices, and threads may
- * have small stacks. */
-#ifndef MECHC_LARGE_STACK_H
-#define MECHC_LARGE_STACK_H
+ * have small stacks.  Who asked for it may do other things meanwhile. */
+#pragma once
 
 #include <pthread.h>
+#include <semaphore.h>
 #include <stddef.h>
-
-#define MECHC_WIDE 90 /* components of a state up to which work space is below half a megabyte */
+#include <time.h>
+#include "codes.h"
 
 typedef struct {
     void (*work)(void *);
     void *data;
+    pthread_t thread;
+    sem_t done;
 } mechc_on_stack;
 
-static void *mechc_run_on_stack(void *given)
+static inline void *mechc_run_on_stack(void *given)
 {
-    const mechc_on_stack *job = (const mechc_on_stack *)given;
+    mechc_on_stack *job = (mechc_on_stack *)given;
     job->work(job->data);
+    sem_post(&job->done);
     return 0;
 }
 
 /* Bytes of stack that a scene of this width is given; 0: those of the calling thread will do. */
-static size_t mechc_stack_of(int width)
+static inline size_t mechc_stack_of(int width)
 {
     const size_t square = (size_t)width * (size_t)width * sizeof(double);
     return width < MECHC_WIDE ? 0 : ((size_t)16 << 20) + 80 * square;
 }
 
-/* work(data), with a stack of so many bytes, of which only what is touched takes memory; 0 if there
- * is none. */
-static int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
+/* Bytes of stack that work on a scene of this width takes at most. */
+static inline size_t mechc_stack_needed(int width)
 {
-    mechc_on_stack job = {work, data};
-    pthread_attr_t attributes;
-    pthread_t thread;
-    int made;
-    if (!bytes) {
-        work(data);
-        return 1;
-    }
-    if (pthread_attr_init(&attributes)) return 0;
-    made = !pthread_attr_setstacksize(&attributes, bytes)
-        && !pthread_create(&thread, &attributes, mechc_run_on_stack, &job);
-    pthread_attr_destroy(&attributes);
-    return made && !pthread_join(thread, 0);
+    return width < MECHC_WIDE ? (size_t)1 << 19 : mechc_stack_of(width);
 }
 
-#endif
+/* Begin work(data), with a stack of so many bytes, of which only what is touched takes memory; 0 if
+ * there is none.  The job is ended, and until then stays where it is. */
+static inline int mechc_begin_on_stack(mechc_on_stack *job, size_t bytes, void (*work)(void *),
+                                       void *data)
+{
+    pthread_attr_t attributes;
+    job->work = work, job->data = data;
+    if (pthread_attr_init(&attributes)) return 0;
+    sem_init(&job->done, 0, 0);
+    const int made = !pthread_attr_setstacksize(&attributes, bytes)
+                  && !pthread_create(&job->thread, &attributes, mechc_run_on_stack, job);
+    pthread_attr_destroy(&attributes);
+    return made;
+}
+
+/* Wait for so many seconds at most, below one, or until a signal comes; 1 where the work is done. */
+static inline int mechc_wait_on_stack(mechc_on_stack *job, double seconds)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += (long)(1e9 * seconds);
+    if (until.tv_nsec >= 1000000000L) until.tv_sec++, until.tv_nsec -= 1000000000L;
+    return !sem_timedwait(&job->done, &until);
+}
+
+static inline void mechc_end_on_stack(mechc_on_stack *job)
+{
+    pthread_join(job->thread, 0);
+    sem_destroy(&job->done);
+}
+
+/* The whole of it; 0 if there is no stack. */
+static inline int mechc_with_stack(size_t bytes, void (*work)(void *), void *data)
+{
+    mechc_on_stack job;
+    if (!bytes) work(data);
+    else if (mechc_begin_on_stack(&job, bytes, work, data)) mechc_end_on_stack(&job);
+    else return 0;
+    return 1;
+}

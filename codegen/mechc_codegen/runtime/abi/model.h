@@ -1,13 +1,12 @@
 /* The binary interface between a compiled scene and whoever drives it. */
-#ifndef MECHC_MODEL_H
-#define MECHC_MODEL_H
+#pragma once
 
 #include <stddef.h>
 #include "inputs.h"
 #include "run.h"
 
-#define MECHC_ABI 6
-#define MECHC_CAPSULE "mechc.model.6"
+#define MECHC_ABI 7
+#define MECHC_CAPSULE "mechc.model.7"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -53,9 +52,13 @@ typedef struct {
     /* Dense output, projected onto the constraints. */
     void (*interpolate)(int method, const mechc_trajectory *trajectory, const double *p,
                         const mechc_inputs *inputs, ptrdiff_t count, const double *t, double *out);
-    /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL where the scene
-     * has none. */
+    /* Go on to t1, beyond the end of the run or before it, with other inputs; NULL: the same. */
     void (*extend)(mechc_run *run, double t1, const mechc_inputs *inputs);
+    /* A run between two steps as so many bytes, and the same run brought back to them; its
+     * trajectory then begins there. */
+    size_t (*saved_size)(const mechc_run *run);
+    void (*save)(const mechc_run *run, void *saved);
+    void (*restore)(mechc_run *run, const void *saved);
 } mechc_unit;
 
 typedef struct {
@@ -67,5 +70,3 @@ typedef struct {
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
     int inputs; /* values that a run is given: see inputs.h */
 } mechc_model;
-
-#endif

@@ -1,6 +1,5 @@
 /* A run of one scene as its caller sees it: what is asked for, how it went, the trajectory. */
-#ifndef MECHC_RUN_H
-#define MECHC_RUN_H
+#pragma once
 
 #include <stddef.h>
 #include "codes.h"
@@ -21,6 +20,7 @@ typedef struct {
     int dense; /* keep the coefficients of the dense output */
     int on_change_point; /* mechc_change_point_policy */
     int may_stiffen; /* an explicit method may hand over to the implicit one */
+    const int *stop; /* set by another thread: give up the step under way; NULL: never */
 } mechc_options;
 
 typedef struct {
@@ -53,5 +53,3 @@ typedef struct {
     mechc_stats stats;
     mechc_trajectory trajectory;
 } mechc_run;
-
-#endif

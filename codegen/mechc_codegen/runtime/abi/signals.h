@@ -2,8 +2,7 @@
  *
  * Nothing here is compiled into a scene, which knows inputs.h alone.
  */
-#ifndef MECHC_SIGNALS_H
-#define MECHC_SIGNALS_H
+#pragma once
 
 #include <stddef.h>
 #include "inputs.h"
@@ -64,5 +63,3 @@ static inline void mechc_driven_evaluate(const mechc_inputs *inputs, int first, 
                                            : driven->call(driven->caller, i, t, q, u);
     }
 }
-
-#endif

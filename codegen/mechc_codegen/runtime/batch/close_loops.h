@@ -3,8 +3,7 @@
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
  * go on while they close the loops further: where two assemblies meet each gains a bit.
  */
-#ifndef MECHC_CLOSE_LOOPS_H
-#define MECHC_CLOSE_LOOPS_H
+#pragma once
 
 #include <float.h>
 #include <math.h>
@@ -290,5 +289,3 @@ static int mechc_close_work(mechc_closing *job)
     mechc_closer_free(&closer);
     return made;
 }
-
-#endif

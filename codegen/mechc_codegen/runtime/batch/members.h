@@ -4,8 +4,7 @@
  * that ends makes room for the next.  A member's trajectory is drained every few steps into what
  * was asked for (reductions, states at given times), so that memory does not grow with its length.
  */
-#ifndef MECHC_MEMBERS_H
-#define MECHC_MEMBERS_H
+#pragma once
 
 #include <math.h>
 #include <stdlib.h>
@@ -277,7 +276,7 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
 {
     for (int i = 0; i < worker->width; i++) {
         mechc_batch_slot *slot = worker->slot + i;
-        if (slot->member < 0) continue;
+        if (slot->member < 0 || slot->run->status == MECHC_INTERRUPTED) continue;
         const int whole = mechc_batch_attempts(slot->run) - slot->taken >= piece;
         if (batch->stopping && !whole && slot->run->status == MECHC_RUNNING) continue;
         const int status = mechc_batch_take(batch, slot);
@@ -320,5 +319,3 @@ static int mechc_batch_work(mechc_batch *batch)
     mechc_batch_worker_free(&worker);
     return made;
 }
-
-#endif

@@ -3,8 +3,7 @@
  * A quantity is looked at eight times in every step on the dense output, and extremes and crossings
  * seen there are refined; means are Gauss-Legendre sums over the steps.
  */
-#ifndef MECHC_REDUCTIONS_H
-#define MECHC_REDUCTIONS_H
+#pragma once
 
 #include <math.h>
 #include <stdlib.h>
@@ -408,5 +407,3 @@ static void mechc_reducer_end(mechc_reducer *reducer, double t, const double *y,
         out[i] = now;
     }
 }
-
-#endif

@@ -5,18 +5,10 @@
  * row near a change point.  No size tells one from the other, but the rank does: it is found once,
  * at closed configurations, and every factorisation keeps as many rows.
  */
-#ifndef MECHC_GENERIC_RANK_H
-#define MECHC_GENERIC_RANK_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "abi/inputs.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
 /* Of the longest row: a shorter one is redundant, or the start lies beside a change point. */
@@ -72,7 +64,7 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
     /* loops are closed by the rows that count here, or by all of them where more count elsewhere */
     for (int all = 0; here < MECHC_NC && all < 2; all++) {
         given->k[MECHC_NK] = all ? MECHC_NC : here;
-        for (int j = 0; j < MECHC_NU; j++) {
+        for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
             const int rank = mechc_rank_beside(t, y, given, j);
             if (rank > most) most = rank;
         }
@@ -84,14 +76,14 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
 
 /* The same for a run that starts at a state. */
 MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
-                                const mechc_inputs *inputs, mechc_scalar_given *given)
+                                const mechc_inputs *inputs, const int *stop,
+                                mechc_scalar_given *given)
 {
     mechc_give(p, inputs, given);
+    mechc_scalar_give_stop(given, stop);
 #if MECHC_NC > 0
     given->k[MECHC_NK] = mechc_count_rows(t, y, given);
 #else
     (void)t, (void)y;
 #endif
 }
-
-#endif

@@ -2,7 +2,6 @@
  *
  * Generic over `real`: each lane has parameters, inputs, time and state of its own. */
 #include <math.h>
-#include <string.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_GIVEN_VECTOR : !defined MECHC_GIVEN_SCALAR
 #if R_VECTOR
@@ -10,9 +9,9 @@
 #else
 #define MECHC_GIVEN_SCALAR
 #endif
+#include "abi/codes.h"
 #include "abi/inputs.h"
 #include "dynamics/sizes.h"
-#include "simd/lanes.h"
 
 typedef struct {
     real p[MECHC_AT_LEAST_ONE(MECHC_NP)]; /* parameters */
@@ -20,7 +19,41 @@ typedef struct {
 #if MECHC_NI > 0
     const mechc_inputs *inputs[RLANES];
 #endif
+#if MECHC_NX >= MECHC_WIDE
+    const int *stop; /* see mechc_options */
+#endif
 } FN(given);
+
+MECHC_INLINE void FN(give_stop)(FN(given) *given, const int *stop)
+{
+#if MECHC_NX >= MECHC_WIDE
+    given->stop = stop;
+#else
+    (void)given, (void)stop;
+#endif
+}
+
+MECHC_INLINE const int *FN(stop_of)(const FN(given) *given)
+{
+#if MECHC_NX >= MECHC_WIDE
+    return given->stop;
+#else
+    (void)given;
+    return 0;
+#endif
+}
+
+/* Whether another thread asks to give up what is under way, which takes long in a wide scene: it
+ * then fails with MECHC_INTERRUPTED, or its result is not used. */
+MECHC_INLINE int FN(stopped)(const FN(given) *given)
+{
+#if MECHC_NX >= MECHC_WIDE
+    return given->stop && __atomic_load_n(given->stop, __ATOMIC_RELAXED);
+#else
+    (void)given;
+    return 0;
+#endif
+}
 
 MECHC_INLINE void FN(give_inputs)(FN(given) *given, int lane, const mechc_inputs *inputs)
 {
@@ -43,22 +76,29 @@ MECHC_INLINE const mechc_inputs *FN(inputs_of)(const FN(given) *given)
 
 #if MECHC_NI > 0
 /* Values first .. last - 1, NaN where no inputs are given; u may be NULL where none needs the
- * speeds. */
+ * speeds.  A lane that repeats the one before it, as all do but one where a single run is in
+ * lockstep, has its values: a function may be costly. */
 MECHC_ONCE void FN(read_inputs)(real t, const real *q, const real *u, const FN(given) *given,
                                 int first, int last, real *values)
 {
     double times[RLANES], found[MECHC_NI][RLANES];
+    double state[2][MECHC_NQ + MECHC_NU] = {{0.0}};
     memcpy(times, &t, sizeof times);
     for (int lane = 0; lane < RLANES; lane++) {
         const mechc_inputs *inputs = given->inputs[lane];
-        double own_q[MECHC_NQ], own_u[MECHC_NU], own[MECHC_NI];
+        double *own = state[lane & 1], value[MECHC_NI];
         const int needs_state = inputs && inputs->needs_state;
         for (int i = 0; needs_state && i < MECHC_NQ; i++)
-            memcpy(own_q + i, (const double *)(q + i) + lane, sizeof(double));
+            memcpy(own + i, (const double *)(q + i) + lane, sizeof(double));
         for (int i = 0; needs_state && u && i < MECHC_NU; i++)
-            memcpy(own_u + i, (const double *)(u + i) + lane, sizeof(double));
-        if (inputs) inputs->evaluate(inputs, first, last, times[lane], own_q, u ? own_u : 0, own);
-        for (int i = 0; i < last - first; i++) found[i][lane] = inputs ? own[i] : NAN;
+            memcpy(own + MECHC_NQ + i, (const double *)(u + i) + lane, sizeof(double));
+        const int repeated = lane && inputs == given->inputs[lane - 1]
+                          && times[lane] == times[lane - 1]
+                          && memcmp(state[0], state[1], sizeof state[0]) == 0;
+        if (inputs && !repeated)
+            inputs->evaluate(inputs, first, last, times[lane], own, u ? own + MECHC_NQ : 0, value);
+        for (int i = 0; i < last - first; i++)
+            found[i][lane] = repeated ? found[i][lane - 1] : inputs ? value[i] : NAN;
     }
     for (int i = 0; i < last - first; i++) memcpy(values + i, found[i], sizeof found[i]);
 }

@@ -12,8 +12,6 @@
 #define MECHC_LEAST_MULTIPLIERS_SCALAR
 #endif
 #include "dynamics/linear.h"
-#include "dynamics/sizes.h"
-#include "simd/lanes.h"
 
 #if MECHC_NC > 0
 

@@ -16,7 +16,6 @@
 #define MECHC_LINEAR_SCALAR
 #endif
 #include "dynamics/sizes.h"
-#include "simd/lanes.h"
 #include "simd/rough.h"
 
 /* Squared ratio of norms below which a row is rounding: (16 eps)^2. */

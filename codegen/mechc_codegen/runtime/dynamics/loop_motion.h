@@ -14,9 +14,7 @@
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/loop_rows.h"
-#include "dynamics/sizes.h"
 #include "dynamics/tree.h"
-#include "simd/lanes.h"
 
 #if MECHC_LINKS > 0 && MECHC_NC > 0
 

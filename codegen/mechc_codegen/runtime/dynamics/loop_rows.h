@@ -14,7 +14,6 @@
  * value over its greatest measures the conditioning; I grows by its inverse, so that below
  * MECHC_SAFE the rows are solved together, by the orthogonal factors of linear.h.
  */
-#include <math.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_LOOP_ROWS_VECTOR : !defined MECHC_LOOP_ROWS_SCALAR
 #if R_VECTOR
@@ -22,9 +21,7 @@
 #else
 #define MECHC_LOOP_ROWS_SCALAR
 #endif
-#include "dynamics/sizes.h"
 #include "dynamics/tree.h"
-#include "simd/lanes.h"
 
 #if MECHC_LINKS > 0 && MECHC_NC > 0
 

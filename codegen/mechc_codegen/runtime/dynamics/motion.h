@@ -6,7 +6,6 @@
  * Elsewhere Gauss's principle: the accelerations nearest to the free ones in the metric M.  With
  * M = L D L^T a row a of J becomes w = a L^-T there and two rows meet in sum_k w_k v_k / D_k.
  */
-#include <string.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_MOTION_VECTOR : !defined MECHC_MOTION_SCALAR
 #if R_VECTOR
@@ -17,8 +16,6 @@
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/one_freedom.h"
-#include "dynamics/sizes.h"
-#include "simd/lanes.h"
 
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */

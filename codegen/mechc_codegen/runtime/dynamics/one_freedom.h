@@ -16,8 +16,6 @@
 #define MECHC_ONE_FREEDOM_SCALAR
 #endif
 #include "dynamics/linear.h"
-#include "dynamics/sizes.h"
-#include "simd/lanes.h"
 #include "simd/rough.h"
 
 #define MECHC_ONE_FREEDOM \

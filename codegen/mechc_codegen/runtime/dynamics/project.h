@@ -1,15 +1,7 @@
 /* One state, moved to the nearest one on the constraints. */
-#ifndef MECHC_PROJECT_H
-#define MECHC_PROJECT_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 
 /* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
 MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given *given,
@@ -172,5 +164,3 @@ MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *e
     (void)place, (void)error;
 #endif
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Sizes of the scene, and what follows from them. */
-#ifndef MECHC_SIZES_H
-#define MECHC_SIZES_H
+#pragma once
 
 #include "scene_sizes.h"
 
@@ -15,5 +14,3 @@
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 /* Constants made of parameters, and last the number of rows that count: see generic_rank.h. */
 #define MECHC_CONSTANTS (MECHC_NK + 1)
-
-#endif

@@ -4,7 +4,6 @@
  * steady: nearest speeds that keep them closed.   accelerate: u' from M u' + J^T lambda = F and
  * J u' = gamma.
  */
-#include <math.h>
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_STAGE_VECTOR : !defined MECHC_STAGE_SCALAR
 #if R_VECTOR
@@ -18,10 +17,8 @@
 #include "dynamics/linear.h"
 #include "dynamics/loop_motion.h"
 #include "dynamics/motion.h"
-#include "dynamics/sizes.h"
 #include "dynamics/tree.h"
 #include "scene_program.h"
-#include "simd/lanes.h"
 
 /* The constants, once the parameters are there. */
 MECHC_INLINE void FN(make_constants)(FN(given) *given)
@@ -35,6 +32,7 @@ MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_
 {
     for (int i = 0; i < MECHC_NP; i++) given->p[i] = p[i];
     mechc_scalar_give_inputs(given, 0, inputs);
+    mechc_scalar_give_stop(given, 0);
     mechc_scalar_make_constants(given);
 }
 #endif

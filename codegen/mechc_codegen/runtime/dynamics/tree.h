@@ -13,9 +13,7 @@
 #else
 #define MECHC_TREE_SCALAR
 #endif
-#include "dynamics/sizes.h"
 #include "scene_program.h"
-#include "simd/lanes.h"
 
 #if MECHC_LINKS > 0
 #if MECHC_PLANAR

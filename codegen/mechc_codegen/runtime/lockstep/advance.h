@@ -1,10 +1,7 @@
 /* The runs of a unit go on: in lockstep where they are fit for it, else one by one. */
-#ifndef MECHC_LOCKSTEP_ADVANCE_H
-#define MECHC_LOCKSTEP_ADVANCE_H
+#pragma once
 
-#include "abi/codes.h"
 #include "abi/run.h"
-#include "dynamics/sizes.h"
 #include "lockstep/judge.h"
 #include "lockstep/lanes_of_runs.h"
 #include "lockstep/step.h"
@@ -12,7 +9,6 @@
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "stepping/attempt.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/stiffness.h"
@@ -135,5 +131,3 @@ MECHC_STATIC int mechc_lockstep_advance_run(mechc_run *head, long steps)
     }
     return head->status;
 }
-
-#endif

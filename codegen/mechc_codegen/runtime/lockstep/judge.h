@@ -1,10 +1,6 @@
 /* After a step of every lane: which are accepted, what is kept of them, how long the next are. */
-#ifndef MECHC_LOCKSTEP_JUDGE_H
-#define MECHC_LOCKSTEP_JUDGE_H
+#pragma once
 
-#include <math.h>
-#include <stdint.h>
-#include "dynamics/sizes.h"
 #include "lockstep/lanes_of_runs.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_vector.h"
@@ -12,7 +8,6 @@
 #include "simd/rough.h"
 #include "simd/unbind.h"
 #include "run/integration.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/stiffness.h"
@@ -124,5 +119,3 @@ MECHC_ONCE void mechc_lockstep_accept(mechc_lockstep *a, mechc_mask accepted,
     a->last_step = mechc_choose(accepted, size, a->last_step);
     a->last_factor = mechc_choose(accepted, a->factor, a->last_factor);
 }
-
-#endif

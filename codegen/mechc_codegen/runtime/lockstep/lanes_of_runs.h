@@ -8,18 +8,14 @@
  * step's error.  A lane whose conditioning falls low takes its step back and goes on alone
  * (stepping/attempt.h), with every stage on the constraints and crossings looked for.
  */
-#ifndef MECHC_LANES_OF_RUNS_H
-#define MECHC_LANES_OF_RUNS_H
+#pragma once
 
-#include <stdint.h>
-#include "dynamics/sizes.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "simd/bind_vector.h"
 #include "dynamics/given.h"
 #include "simd/unbind.h"
-#include "simd/lanes.h"
 
 #define MECHC_LOCKSTEP_ENDS 1 /* evaluations at a step's end */
 
@@ -97,5 +93,3 @@ MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_
     stats->rhs_evaluations +=
         (a->steps[lane] + a->rejected[lane]) * (mechc_dop853_tableau.stages + MECHC_LOCKSTEP_ENDS);
 }
-
-#endif

@@ -1,11 +1,6 @@
 /* One step of every lane: its stages as the equations stand, its end on the constraints. */
-#ifndef MECHC_LOCKSTEP_STEP_H
-#define MECHC_LOCKSTEP_STEP_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "lockstep/lanes_of_runs.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_vector.h"
@@ -13,7 +8,6 @@
 #include "methods/explicit_step.h"
 #include "simd/unbind.h"
 #include "run/integration.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 
 #define MECHC_LOCKSTEP_CLOSINGS 4
@@ -141,5 +135,3 @@ MECHC_ONCE void mechc_lockstep_dense(mechc_lockstep *a, mechc_vector *rows)
                                  mechc_lockstep_stage, a, state);
     mechc_vector_explicit_dense(tableau, &step, a->end, tableau->dense_rows, rows);
 }
-
-#endif

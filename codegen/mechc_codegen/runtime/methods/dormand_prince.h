@@ -1,11 +1,7 @@
 /* The explicit pairs of Dormand & Prince, every stage on the constraints. */
-#ifndef MECHC_DORMAND_PRINCE_H
-#define MECHC_DORMAND_PRINCE_H
+#pragma once
 
-#include <math.h>
-#include "abi/codes.h"
 #include "dynamics/project.h"
-#include "dynamics/sizes.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
@@ -14,7 +10,6 @@
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "singularities/monitor.h"
 #include "stepping/control.h"
 
@@ -104,6 +99,12 @@ MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const doubl
     mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
 }
 
+#define MECHC_PAIR /* what both methods share */ \
+    .farthest = HUGE_VAL, .ignored = 1.0, .after_failure = 0.3, .step = mechc_pair_step, \
+    .error = mechc_pair_error, .factor = mechc_elementary_factor, \
+    .shows_end = mechc_error_is_small, .limited = mechc_pair_limited, \
+    .dense_stages = mechc_pair_dense_stages, .dense = mechc_pair_dense
+
 static const mechc_method mechc_dopri5 = {
     .number = MECHC_DOPRI5,
     .order = 5,
@@ -113,17 +114,8 @@ static const mechc_method mechc_dopri5 = {
     .tableau = &mechc_dopri5_tableau,
     .share = MECHC_SHARE_OF_MANY,
     .growth = 10.0,
-    .farthest = HUGE_VAL,
-    .ignored = 1.0,
-    .after_failure = 0.3,
     .horizon = 8.0,
-    .step = mechc_pair_step,
-    .error = mechc_pair_error,
-    .factor = mechc_elementary_factor,
-    .shows_end = mechc_error_is_small,
-    .limited = mechc_pair_limited,
-    .dense_stages = mechc_pair_dense_stages,
-    .dense = mechc_pair_dense,
+    MECHC_PAIR,
 };
 
 /* Its steps are the longest of an explicit method and keep the farthest from a crossing. */
@@ -136,19 +128,8 @@ static const mechc_method mechc_dop853 = {
     .tableau = &mechc_dop853_tableau,
     .share = MECHC_SHARE,
     .growth = 6.0,
-    .farthest = HUGE_VAL,
-    .ignored = 1.0,
-    .after_failure = 0.3,
     .holds_crossing = 1,
     .horizon = 2.0,
     .in_lockstep = 1,
-    .step = mechc_pair_step,
-    .error = mechc_pair_error,
-    .factor = mechc_elementary_factor,
-    .shows_end = mechc_error_is_small,
-    .limited = mechc_pair_limited,
-    .dense_stages = mechc_pair_dense_stages,
-    .dense = mechc_pair_dense,
+    MECHC_PAIR,
 };
-
-#endif

@@ -1,6 +1,5 @@
 /* The pairs of Dormand & Prince: see run/tableau.h. */
-#ifndef MECHC_DORMAND_PRINCE_TABLEAUS_H
-#define MECHC_DORMAND_PRINCE_TABLEAUS_H
+#pragma once
 
 #include "run/tableau.h"
 
@@ -104,5 +103,3 @@ static const mechc_tableau mechc_dop853_tableau = {
     12, 16, 7, mechc_dop853_nodes, mechc_dop853_matrix, mechc_dop853_error,
     mechc_dop853_second_error, mechc_dop853_dense, 6.1,
 };
-
-#endif

@@ -9,7 +9,6 @@
 #include "abi/codes.h"
 #include "dynamics/sizes.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 
 /* Where a step begins, how long it is, and where its rates are kept; those of y are the first. */
 typedef struct {

@@ -10,19 +10,13 @@
  * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
  * are projected outright.
  */
-#ifndef MECHC_GAUSS_H
-#define MECHC_GAUSS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "methods/gauss_stages.h"
 #include "methods/gauss_tableau.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
@@ -198,6 +192,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     g->shrinking = 0.0;
     g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* there, noise is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
+        if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
         if (g->closing != MECHC_UNPROJECTED) mechc_gauss_reclose(g, before);
         const double change = mechc_gauss_iterate(g, run->head.t, run->y, h, iteration == 0);
@@ -436,5 +431,3 @@ static const mechc_method mechc_gauss8 = {
     .reach = mechc_gauss_reach,
     .dense = mechc_gauss_dense,
 };
-
-#endif

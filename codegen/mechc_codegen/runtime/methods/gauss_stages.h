@@ -1,17 +1,12 @@
 /* The stages of a collocation step, side by side in the lanes: their values from the unknowns, what
  * closes their loops, their rates, and one fixed-point iteration.  See gauss.h for the method.
  */
-#ifndef MECHC_GAUSS_STAGES_H
-#define MECHC_GAUSS_STAGES_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
 #include "methods/gauss_tableau.h"
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"
 #include "simd/unbind.h"
-#include "simd/lanes.h"
 #include "simd/vector.h"
 
 #define MECHC_BLOCKS (MECHC_STAGES / MECHC_LANES)
@@ -185,5 +180,3 @@ MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y,
         }
     return mechc_greatest(change);
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* Gauss-Legendre collocation with 8 stages, order 16, as data; printed by
  * tools/collocation_table.py.  Matrices are stored by columns: entry [j * 8 + i] is what the rate
  * of stage j gives to stage i. */
-#ifndef MECHC_GAUSS_TABLEAU_H
-#define MECHC_GAUSS_TABLEAU_H
+#pragma once
 
 #define MECHC_STAGES 8
 #define MECHC_GAUSS_TABLE static const __attribute__((aligned(64), unused)) double
@@ -129,5 +128,3 @@ MECHC_GAUSS_TABLE mechc_gauss_second_dense[MECHC_GAUSS_DENSE * MECHC_STAGES] = {
     -5.610007090674347, 18.013087334365558, -30.114587032005897, 37.41387926093976,
     -37.41387926093976, 30.114587032005897, -18.013087334365558, 5.610007090674347,
 };
-
-#endif

@@ -1,15 +1,19 @@
 /* Dense linear systems by Gaussian elimination with row exchanges. */
-#ifndef MECHC_LU_H
-#define MECHC_LU_H
+#pragma once
 
 #include <math.h>
+#include "simd/bind_scalar.h"
+#include "dynamics/given.h"
+#include "simd/unbind.h"
 #include "simd/lanes.h"
 
-/* a = P^-1 L U in place; 0 where a pivot vanishes. */
-MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size)
+/* a = P^-1 L U in place; 0 where a pivot vanishes, or where it is stopped. */
+MECHC_ONCE int mechc_lu_factor(double *a, int *rows, int size,
+                               const mechc_scalar_given *given)
 {
     for (int j = 0; j < size; j++) {
         int best = j;
+        if (mechc_scalar_stopped(given)) return 0;
         for (int i = j + 1; i < size; i++)
             if (fabs(a[i * size + j]) > fabs(a[best * size + j])) best = i;
         rows[j] = best;
@@ -44,5 +48,3 @@ MECHC_ONCE void mechc_lu_solve(const double *a, const int *rows, int size, doubl
         x[i] /= a[i * size + i];
     }
 }
-
-#endif

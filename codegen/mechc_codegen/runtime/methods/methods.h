@@ -1,8 +1,6 @@
 /* The methods by their numbers: adding one is a number in abi/codes.h, its file, a line here. */
-#ifndef MECHC_METHODS_H
-#define MECHC_METHODS_H
+#pragma once
 
-#include "abi/codes.h"
 #include "methods/dormand_prince.h"
 #include "methods/gauss.h"
 #include "methods/radau.h"
@@ -14,5 +12,3 @@ static const mechc_method *const mechc_methods[MECHC_METHODS] = {
     [MECHC_RADAU5] = &mechc_radau5,
     [MECHC_GAUSS8] = &mechc_gauss8,
 };
-
-#endif

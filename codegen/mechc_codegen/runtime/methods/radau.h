@@ -4,19 +4,13 @@
  * solved; their Jacobian is taken by differences in compiled code, and kept with its factors while
  * the iteration shrinks fast with it.  Hairer & Wanner (1996), section IV.8.
  */
-#ifndef MECHC_RADAU_H
-#define MECHC_RADAU_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "methods/lu.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 #include "stepping/control.h"
 
 #define MECHC_RADAU_STAGES 3
@@ -106,8 +100,8 @@ MECHC_STATIC int mechc_radau_factor(mechc_integration *run, double h)
         for (int j = 0; j < MECHC_NX; j++)
             radau->filter[i * MECHC_NX + j] =
                 (i == j) - h * MECHC_RADAU_GAMMA * radau->jacobian[i * MECHC_NX + j];
-    return mechc_lu_factor(radau->system, radau->system_rows, MECHC_RADAU_SIZE)
-        && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX);
+    return mechc_lu_factor(radau->system, radau->system_rows, MECHC_RADAU_SIZE, &run->given)
+        && mechc_lu_factor(radau->filter, radau->filter_rows, MECHC_NX, &run->given);
 }
 
 /* Rates at the stages as they stand. */
@@ -231,7 +225,8 @@ MECHC_STATIC int mechc_radau_prepare(mechc_integration *run, double h, int anew)
     }
     if (radau->factored_step == h) return MECHC_RUNNING;
     radau->factored_step = 0.0;
-    if (!mechc_radau_factor(run, h)) return MECHC_NOT_FINITE;
+    if (!mechc_radau_factor(run, h))
+        return mechc_scalar_stopped(&run->given) ? MECHC_INTERRUPTED : MECHC_NOT_FINITE;
     radau->factored_step = h;
     return MECHC_RUNNING;
 }
@@ -324,5 +319,3 @@ static const mechc_method mechc_radau5 = {
     .shows_end = mechc_error_is_small,
     .dense = mechc_radau_dense,
 };
-
-#endif

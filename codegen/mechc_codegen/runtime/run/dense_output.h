@@ -1,20 +1,13 @@
 /* Dense output, in the same form for every method:
  * y0 + s(r0 + (1-s)(r1 + s(r2 + (1-s)(r3 + ...)))) at the fraction s of a step, with r0 = y1 - y0.
  */
-#ifndef MECHC_DENSE_OUTPUT_H
-#define MECHC_DENSE_OUTPUT_H
+#pragma once
 
-#include <math.h>
-#include "abi/codes.h"
 #include "abi/run.h"
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 
 /* The dense output of one step at the fraction s. */
 MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, int count, double s,
@@ -33,7 +26,7 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
                                     double *out)
 {
     mechc_scalar_given given;
-    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, &given);
+    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
         const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
         const double start = trajectory->t[step];
@@ -47,5 +40,3 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
             for (int i = 0; i < MECHC_NX; i++) out[i] = NAN;
     }
 }
-
-#endif

@@ -1,13 +1,10 @@
 /* A run, whatever its method: state and clock, tolerances, and what watches for critical
  * configurations.
  */
-#ifndef MECHC_INTEGRATION_H
-#define MECHC_INTEGRATION_H
+#pragma once
 
 #include "abi/run.h"
-#include "dynamics/sizes.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 #include "singularities/crossing.h"
 #include "singularities/monitor.h"
 
@@ -48,5 +45,3 @@ typedef struct {
 } mechc_integration;
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
-
-#endif

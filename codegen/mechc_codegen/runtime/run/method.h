@@ -4,15 +4,11 @@
  * rates are the first of run->rates, and leaves the rates of its end at `last_rate`.  A question
  * that a method has no answer to is NULL.
  */
-#ifndef MECHC_METHOD_H
-#define MECHC_METHOD_H
+#pragma once
 
 #include <stdlib.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "run/integration.h"
 #include "run/tableau.h"
-#include "simd/lanes.h"
 #include "singularities/placement.h"
 
 struct mechc_method {
@@ -60,6 +56,12 @@ struct mechc_method {
     void (*dense)(mechc_integration *run, double h, const double *end, int count, double *rows);
 };
 
+/* Work space of a method, its content undefined; NULL without memory. */
+MECHC_STATIC void *mechc_new_work(const mechc_method *method)
+{
+    return aligned_alloc(64, (method->work_size + 63) / 64 * 64); /* vectors are aligned so */
+}
+
 /* Go on with a method; 0 without memory. */
 MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *method)
 {
@@ -70,9 +72,8 @@ MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *me
     mechc_widest_gap(over_crossings->nodes, &run->low, &run->best, &run->high);
     run->horizon = method->horizon;
     if (method->work_size && !*work) {
-        const size_t size = (method->work_size + 63) / 64 * 64; /* vectors are aligned so */
-        if (!(*work = aligned_alloc(64, size))) return 0;
-        memset(*work, 0, size);
+        if (!(*work = mechc_new_work(method))) return 0;
+        memset(*work, 0, method->work_size);
         method->make(run);
     }
     if (method->enter) method->enter(run);
@@ -86,5 +87,3 @@ MECHC_STATIC void mechc_free_work(mechc_integration *run)
         run->work[i] = 0;
     }
 }
-
-#endif

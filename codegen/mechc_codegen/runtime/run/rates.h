@@ -3,17 +3,10 @@
  * A state is moved onto the constraints before its accelerations are taken, because off them by d
  * they are wrong by d over the smallest singular value of the Jacobian.
  */
-#ifndef MECHC_RATES_H
-#define MECHC_RATES_H
+#pragma once
 
-#include <math.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
-#include "simd/lanes.h"
 #include "singularities/monitor.h"
 #include "singularities/weakest.h"
 
@@ -77,6 +70,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
 {
     mechc_scalar_place place;
     mechc_stats *stats = &run->head.stats;
+    if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     const int status =
         mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;
@@ -92,5 +86,3 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
     return MECHC_RUNNING;
 }
-
-#endif

@@ -5,8 +5,7 @@
  * r0 = y1 - y0, r1 = h f0 - r0, r2 = r0 - h f1 - r1 and then the rows h sum_j dense[i][j] rate_j,
  * unless the method has rows of its own.
  */
-#ifndef MECHC_TABLEAU_H
-#define MECHC_TABLEAU_H
+#pragma once
 
 #define MECHC_MOST_RATES 16 /* of a step of any method */
 #define MECHC_MOST_DENSE 9  /* rows of the dense output of any method */
@@ -18,5 +17,3 @@ typedef struct {
     const double *dense;                /* dense_rows - 3 rows of MECHC_MOST_RATES */
     double stability;                   /* |h lambda| that an explicit method bears; 0: implicit */
 } mechc_tableau;
-
-#endif

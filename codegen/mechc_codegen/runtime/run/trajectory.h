@@ -1,10 +1,7 @@
 /* A growing record of accepted states and of the dense output between them. */
-#ifndef MECHC_TRAJECTORY_H
-#define MECHC_TRAJECTORY_H
+#pragma once
 
-#include <stddef.h>
 #include <stdlib.h>
-#include <string.h>
 #include "abi/run.h"
 #include "simd/lanes.h"
 
@@ -87,5 +84,3 @@ MECHC_STATIC ptrdiff_t mechc_step_of(const mechc_trajectory *trajectory, double 
     }
     return low;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Constants of sine and cosine. */
-#ifndef MECHC_CONSTANTS_H
-#define MECHC_CONSTANTS_H
+#pragma once
 
 /* Beyond this, n * PIO2_A is no longer exact and the C library takes over. */
 #define MECHC_REDUCTION_LIMIT 1.0e6
@@ -29,5 +28,3 @@
 #define MECHC_Q3 -0x1.27e4f80a75b6ap-22
 #define MECHC_Q4 0x1.1ee9ec474473cp-29
 #define MECHC_Q5 -0x1.8faecef5e5fd5p-37
-
-#endif

@@ -1,6 +1,5 @@
 /* Vectors of MECHC_LANES doubles, a number a lane, and the macros that every header uses. */
-#ifndef MECHC_LANES_H
-#define MECHC_LANES_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -28,5 +27,3 @@ MECHC_INLINE double mechc_min(double a, double b) { return a < b ? a : b; }
 typedef double mechc_vector __attribute__((vector_size(8 * MECHC_LANES)));
 typedef int64_t mechc_mask __attribute__((vector_size(8 * MECHC_LANES)));
 typedef uint64_t mechc_unsigned __attribute__((vector_size(8 * MECHC_LANES)));
-
-#endif

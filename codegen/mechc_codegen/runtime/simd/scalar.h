@@ -1,6 +1,5 @@
 /* The bits of one double. */
-#ifndef MECHC_SCALAR_H
-#define MECHC_SCALAR_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -18,5 +17,3 @@ MECHC_INLINE double mechc_from_bits(int64_t b)
     memcpy(&x, &b, sizeof x);
     return x;
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* A full block of rows of numbers in memory to lanes, a row a lane, and back. */
-#ifndef MECHC_TRANSPOSE_H
-#define MECHC_TRANSPOSE_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -103,6 +102,4 @@ MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, dou
         for (int lane = 0; lane < MECHC_LANES; lane++) to[lane * width + i] = column[lane];
     }
 }
-#endif
-
 #endif

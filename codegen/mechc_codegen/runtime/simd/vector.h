@@ -1,6 +1,5 @@
 /* What the operators on vectors do not give: selection, roots, lanes into one number and back. */
-#ifndef MECHC_VECTOR_H
-#define MECHC_VECTOR_H
+#pragma once
 
 #include <math.h>
 #include <stdint.h>
@@ -114,5 +113,3 @@ MECHC_INLINE void mechc_put(mechc_vector lanes, double *eight, int block)
 {
     memcpy(eight + block * MECHC_LANES, &lanes, sizeof lanes);
 }
-
-#endif

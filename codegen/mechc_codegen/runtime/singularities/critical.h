@@ -5,16 +5,9 @@
  * Only g tells a change point (the curve of configurations crosses itself) from a near miss (two
  * curves that pass each other); how small a singular value became does not.
  */
-#ifndef MECHC_CRITICAL_H
-#define MECHC_CRITICAL_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/weakest.h"
 
 #define MECHC_EPS 2.220446049250313e-16
@@ -145,7 +138,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         a[(n - 1) * n + MECHC_NU + r] = normal;
         square += normal * normal;
     }
-    for (int j = 0; j < MECHC_NU; j++) {
+    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
         b[rank + j] = -pull[j];
         mechc_pull(t, c->q, given, j, step, c->normal, moved);
         for (int i = 0; i < MECHC_NU; i++) a[(rank + i) * n + j] = (moved[i] - pull[i]) / step;
@@ -165,7 +158,7 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
 {
     mechc_scalar_place place;
     double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
-    for (int sample = 0; sample <= 2 * MECHC_NU; sample++) {
+    for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
         mechc_displace(t, c->q, given, by, moved);
@@ -199,6 +192,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
         }
         const double length = mechc_critical_equations(t, given, &place, &at, c, a, b);
+        if (mechc_scalar_stopped(given)) return 0;
         mechc_solve(a, b, MECHC_NU + at.rank + 1);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
@@ -266,6 +260,4 @@ MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
     if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
     return fabs(c->gap) <= 100.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
 }
-#endif
-
 #endif

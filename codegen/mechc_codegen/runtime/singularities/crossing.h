@@ -9,16 +9,9 @@
  * the closure is magnified (as its distance to the power -3); so the crossing is put into the
  * middle of the widest gap between the nodes, and no accepted state sits near it.
  */
-#ifndef MECHC_CROSSING_H
-#define MECHC_CROSSING_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/placement.h"
@@ -202,6 +195,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
+    if (mechc_scalar_stopped(span->given)) return;
     if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
@@ -224,6 +218,4 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         break;
     }
 }
-#endif
-
 #endif

@@ -1,15 +1,9 @@
 /* Looking ahead: the next crossing is found before a step is tried, so that the step straddles it
  * with the crossing in a wide gap between its nodes, or ends well before it.
  */
-#ifndef MECHC_LOOK_AHEAD_H
-#define MECHC_LOOK_AHEAD_H
+#pragma once
 
-#include <math.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/crossing.h"
 #include "singularities/monitor.h"
@@ -82,6 +76,4 @@ MECHC_STATIC double mechc_plan_ahead(const mechc_span *span, mechc_monitor *moni
     if (planned < open && !monitor->wanted) monitor->wanted = open;
     return planned;
 }
-#endif
-
 #endif

@@ -1,13 +1,8 @@
 /* The conditioning monitor: how well conditioned the rows are along a step, and whether a critical
  * configuration may be near.
  */
-#ifndef MECHC_MONITOR_H
-#define MECHC_MONITOR_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/lanes.h"
 #include "singularities/critical.h"
 
 /* The conditioning met within one step, and what is known of critical configurations. */
@@ -67,5 +62,3 @@ MECHC_STATIC int mechc_knows_crossing(const mechc_monitor *monitor)
     return 0;
 #endif
 }
-
-#endif

@@ -1,8 +1,7 @@
 /* Where in a step a crossing is placed: in the middle of a wide gap between the nodes, since the
  * nearest node decides how much the rounding of the closure is magnified.
  */
-#ifndef MECHC_PLACEMENT_H
-#define MECHC_PLACEMENT_H
+#pragma once
 
 #include "simd/lanes.h"
 
@@ -43,5 +42,3 @@ MECHC_STATIC void mechc_widest_gap(mechc_nodes nodes, double *low, double *best,
     *low = *best - 0.2 * widest;
     *high = *best + 0.2 * widest;
 }
-
-#endif

@@ -1,12 +1,7 @@
 /* A step to be examined, and what is found of it. */
-#ifndef MECHC_SPAN_H
-#define MECHC_SPAN_H
+#pragma once
 
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/placement.h"
 #include "singularities/weakest.h"
@@ -59,6 +54,4 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *
     mechc_place_at(t, q, span->given, &place);
     mechc_find_weakest(place.jacobian, place.mass, rank, out);
 }
-#endif
-
 #endif

@@ -4,15 +4,9 @@
  * and behind the weakest row a second one may pass its own.  So every direction whose singular
  * value is below the clear level is followed with its sign over all nodes of the step.
  */
-#ifndef MECHC_TURNED_ROWS_H
-#define MECHC_TURNED_ROWS_H
+#pragma once
 
-#include <math.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/span.h"
@@ -147,7 +141,7 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     mechc_weakest places[2];
     int crossed = 0, turned;
     mechc_weakest_at(span->t, span->path->q[0], span, monitor->rank, &places[0]);
-    for (int i = 1; i < span->path->count; i++) {
+    for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
         const mechc_piece piece = {i, {&places[(i - 1) % 2], &places[i % 2]}};
         mechc_weakest_at(span->t + fraction[i] * span->h, span->path->q[i], span, monitor->rank,
                          &places[i % 2]);
@@ -169,7 +163,5 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     }
     return 0;
 }
-
-#endif
 
 #endif

@@ -1,16 +1,9 @@
 /* The weakest of the configuration rows: the smallest singular value of their Jacobian, with its
  * two vectors, and whether the direction that it belongs to turned over between two places.
  */
-#ifndef MECHC_WEAKEST_H
-#define MECHC_WEAKEST_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
+#include "dynamics/scalar_stage.h"
 
 #if MECHC_NH > 0
 /* Below this share of the largest singular value, a row counts as redundant at a generic place. */
@@ -213,6 +206,4 @@ MECHC_STATIC int mechc_turned_over(const mechc_weakest *before, const mechc_weak
     return left * right < 0.0;
 }
 #endif
-#endif
-
 #endif

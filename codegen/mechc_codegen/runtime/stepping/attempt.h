@@ -1,15 +1,9 @@
 /* The driver's loop: a step is tried, refused or accepted, whatever the method. */
-#ifndef MECHC_ATTEMPT_H
-#define MECHC_ATTEMPT_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "singularities/crossing.h"
 #include "singularities/monitor.h"
 #include "stepping/control.h"
@@ -127,7 +121,8 @@ MECHC_STATIC int mechc_too_small(const mechc_integration *run)
 /* A stage could not be taken. */
 MECHC_STATIC int mechc_fail(mechc_integration *run, double h, int status)
 {
-    if (status == MECHC_NO_MEMORY || fabs(h) < mechc_smallest_step(run)) return status;
+    const int over = status == MECHC_NO_MEMORY || status == MECHC_INTERRUPTED;
+    if (over || fabs(h) < mechc_smallest_step(run)) return status;
     run->step = fabs(h);
     run->failure = status;
     if (mechc_step_aside(run, h)) {
@@ -180,6 +175,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
 {
     const double t = run->head.t;
     double end[MECHC_NX], h;
+    if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     const int last = mechc_next_step(run, &h);
     if (run->monitor.bends && run->current->reach) {
         mechc_leave_to_pair(run, h);
@@ -216,5 +212,3 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
     } while (head->status == MECHC_RUNNING && made < steps && !mechc_fits_lockstep(run));
     return made;
 }
-
-#endif

@@ -1,16 +1,11 @@
 /* Step control: from a step's error to the length of the next, after Hairer, Norsett & Wanner
  * (1993), section II.4.
  */
-#ifndef MECHC_CONTROL_H
-#define MECHC_CONTROL_H
+#pragma once
 
-#include <math.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
-#include "simd/lanes.h"
 #include "singularities/monitor.h"
 
 #define MECHC_EPSILON 2.220446049250313e-16
@@ -138,5 +133,3 @@ MECHC_STATIC double mechc_first_step(mechc_integration *run)
                                         : mechc_max(1e-6 * span, 1e-3 * guess);
     return mechc_min(mechc_min(100.0 * guess, step), run->max_step);
 }
-
-#endif

@@ -4,21 +4,13 @@
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
  * stand?   record_crossing: when it went through a change point.
  */
-#ifndef MECHC_CROSSINGS_H
-#define MECHC_CROSSINGS_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "singularities/critical.h"
 #include "singularities/crossing.h"
 #include "singularities/look_ahead.h"
@@ -32,7 +24,7 @@
 MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
 {
     int rank = 0;
-    for (int j = 0; j < MECHC_NU; j++) {
+    for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(span->given); j++) {
         double by[MECHC_NU] = {0}, q[MECHC_NX];
         long unused = 0;
         mechc_scalar_place place;
@@ -152,8 +144,9 @@ MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double 
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
-    if (mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
-        == MECHC_RUNNING)
+    if (!mechc_scalar_stopped(span->given)
+        && mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
+               == MECHC_RUNNING)
         memcpy(q, closed, sizeof closed);
 }
 
@@ -188,6 +181,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     mechc_stats *stats = &run->head.stats;
     run->decision.gap = HUGE_VAL;
     mechc_examine(&span, &run->monitor, &run->decision);
+    if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     stats->examined++;
     if (fabs(run->decision.gap) < stats->critical_gap) {
         stats->critical_gap = fabs(run->decision.gap);
@@ -241,5 +235,3 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
                                                      : MECHC_RUNNING;
 }
-
-#endif

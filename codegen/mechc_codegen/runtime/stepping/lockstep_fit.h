@@ -1,11 +1,8 @@
 /* Which runs may go on side by side: those of one method, far from critical configurations. */
-#ifndef MECHC_LOCKSTEP_FIT_H
-#define MECHC_LOCKSTEP_FIT_H
+#pragma once
 
-#include "dynamics/sizes.h"
 #include "run/integration.h"
 #include "run/method.h"
-#include "simd/lanes.h"
 
 #define MECHC_LOCKSTEP_LOW 0.2   /* conditioning below which a run goes on alone */
 #define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
@@ -28,5 +25,3 @@ MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
     run->last_step = run->last_factor = 0.0;
     if (MECHC_NH == 0 || run->monitor.first > MECHC_LOCKSTEP_BACK) run->alone = 0;
 }
-
-#endif

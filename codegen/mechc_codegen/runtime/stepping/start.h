@@ -1,21 +1,13 @@
 /* The start of a run: its options taken over, scales and the first step. */
-#ifndef MECHC_START_H
-#define MECHC_START_H
+#pragma once
 
-#include <math.h>
-#include <string.h>
-#include "abi/codes.h"
 #include "abi/run.h"
 #include "dynamics/generic_rank.h"
-#include "dynamics/sizes.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
+#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
 #include "run/trajectory.h"
-#include "simd/lanes.h"
 #include "stepping/control.h"
 #include "stepping/crossings.h"
 
@@ -44,6 +36,16 @@ MECHC_STATIC void mechc_widen_for_inputs(mechc_integration *run, const double *s
         run->scale[i] = mechc_max(run->scale[i], 1e-3 * scale[i] / span);
 }
 
+/* Other inputs from the time reached on. */
+MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs *inputs)
+{
+    mechc_scalar_give_inputs(&run->given, 0, inputs);
+    for (int i = 0; i < MECHC_METHODS; i++)
+        if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
+    run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
+}
+#endif
+
 MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
                                            const mechc_inputs *inputs)
 {
@@ -51,15 +53,16 @@ MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
     const ptrdiff_t count = head->trajectory.count;
     if (head->status != MECHC_RUNNING && head->status != MECHC_FINISHED) return;
     run->t1 = t1;
-    mechc_scalar_give_inputs(&run->given, 0, inputs);
-    for (int i = 0; i < MECHC_METHODS; i++)
-        if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
     /* of two steps: the last may have been cut short */
     for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--)
         run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
-    head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
-}
+    head->status = MECHC_RUNNING;
+#if MECHC_NI > 0
+    if (inputs) mechc_change_inputs(run, inputs);
+#else
+    (void)inputs;
 #endif
+}
 
 /* What is asked for. */
 MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options *options)
@@ -77,7 +80,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
-    mechc_give_at(options->t0, run->y, options->p, options->inputs, &run->given);
+    mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
@@ -117,5 +120,3 @@ MECHC_STATIC void mechc_integration_start(mechc_run *head, const mechc_options *
     run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;
 }
-
-#endif

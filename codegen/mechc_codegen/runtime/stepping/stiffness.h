@@ -1,11 +1,8 @@
 /* Where stability, not accuracy, limits the steps: the implicit method takes over. */
-#ifndef MECHC_STIFFNESS_H
-#define MECHC_STIFFNESS_H
+#pragma once
 
-#include "dynamics/sizes.h"
 #include "run/integration.h"
 #include "run/method.h"
-#include "simd/lanes.h"
 #include "singularities/monitor.h"
 
 #define MECHC_STIFF 15 /* such steps, with fewer than MECHC_EASY others in a row between */
@@ -23,5 +20,3 @@ MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const 
     run->easy = limited ? 0 : run->easy + 1;
     if (run->easy >= MECHC_EASY) run->stiff = 0;
 }
-
-#endif

@@ -1,20 +1,14 @@
 /* Outputs of many states, MECHC_LANES at a time; a last block that is not full repeats its last
  * state, so that a result never depends on how many states were asked for. */
+#pragma once
 
-#ifndef MECHC_EVALUATE_H
-#define MECHC_EVALUATE_H
-
-#include <stddef.h>
-#include <string.h>
 #include "abi/model.h"
-#include "dynamics/sizes.h"
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
 #include "unit/solved.h"
 #include "simd/unbind.h"
-#include "simd/lanes.h"
 #include "simd/transpose.h"
 
 typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const mechc_vector *u,
@@ -77,5 +71,3 @@ MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *
 #define MECHC_EVALUATE(label, width, ...) \
     mechc_evaluate_blocks(mechc_vector_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"
-
-#endif

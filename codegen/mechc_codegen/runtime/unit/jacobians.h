@@ -9,11 +9,9 @@
 #include "dynamics/linear.h"
 #include "dynamics/loop_motion.h"
 #include "dynamics/motion.h"
-#include "dynamics/sizes.h"
 #include "dynamics/stage.h"
 #include "dynamics/tree.h"
 #include "scene_program.h"
-#include "simd/lanes.h"
 #include "unit/solved.h"
 
 #if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN

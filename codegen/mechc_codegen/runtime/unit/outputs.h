@@ -2,10 +2,8 @@
  *
  * The including file has defined MECHC_EVALUATE(label, width, count, t, y, p, inputs, out).
  */
-#ifndef MECHC_OUTPUTS_H
-#define MECHC_OUTPUTS_H
+#pragma once
 
-#include <stddef.h>
 #include "abi/model.h"
 #include "dynamics/sizes.h"
 
@@ -22,6 +20,4 @@ MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_OUTPUT)
 #define MECHC_LIST_OUTPUT(label, name, width) {name, width, mechc_evaluate_##label},
 static const mechc_output mechc_output_list[] = {
     MECHC_OUTPUTS(MECHC_LIST_OUTPUT) MECHC_SOLVED_OUTPUTS(MECHC_LIST_OUTPUT)};
-#endif
-
 #endif

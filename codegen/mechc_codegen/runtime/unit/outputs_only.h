@@ -2,19 +2,15 @@
  *
  * It is compiled in a fraction of the time of unit.h and serves until that is there.  The including
  * file has set MECHC_UNIT, MECHC_OUTPUTS_ONLY, and MECHC_LANES to 1. */
-#ifndef MECHC_OUTPUTS_ONLY_H
-#define MECHC_OUTPUTS_ONLY_H
+#pragma once
 
-#include <stddef.h>
 #include "abi/model.h"
-#include "dynamics/sizes.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
 #include "scene_program.h"
 #include "unit/jacobians.h"
 #include "unit/solved.h"
 #include "simd/unbind.h"
-#include "simd/lanes.h"
 
 typedef void mechc_scalar_output(double t, const double *q, const double *u,
                                  const mechc_scalar_given *given, double *out);
@@ -63,5 +59,3 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .give = mechc_plain_give,
     .rates = mechc_plain_rates,
 };
-
-#endif

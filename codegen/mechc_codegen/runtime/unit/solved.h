@@ -7,10 +7,8 @@
 #else
 #define MECHC_SOLVED_SCALAR
 #endif
-#include "dynamics/sizes.h"
 #include "dynamics/stage.h"
 #include "scene_program.h"
-#include "simd/lanes.h"
 
 /* One copy for all that need it; multipliers may be NULL. */
 MECHC_ONCE void FN(solve)(real t, const real *q, const real *u, const FN(given) *given,

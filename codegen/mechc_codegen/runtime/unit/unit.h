@@ -1,23 +1,19 @@
 /* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
  * MECHC_UNIT. */
-#ifndef MECHC_UNIT_H
-#define MECHC_UNIT_H
+#pragma once
 
 #include "abi/model.h"
 #include "abi/run.h"
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
-#include "dynamics/sizes.h"
+#include "dynamics/scalar_stage.h"
 #include "lockstep/advance.h"
 #include "methods/methods.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
+#include "run/saved.h"
 #include "run/trajectory.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "simd/unbind.h"
-#include "simd/lanes.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
 
@@ -35,23 +31,13 @@ static int mechc_unit_project(double t, double *y, const double *p, const mechc_
                               double *moved)
 {
     mechc_scalar_given given;
-    mechc_give_at(t, y, p, inputs, &given);
+    mechc_give_at(t, y, p, inputs, 0, &given);
     return mechc_project_state(t, y, &given, moved);
 }
 
 static void mechc_unit_start(mechc_run *run, const mechc_options *options)
 {
     mechc_integration_start(run, options, mechc_methods);
-}
-
-static int mechc_unit_advance(mechc_run *run, long steps)
-{
-    return mechc_lockstep_advance_run(run, steps);
-}
-
-static void mechc_unit_advance_lockstep(mechc_run **runs, int count, long steps)
-{
-    mechc_lockstep_advance_runs(runs, count, steps);
 }
 
 static void mechc_unit_release(mechc_run *run)
@@ -68,13 +54,6 @@ static void mechc_unit_interpolate(int method, const mechc_trajectory *trajector
     mechc_interpolate(trajectory, p, inputs, count, t, out);
 }
 
-#if MECHC_NI > 0
-static void mechc_unit_extend(mechc_run *run, double t1, const mechc_inputs *inputs)
-{
-    mechc_integration_extend(run, t1, inputs);
-}
-#endif
-
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
     .instruction_set = MECHC_QUOTE(MECHC_UNIT),
@@ -87,13 +66,12 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .project = mechc_unit_project,
     .run_size = sizeof(mechc_integration),
     .start = mechc_unit_start,
-    .advance = mechc_unit_advance,
-    .advance_lockstep = mechc_unit_advance_lockstep,
+    .advance = mechc_lockstep_advance_run,
+    .advance_lockstep = mechc_lockstep_advance_runs,
     .release = mechc_unit_release,
     .interpolate = mechc_unit_interpolate,
-#if MECHC_NI > 0
-    .extend = mechc_unit_extend,
-#endif
+    .extend = mechc_integration_extend,
+    .saved_size = mechc_saved_size,
+    .save = mechc_save,
+    .restore = mechc_restore,
 };
-
-#endif

@@ -4,8 +4,7 @@
  * by row.  The equations are linear, so the stages are solved for directly, all columns at once;
  * where q' = u the accelerations' columns are the only unknowns, as in the motion's own iteration.
  */
-#ifndef MECHC_COLLOCATION_H
-#define MECHC_COLLOCATION_H
+#pragma once
 
 #include <math.h>
 #include <stddef.h>
@@ -143,5 +142,3 @@ MECHC_STATIC int mechc_collocate(const mechc_collocation *rule, double h, const 
     mechc_stage_columns(rule, h, rule->stages, start, work, end);
     return 1;
 }
-
-#endif

@@ -3,8 +3,7 @@
  *
  * Sizes are known at run time only: nothing here is compiled into scenes.
  */
-#ifndef MECHC_EXPLICIT_H
-#define MECHC_EXPLICIT_H
+#pragma once
 
 #include <string.h>
 #include "simd/lanes.h"
@@ -53,5 +52,3 @@ MECHC_STATIC void mechc_explicit_columns(const mechc_explicit *pair, double h,
         if (i == pair->end) memcpy(end, at, (size_t)whole * sizeof(double));
     }
 }
-
-#endif

@@ -1,0 +1,52 @@
+"""The system of a compiled scene: all that loading one needs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.system.reference import ModelReference
+from mechc.system.system import System
+
+Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
+Seconds = dict[str, float]
+
+
+def system_with(
+    scene: Any,
+    reference: ModelReference,
+    seconds: Seconds | None = None,
+    described: Described | None = None,
+) -> System:
+    """The system of a scene; empty fields of the reference are filled in from its metadata."""
+    data = json.loads(scene.metadata)
+    state = tuple(q["name"] for kind in ("coordinates", "speeds") for q in data[kind])
+    found = replace(reference, mechanism=data["name"], state=state)
+    build: dict[str, Any] = {"custom": True} if found.custom else {}
+    build |= {"options": dict(found.options)} if found.options else {}
+    build |= {"key": found.key} if found.key else {}
+    build |= {"backend": found.backend} if found.backend != "c" else {}
+    build |= {} if seconds is None else {"seconds": seconds}
+    count = None if described is None else lambda: _operations_of_all(described)
+    return System(data, with_inputs(scene, data), found, build, count)
+
+
+def with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:
+    """The scene, with inputs if its metadata name any."""
+    if not data.get("inputs"):
+        return scene
+    from mechc.inputs.driven_scene import scene_with_inputs
+
+    return scene_with_inputs(scene, data)
+
+
+@one_at_a_time
+def _operations_of_all(described: Described) -> dict[str, Any]:
+    """Operation counts with nothing fixed and all default outputs."""
+    from mechc_codegen.compiler import operations_of_all
+
+    found: dict[str, Any] = operations_of_all(*described())
+    return found

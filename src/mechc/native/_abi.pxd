@@ -1,0 +1,107 @@
+"""The binary interface of compiled scenes, for the extensions that call them."""
+
+from mechc.native._inputs cimport mechc_inputs
+
+
+cdef extern from "abi/model.h":
+    int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
+    const char *MECHC_CAPSULE
+    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED
+
+    ctypedef struct mechc_rows:
+        const double *data
+        ptrdiff_t stride
+
+    ctypedef void (*mechc_evaluate_pointer)(
+        ptrdiff_t count, mechc_rows t, mechc_rows y, mechc_rows p, const mechc_inputs *inputs,
+        double *out
+    ) noexcept nogil
+
+    ctypedef struct mechc_output:
+        const char *name
+        int width
+        mechc_evaluate_pointer evaluate
+
+    ctypedef struct mechc_options:
+        double t0, t1
+        const double *y0
+        const double *p
+        const mechc_inputs *inputs
+        double rtol
+        const double *atol
+        const double *scale
+        double first_step, max_step
+        long max_steps
+        int method, dense, on_change_point, may_stiffen
+        const int *stop
+
+    ctypedef struct mechc_stats:
+        long steps, rejected, rhs_evaluations, closure_iterations
+        double least_singular, least_singular_time
+        int coordinate
+        long examined
+        double critical_gap, critical_time, rounding
+
+    ctypedef struct mechc_trajectory:
+        ptrdiff_t count, capacity
+        int width, dense_rows
+        double *t
+        double *y
+        double *dense
+        unsigned char *methods
+        ptrdiff_t crossing_count
+        double *crossings
+
+    ctypedef struct mechc_run:
+        int status
+        double t
+        mechc_stats stats
+        mechc_trajectory trajectory
+
+    ctypedef struct mechc_given:
+        pass
+
+    ctypedef struct mechc_unit:
+        const char *instruction_set
+        int lanes
+        int output_count
+        const mechc_output *outputs
+        size_t given_size
+        void (*give)(const double *, const mechc_inputs *, mechc_given *) noexcept nogil
+        void (*rates)(double, const double *, const mechc_given *, double *) noexcept nogil
+        int (*project)(
+            double, double *, const double *, const mechc_inputs *, double *
+        ) noexcept nogil
+        size_t run_size
+        void (*start)(mechc_run *, const mechc_options *) noexcept nogil
+        int (*advance)(mechc_run *, long) noexcept nogil
+        void (*release)(mechc_run *) noexcept nogil
+        void (*interpolate)(
+            int, const mechc_trajectory *, const double *, const mechc_inputs *, ptrdiff_t,
+            const double *, double *
+        ) noexcept nogil
+        void (*extend)(mechc_run *, double, const mechc_inputs *) noexcept nogil
+        size_t (*saved_size)(const mechc_run *) noexcept nogil
+        void (*save)(const mechc_run *, void *) noexcept nogil
+        void (*restore)(mechc_run *, const void *) noexcept nogil
+
+    ctypedef struct mechc_model:
+        int abi
+        const char *metadata
+        int coordinates, speeds, holonomic, rows, parameters
+        void (*complete)(const unsigned char *, double *) noexcept nogil
+        const mechc_unit *(*select)(const char *) noexcept nogil
+        int inputs
+
+cdef extern from "abi/large_stack.h":
+    ctypedef struct mechc_on_stack:
+        pass
+
+    size_t mechc_stack_of(int) noexcept nogil
+    size_t mechc_stack_needed(int) noexcept nogil
+    int mechc_begin_on_stack(
+        mechc_on_stack *, size_t, void (*)(void *) noexcept nogil, void *
+    ) noexcept nogil
+    int mechc_wait_on_stack(mechc_on_stack *, double) noexcept nogil
+    void mechc_end_on_stack(mechc_on_stack *) noexcept nogil
+    int mechc_with_stack(size_t, void (*)(void *) noexcept nogil, void *) noexcept nogil

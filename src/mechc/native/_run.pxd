@@ -1,0 +1,20 @@
+"""Runs of compiled scenes, for the other extensions."""
+
+from mechc.native._abi cimport mechc_options, mechc_run, mechc_unit
+from mechc.native._inputs cimport Inputs
+
+
+cdef class Run:
+    cdef object scene  # which holds the compiled code
+    cdef const mechc_unit *unit
+    cdef mechc_run *run
+    cdef int method, coordinates, width
+    cdef int stop  # set to give up a step of a wide scene
+    cdef size_t stack
+    cdef object p
+    cdef Inputs inputs, whole  # of the end of the run; of all of it
+    cdef ptrdiff_t piece  # attempted steps until the next check of the clock
+
+    cdef begin(self, const mechc_options *options)
+    cpdef void forget(self)
+    cpdef int step(self, double t1, Inputs inputs=*) except -1

@@ -1,0 +1,286 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""An integration of a compiled scene: it goes on in pieces, without the GIL."""
+
+import numpy as np
+
+from cpython.exc cimport PyErr_CheckSignals
+from cpython.mem cimport PyMem_Free, PyMem_Malloc
+from libc.limits cimport LONG_MAX
+from libc.string cimport memcpy, memset
+
+from mechc.native._abi cimport (
+    MECHC_INTERRUPTED, MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
+)
+from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
+from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
+
+
+ctypedef struct advancing:
+    const mechc_unit *unit
+    mechc_run *run
+    long left
+    ptrdiff_t piece
+    int status
+
+ctypedef struct interpolation:
+    const mechc_unit *unit
+    int method, width
+    const mechc_trajectory *trajectory
+    const double *p
+    const mechc_inputs *inputs
+    ptrdiff_t left, piece
+    const double *t
+    double *out
+
+ctypedef struct beginning:
+    const mechc_unit *unit
+    mechc_run *run
+    const mechc_options *options
+
+
+cdef void advance_a_while(void *given) noexcept nogil:
+    cdef advancing *job = <advancing *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef long some
+    while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
+        some, before = min(job.piece, job.left), now
+        job.status = job.unit.advance(job.run, some)
+        job.left -= some
+        now = seconds_now()
+        job.piece = next_piece(job.piece, now - before)
+
+
+cdef void interpolate_a_while(void *given) noexcept nogil:
+    cdef interpolation *job = <interpolation *>given
+    cdef double started = seconds_now(), now = started, before
+    cdef ptrdiff_t some
+    while job.left and now - started < LOOK:
+        some, before = min(job.piece, job.left), now
+        job.unit.interpolate(
+            job.method, job.trajectory, job.p, job.inputs, some, job.t, job.out
+        )
+        job.t += some
+        job.out += some * job.width
+        job.left -= some
+        now = seconds_now()
+        job.piece = next_piece(job.piece, now - before)
+
+
+cdef void begin(void *given) noexcept nogil:
+    cdef beginning *job = <beginning *>given
+    job.unit.start(job.run, job.options)
+
+
+cdef class Run:
+    """An integration under way or finished; owns the trajectory.
+
+    ``unit`` is held besides ``scene``, which the cycle collector may have cleared first.
+    """
+
+    cdef begin(self, const mechc_options *options):
+        cdef beginning job
+        self.piece = 1
+        self.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
+        if self.run == NULL:
+            raise MemoryError()
+        memset(self.run, 0, self.unit.run_size)
+        job.unit, job.run, job.options = self.unit, self.run, options
+        with_stack(self.stack, begin, &job, &self.stop)
+
+    def __dealloc__(self):
+        if self.run != NULL:
+            self.unit.release(self.run)
+            PyMem_Free(self.run)
+
+    def advance(self, long steps):
+        """At most `steps` further attempted steps, and no more than fit into a moment.
+
+        Returns the status code.  A pending signal (Ctrl-C) is raised as its handler says; the run
+        stays usable.
+        """
+        cdef advancing job
+        job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
+        job.status = MECHC_RUNNING
+        try:
+            with_stack(self.stack, advance_a_while, &job, &self.stop)
+        finally:
+            if self.stop and self.run.status == MECHC_INTERRUPTED:
+                self.run.status = MECHC_RUNNING  # from the last state accepted
+            self.stop = 0
+        self.piece = job.piece
+        PyErr_CheckSignals()
+        return job.status
+
+    def extend(self, double t1, Inputs inputs=None):
+        """Go on to t1, from the end of the run or before it, with other inputs where given."""
+        cdef const mechc_inputs *driven = address_of(inputs)
+        if inputs is not None:
+            self.inputs = inputs
+        with nogil:
+            self.unit.extend(self.run, t1, driven)
+
+    cpdef void forget(self):
+        """Keep of the record the last state only; count from zero."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t last = record.count - 1
+        if last > 0:
+            record.t[0] = record.t[last]
+            memcpy(record.y, record.y + last * self.width, self.width * sizeof(double))
+            record.count = 1
+        record.crossing_count = 0
+        self.run.stats.steps = self.run.stats.rejected = 0
+
+    cpdef int step(self, double t1, Inputs inputs=None) except -1:
+        """On to t1, forgetting the way there; inputs as in :meth:`extend`.  The status code."""
+        self.forget()
+        self.extend(t1, inputs)
+        while self.run.status == MECHC_RUNNING:
+            self.advance(LONG_MAX)
+        return self.run.status
+
+    def step_by(self, double dt, Inputs inputs=None):
+        """The same, on by dt."""
+        return self.step(self.run.t + dt, inputs)
+
+    def reach(self, double t1):
+        """Steps of the run's own lengths until it has reached t1 or passed it.  The status code."""
+        if self.run.t < t1:
+            self.forget()
+        while self.run.status == MECHC_RUNNING and self.run.t < t1:
+            self.advance(1)
+        return self.run.status
+
+    def state_at(self, double t):
+        """The state at t within the last step (width,), from the dense output."""
+        y = np.empty(self.width)
+        cdef double[::1] p = self.p, state = y
+        cdef interpolation job
+        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
+        job.p, job.left, job.piece = &p[0] if p.shape[0] else NULL, 1, 1
+        job.inputs = address_of(self.inputs)
+        job.t, job.out, job.width = &t, &state[0], self.width
+        with_stack(self.stack, interpolate_a_while, &job)
+        return y
+
+    def state(self):
+        """The last accepted state (width,), a copy."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        y = np.empty(self.width)
+        cdef double[::1] state = y
+        memcpy(&state[0], record.y + (record.count - 1) * self.width, self.width * sizeof(double))
+        return y
+
+    def save(self):
+        """The run as bytes, which contain addresses."""
+        saved = np.empty(self.unit.saved_size(self.run), dtype=np.uint8)
+        cdef unsigned char[::1] to = saved
+        self.unit.save(self.run, &to[0])
+        return saved
+
+    def restore(self, const unsigned char[::1] saved):
+        """Back to what :meth:`save` gave of this run, or of one with the same inputs."""
+        self.unit.restore(self.run, &saved[0])
+
+    def read_with(self, Inputs inputs not None):
+        """The inputs that :meth:`interpolate` takes, of the whole run."""
+        self.whole = inputs
+
+    @property
+    def status(self):
+        return self.run.status
+
+    @property
+    def t(self):
+        """Time reached."""
+        return self.run.t
+
+    def stats(self):
+        """Counters and the least conditioning met."""
+        return self.run.stats  # the struct as a dict, by the names of its fields
+
+    def states(self):
+        """Accepted times (nt,) and states (nt, width), copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        t, y = np.empty(record.count), np.empty((record.count, self.width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if record.count:
+            memcpy(&times[0], record.t, record.count * sizeof(double))
+            memcpy(&states[0, 0], record.y, record.count * self.width * sizeof(double))
+        return t, y
+
+    def methods(self):
+        """The number of the method of each accepted step, where dense output was kept."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t steps = max(record.count - 1, 0), i
+        found = np.empty(steps, np.uint8)
+        cdef unsigned char[::1] view = found
+        if record.methods == NULL and steps:
+            raise ValueError("this run kept no dense output")
+        for i in range(steps):
+            view[i] = record.methods[i]
+        return found
+
+    def largest(self, const Py_ssize_t[::1] which):
+        """The largest magnitude of these components in the first and the last accepted state."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef double *last = record.y + (record.count - 1) * self.width
+        cdef double largest = 0.0
+        cdef Py_ssize_t i
+        for i in range(which.shape[0] if record.count else 0):
+            if not 0 <= which[i] < self.width:
+                raise IndexError(f"states have {self.width} components")
+            largest = max(largest, abs(record.y[which[i]]), abs(last[which[i]]))
+        return largest
+
+    @property
+    def crossings(self):
+        """Number of change points crossed."""
+        return self.run.trajectory.crossing_count
+
+    @property
+    def count(self):
+        """Number of accepted states, the start included."""
+        return self.run.trajectory.count
+
+    def times(self, ptrdiff_t first):
+        """Accepted times from the index `first` on, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = max(record.count - first, 0)
+        t = np.empty(left)
+        cdef double[::1] times = t
+        if left:
+            memcpy(&times[0], record.t + first, left * sizeof(double))
+        return t
+
+    def change_points(self):
+        """Change points crossed: times (n,), configurations (n, coordinates), closure gaps (n,).
+
+        A gap that is not 0 was within rounding of it.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t width = self.coordinates + 2, i, j
+        rows = np.empty((record.crossing_count, width))
+        cdef double[:, ::1] view = rows
+        for i in range(record.crossing_count):
+            for j in range(width):
+                view[i, j] = record.crossings[i * width + j]
+        return rows[:, 0].copy(), rows[:, 2:].copy(), rows[:, 1].copy()
+
+    def interpolate(self, const double[::1] t):
+        """Dense output at the times t, projected onto the constraints: (len(t), width)."""
+        out = np.empty((t.shape[0], self.width))
+        cdef double[:, ::1] view = out
+        cdef double[::1] p = self.p
+        cdef const double *parameters = &p[0] if p.shape[0] else NULL
+        cdef interpolation job
+        job.unit, job.method, job.trajectory = self.unit, self.method, &self.run.trajectory
+        job.p, job.left, job.piece = parameters, t.shape[0], 1
+        job.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        if job.left:
+            job.t, job.out = &t[0], &view[0, 0]
+        job.width = self.width
+        while job.left:
+            with_stack(self.stack, interpolate_a_while, &job)
+            PyErr_CheckSignals()
+        return out

@@ -1,0 +1,188 @@
+"""A motion advanced step by step: the same as in one run, and as closed forms."""
+
+import math
+
+import numpy as np
+import pytest
+from sympy import Symbol
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+import mechc
+
+MASS, STIFFNESS, DT = 2.0, 30.0, 1e-3
+METHODS = ("gauss8", "dop853", "dopri5", "radau5")
+T = dynamicsymbols._t
+
+
+def cart():
+    """A mass on a spring, pushed by the input F."""
+    q, u, push = dynamicsymbols("q u F")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(T) - u])
+    load = (push - Symbol("k") * q) * frame.x
+    kane.kanes_equations([Particle("cart", point, Symbol("m"))], [(point, load)])
+    return kane
+
+
+@pytest.fixture(scope="module")
+def pushed():
+    defaults = {"m": MASS, "k": STIFFNESS}
+    return mechc.compile(cart(), name="cart", defaults=defaults, outputs=("energy",))
+
+
+def after(q, u, force, dt=DT):
+    """The cart after dt under a constant force."""
+    w, rest = math.sqrt(STIFFNESS / MASS), force / STIFFNESS
+    c, s = math.cos(w * dt), math.sin(w * dt)
+    return rest + (q - rest) * c + u / w * s, u * c - (q - rest) * w * s
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_linkage_steps_through_its_change_points_as_in_one_run(model, method):
+    y0 = model.assemble({"theta_0": np.radians(85)})
+    sol = model.simulate(8.0, y0, method=method)
+    stepper = model.stepper(y0, method=method)
+    states, met = [], []
+    while stepper.t < 4.9:
+        states.append(stepper.step(DT))
+        met += stepper.change_points
+    times = np.add.accumulate(np.full(len(states), DT))
+    expected = [p.t for p in sol.change_points if p.t < 4.9]
+    assert len(expected) == 4
+    # but for the implicit method, the integrator takes the same steps
+    atol = 1e-7 if method == "radau5" else 1e-12
+    np.testing.assert_allclose(sorted({p.t for p in met}), expected, atol=atol, rtol=0)
+    np.testing.assert_allclose(states, sol(times), atol=atol, rtol=0)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_force_that_changes_every_step_gives_the_closed_form(pushed, method):
+    rng = np.random.default_rng(5)
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, method=method, rtol=1e-10)
+    state = 0.1, 0.0
+    for force in rng.uniform(-40.0, 40.0, 500):
+        state = after(*state, force)
+        np.testing.assert_allclose(stepper.step(DT, {"F": force}), state, atol=1e-9)
+    assert stepper.t == pytest.approx(500 * DT)
+    assert stepper.status.ok
+
+
+def test_an_input_that_is_not_named_keeps_its_value(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 7.0})
+    state = after(*after(0.1, 0.0, 7.0), -3.0)
+    stepper.step(DT)
+    np.testing.assert_allclose(stepper.step(DT, {dynamicsymbols("F"): np.float64(-3)}), state)
+    np.testing.assert_allclose(stepper.step(0.5), after(*state, -3.0, 0.5), atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear"])
+def test_signals_and_functions_are_those_of_one_run(pushed, kind):
+    signal = mechc.Signal([0.0, 0.0113, 0.05, 0.31, 1.0], [1.0, 60.0, -20.0, 5.0, 5.0], kind)
+    for given in (signal, lambda t: 30.0 * math.sin(20.0 * t)):
+        sol = pushed.simulate(1.0, [0.1, 0.0], inputs={"F": given}, rtol=1e-10)
+        stepper = pushed.stepper([0.1, 0.0], inputs={"F": given}, rtol=1e-10)
+        for k in range(1, 40):
+            state = stepper.step(0.025)
+            np.testing.assert_allclose(state, sol(0.025 * k), atol=2e-9)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_moment_comes_back_to_the_last_bit(pushed, model, method):
+    force = np.random.default_rng(2).uniform(-9.0, 9.0, 60)
+    driven = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, method=method)
+    linkage = model.stepper(model.assemble({"theta_0": 1.4835}), method=method)
+    while linkage.t < 0.774:  # a change point is at 0.7754 s
+        linkage.step(DT)
+    for stepper, given in ((driven, [{"F": f} for f in force]), (linkage, [None] * 60)):
+        for inputs in given[:30]:
+            stepper.step(DT, inputs)
+        saved = stepper.save()
+        once = [stepper.step(DT, inputs) for inputs in given[30:]]
+        stepper.set(stepper.y, t=3.0)
+        stepper.step(DT)
+        stepper.restore(saved)
+        assert (stepper.t, stepper.y.tolist()) == (saved.t, saved.y.tolist())
+        again = [stepper.step(DT, inputs) for inputs in given[30:]]
+        assert np.array_equal(once, again)
+
+
+def test_parameters_and_inputs_come_back_too(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 1.0})
+    first = stepper.save()
+    once = [stepper.step(DT, {"F": 2.0}), stepper.step(DT)]
+    saved = stepper.save()
+    further = stepper.step(DT)
+    stepper.set(params={"k": 0.0})
+    np.testing.assert_allclose(stepper.step(DT)[1] - further[1], DT * 2.0 / MASS)
+    stepper.restore(saved)
+    assert np.array_equal(stepper.step(DT), further)
+    stepper.restore(first)
+    np.testing.assert_allclose(stepper.step(DT), after(0.1, 0.0, 1.0))
+    stepper.restore(first)
+    assert np.array_equal([stepper.step(DT, {"F": 2.0}), stepper.step(DT)], once)
+    other = pushed.stepper([0.1, 0.0], inputs={"F": 1.0})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="another stepper"):
+        other.restore(saved)
+
+
+def test_outputs_are_those_of_the_present_state_and_inputs(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0})
+    q, u = stepper.step(0.1, {"F": 12.0})
+    found = stepper.outputs("kinetic_energy", "rates")
+    np.testing.assert_allclose(found["rates"], [u, (12.0 - STIFFNESS * q) / MASS])
+    np.testing.assert_allclose(found["kinetic_energy"], 0.5 * MASS * u**2)
+    with pytest.raises(mechc.UnknownNameError):
+        stepper.outputs("nothing")
+
+
+def test_nothing_is_recorded(pushed, model):
+    driven = pushed.stepper([0.1, 0.0], inputs={"F": 0.0})
+    linkage = model.stepper(model.assemble({"theta_0": 1.4835}))
+    for k in range(300):
+        driven.step(0.3, {"F": k})
+        linkage.step(0.02)
+        assert driven._run.count < 12
+        assert linkage._run.count < 12
+
+
+def test_a_step_that_ends_early_is_told_with_its_status(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0}, max_steps=3, max_step=0.01)
+    with pytest.raises(mechc.StepError, match="max_steps") as caught:
+        stepper.step(1.0)
+    assert caught.value.status.code == "too many steps"
+    assert caught.value.status.t == stepper.t == stepper.status.t == pytest.approx(0.03)
+    np.testing.assert_allclose(stepper.y, after(0.1, 0.0, 0.0, stepper.t), atol=1e-9)
+    stepper.set()
+    assert stepper.step(0.02)[0] == pytest.approx(after(0.1, 0.0, 0.0, 0.05)[0])
+
+
+def test_a_failing_function_is_told(pushed):
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": lambda t: 1.0 / (t < 0.5)})
+    stepper.step(0.3)
+    with pytest.raises(mechc.InputError, match="ZeroDivisionError"):
+        stepper.step(0.3)
+
+
+@pytest.mark.parametrize("dt", [0.0, -1.0, math.inf, math.nan])
+def test_wrong_intervals_are_refused(pushed, dt):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="dt"):
+        pushed.stepper([0.1, 0.0], inputs={"F": 0.0}).step(dt)
+
+
+def test_wrong_inputs_are_refused(pushed):
+    with pytest.raises(mechc.MissingInputError, match="F"):
+        pushed.stepper([0.1, 0.0])
+    stepper = pushed.stepper([0.1, 0.0], inputs={"F": 0.0})
+    for wrong in (math.nan, "much", lambda t: t):
+        with pytest.raises(mechc.ValueOutOfBoundsError, match="F must be a finite number"):
+            stepper.step(DT, {"F": wrong})
+    with pytest.raises(mechc.UnknownNameError, match="'G'"):
+        stepper.step(DT, {"G": 1.0})
+    called = pushed.stepper([0.1, 0.0], inputs={"F": lambda t: t})
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="as a function or a signal"):
+        called.step(DT, {"F": 1.0})
+    with pytest.raises(mechc.AssemblyError):
+        mechc.load("four_bar").stepper([0.0, 1.0, 2.0, 0.0, 0.0, 0.0])

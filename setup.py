@@ -127,6 +127,13 @@ setup(
             depends=[*SHARED, *headers("abi", "batch")],
         ),
         Extension(
+            "mechc.native._closing",
+            ["src/mechc/native/_closing.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[*SHARED, *headers("abi", "closing")],
+        ),
+        Extension(
             "mechc.native._variational",
             ["src/mechc/native/_variational.pyx"],
             include_dirs=[str(RUNTIME)],

@@ -68,6 +68,7 @@ SCRIPTS = {
 }  # fmt: skip
 
 COMMANDS = {
+    "closing": Command("microseconds that it takes to close loops", "costs.closing"),
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
     "sensitivities": Command("run times with derivatives over those without",

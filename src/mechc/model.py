@@ -17,7 +17,12 @@ from mechc.errors import AssemblyError, MechcError
 from mechc.outputs import Outputs
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
-from mechc.simulation.settings import checked_policy, checked_span, checked_span_and_times
+from mechc.simulation.settings import (
+    LARGEST_TRAJECTORY,
+    checked_policy,
+    checked_span,
+    checked_span_and_times,
+)
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, Parameters
@@ -372,6 +377,7 @@ class Model(Outputs):
         first_step: float | None = None,
         max_step: float = math.inf,
         max_steps: int = 10_000_000,
+        max_bytes: float = LARGEST_TRAJECTORY,
         dense: bool = True,
         events: Sequence[Any] = (),
         on_change_point: str = "continue",
@@ -404,6 +410,9 @@ class Model(Outputs):
             limits the steps.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
+        max_bytes
+            Memory for the accepted states and the dense output, 1 GiB by default.  A run that needs
+            more ends with the status ``"memory limit"``, which names what limits its steps.
         dense
             Keep the dense output for ``sol(t)``.
         events
@@ -451,7 +460,7 @@ class Model(Outputs):
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
             dense=bool(dense) or times is not None or len(chosen) > 0 or len(sensitivities) > 0,
-            on_change_point=on_change_point,
+            on_change_point=on_change_point, max_bytes=max_bytes,
         )  # fmt: skip
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):

@@ -15,19 +15,18 @@ from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
 from mechc.simulation.events import EventRecord
-from mechc.simulation.settings import Policy
+from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from mechc.batch.results import Batch
 
-LARGEST_RUN = 2**30  # bytes of the states and dense output that a file may need
 ROWS_A_STEP = 12  # no method stores more rows of states per step
 
 
 def open_saved(
-    path: str | Path, model: Model | None = None, *, max_bytes: int = LARGEST_RUN
+    path: str | Path, model: Model | None = None, *, max_bytes: float = LARGEST_TRAJECTORY
 ) -> Solution | Batch:
     """A solution saved as ``.nc``, or a batch streamed to a folder, again.
 
@@ -97,10 +96,10 @@ def _model(told: Mapping[str, Any], given: Model | None) -> Model:
     return Model.of_reference(reference_in(told, given=given is not None), given)
 
 
-def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: int) -> Solution:
+def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> Solution:
     """The run up to its end; all values in the file are checked as a user's input is."""
     told = Policy(**mapping_of(recipe["policy"], "its policy"))
-    room = max_bytes // (8 * ROWS_A_STEP * model.system.scene.width)
+    room = int(max_bytes // (8 * ROWS_A_STEP * model.system.scene.width))
     policy = told._asdict() | {
         "dense": True,
         "first_step": told.first_step or None,
@@ -139,7 +138,7 @@ def _pickled(sol: Solution) -> tuple[Any, ...]:
 def _unpickled(
     model: Model, recipe: dict[str, Any], stats: dict[str, Any], t: Array, y: Array
 ) -> Solution:
-    sol = _again(model, recipe, t, LARGEST_RUN)
+    sol = _again(model, recipe, t, LARGEST_TRAJECTORY)
     sol.stats = MappingProxyType(stats)
     _compare(Path("the pickled solution"), sol, y)
     return sol

@@ -24,7 +24,7 @@ RUNTIME_LAW = {
     "system": {"native"},
     "inputs": {"native", "system"},
     "numpy_backend": {"native", "system"},
-    "assembly": {"system"},
+    "assembly": {"native", "system"},
     "compilation": {"_scenes", "native", "system", "inputs", "numpy_backend"},
     "simulation": {"native", "system", "assembly"},
     "analysis": {"native", "system", "inputs", "assembly", "simulation"},

@@ -20,6 +20,7 @@ from tests.support import ROOT
 def test_clean(command):
     pytest.importorskip(command[0])
     done = subprocess.run(
-        [sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-m", *command],
+        cwd=ROOT, capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr

@@ -60,7 +60,7 @@ def convert(
     states = _states(source, settings, read)
     inputs = _inputs(source, settings, read, states)
     parameters = _parameter_symbols(source, settings, read, (*inputs.values(), *states.values()))
-    kinematics = _kinematics(source)
+    kinematics = _kinematics(source, settings)
     rates = Rates((source.q, source.u), kinematics, parameters, _expressions(inputs))
     source, added, held = split_accelerations(source, rates)
     configuration, motion, skipped = _constraints(source, settings, rates, kinematics)
@@ -107,9 +107,11 @@ def convert(
 # -- kinematics and constraints -------------------------------------------------------------------
 
 
-def _kinematics(source: Source) -> tuple[Expr, ...]:
+def _kinematics(source: Source, settings: ConversionSettings) -> tuple[Expr, ...]:
     zero = dict.fromkeys(source.auxiliary, S.Zero)
-    return coordinate_rates([e.xreplace(zero) for e in source.kinematics], source.q)
+    configuration = (*source.configuration, *map(sympify, settings.configuration_constraints or ()))
+    equations = [e.xreplace(zero) for e in source.kinematics]
+    return coordinate_rates(equations, source.q, configuration)
 
 
 def _constraints(

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closure_solver import Loop, even_points
+from mechc.assembly.closer import even_points, search_of
+from mechc.assembly.positions import reach
+from mechc.errors import AssemblyError
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -45,17 +47,7 @@ class Redundancy:
 
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
-    """Rows that are redundant on every closed configuration, in the order of the constraints.
-
-    By the rank of J at closed configurations spread over the whole range of the
-    coordinates, each row against those before it.  Rows that depend on each other at a change
-    point only are not among them.
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration is found.
-    """
+    """Rows that are redundant everywhere: see :meth:`mechc.Model.redundant_constraints`."""
     y = _closed_states(system, values, t)
     jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
@@ -75,11 +67,19 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
 def _closed_states(system: System, values: Array, t: float) -> Array:
     """States (n, nq + nu) at rest on configurations that close the loops."""
     width = len(system.coordinates)
-    loop = Loop(system, values, np.zeros(width), list(range(width)), t)
-    x = even_points(STARTS, width) * np.where(loop.angular, np.pi, loop.length)
-    if not loop.rows:
-        return loop.states(x[:SAMPLES])
-    closed = loop.solve(x)
+    starts = even_points(STARTS, width)
+    if not system.scene.holonomic:
+        closed = starts[:SAMPLES] * reach(system, values)
+    else:
+        fixed = np.zeros((1, width))
+        every = search_of(system, range(width), starts=starts)
+        search = every.solved(t, fixed, values[None], STARTS, all=True)
+        if not search.many[0]:
+            raise AssemblyError(
+                "no configuration that closes the loops was found: the ends miss each other by at "
+                f"least {search.miss[0]:.6g} m with these lengths"
+            )
+        closed = search.found[0, : search.many[0]]
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closure_solver import SAME, Loop, even_points, wrap
+from mechc.assembly.closer import SAME, even_points, search_of, wrap
+from mechc.assembly.positions import open_by, reach
 from mechc.errors import AssemblyError, MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
@@ -34,18 +35,7 @@ class Equilibrium:
 
 
 def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
-    """Equilibria under the loads at time t, the stable ones first.
-
-    Found by Newton's method on the accelerations along the manifold from points spread over the
-    configurations that close the loops; angles in (-pi, pi].
-
-    Raises
-    ------
-    AssemblyError
-        If no closed configuration was found.
-    MechcError
-        If the model has states besides coordinates and speeds.
-    """
+    """Equilibria under the loads at time t: see :meth:`mechc.Model.equilibria`."""
     if system.states:
         raise MechcError(
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
@@ -63,66 +53,56 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
 
 
 def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float, float], ...]:
-    """The ranges of a coordinate in (-pi, pi] or +-2 lengths for which the loops close.
-
-    Each as (lower, upper), found by a scan in steps of two degrees and bisection to rounding;
-    the whole circle is ``((-pi, pi),)``.
-
-    Raises
-    ------
-    UnknownNameError
-        If there is no such coordinate.
-    """
+    """The ranges of a coordinate for which the loops close: see :meth:`mechc.Model.limits`."""
     if coordinate not in system.coordinates:
         raise UnknownNameError("coordinate", coordinate, system.coordinates)
-    angular = system.angular[system.state_index(coordinate)]
-    reach = np.pi if angular else 2 * system.length(values)
-    grid = np.linspace(-reach, reach, SCAN)
-    closed = _closed_at(system, coordinate, grid, values)
-    edges = [-reach] if closed[0] is not None else []
+    driven = system.state_index(coordinate)
+    most = np.pi if system.angular[driven] else 2 * system.length(values)
+    grid = np.linspace(-most, most, SCAN)
+    closed = _closed_at(system, driven, grid, values)
+    edges = [-most] if closed[0] is not None else []
     for k in range(SCAN - 1):
         if (closed[k] is None) != (closed[k + 1] is None):
-            edges.append(
-                _edge(
-                    system, coordinate, (grid[k], closed[k]), (grid[k + 1], closed[k + 1]), values
-                )
-            )
+            sides = (grid[k], closed[k]), (grid[k + 1], closed[k + 1])
+            edges.append(_edge(system, driven, *sides, values))
     if closed[-1] is not None:
-        edges.append(reach)
+        edges.append(most)
     return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def _closed_at(system: System, name: str, grid: Array, values: Array) -> list[Array | None]:
-    """For each value of a coordinate a closed configuration, or None: all searched at once."""
-    driven = system.state_index(name)
+def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[Array | None]:
+    """For each value of a coordinate a closed configuration (nq,), or None."""
+    fixed = np.tile(system.default_coordinates, (len(grid), 1))
+    fixed[:, driven] = grid
     free = system.unknowns([driven])
-    fixed = np.tile(system.default_coordinates, (len(grid) * STARTS, 1))
-    fixed[:, driven] = np.repeat(grid, STARTS)
-    loop = Loop(system, values, fixed, free)
-    starts = even_points(STARTS, len(free)) * np.where(loop.angular, np.pi, loop.length)
-    x, closed = loop.search(np.tile(starts, (len(grid), 1)))
-    rows = closed.reshape(len(grid), STARTS)
-    found = x.reshape(len(grid), STARTS, -1)
-    return [found[k, int(rows[k].argmax())] if rows[k].any() else None for k in range(len(grid))]
+    if not free or not system.scene.holonomic:
+        closed = open_by(system, fixed, values, 0.0) <= 1e-8 * system.length(values)
+        return [q if is_closed else None for q, is_closed in zip(fixed, closed, strict=True)]
+    p = np.tile(values, (len(grid), 1))
+    any_start = search_of(system, free, starts=even_points(STARTS, len(free)))
+    search = any_start.solved(0.0, fixed, p, 1, enough=1, tells_miss=False)
+    return [q[0] if many else None for q, many in zip(search.found, search.many, strict=True)]
 
 
 Side = tuple[float, "Array | None"]
 
 
-def _edge(system: System, name: str, a: Side, b: Side, values: Array) -> float:
+def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float:
     """Where closing starts or ends between a and b, on the side that closes, by bisection."""
-    driven = system.state_index(name)
     free = system.unknowns([driven])
-    (inside, x), (outside, _) = (a, b) if a[1] is not None else (b, a)
+    (inside, q), (outside, _) = (a, b) if a[1] is not None else (b, a)
+    if not free:
+        return inside
+    nearby = search_of(system, free, free, np.zeros((1, len(free))))
     for _ in range(BISECTIONS):
         middle = 0.5 * (inside + outside)
-        if middle in (inside, outside) or x is None:
+        if middle in (inside, outside) or q is None:
             break
-        fixed = system.default_coordinates.copy()
-        fixed[driven] = middle
-        trial, closed = Loop(system, values, fixed, free).search(x[None])
-        if closed[0]:
-            inside, x = middle, trial[0]
+        trial = q[None].copy()
+        trial[0, driven] = middle
+        search = nearby.solved(0.0, trial, values[None], 1, enough=1, tells_miss=False)
+        if search.many[0]:
+            inside, q = middle, search.found[0, 0]
         else:
             outside = middle
     return inside
@@ -130,9 +110,8 @@ def _edge(system: System, name: str, a: Side, b: Side, values: Array) -> float:
 
 def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
     width = len(system.coordinates)
-    reach = np.where(system.angular[:width], np.pi, system.length(values))
     starts = []
-    for q in even_points(STARTS, width) * reach:
+    for q in even_points(STARTS, width) * reach(system, values):
         state = np.concatenate([q, np.zeros(len(system.speeds))])
         status, y, _, _ = system.scene.project(t, state, values)
         if status == RUNNING:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from mechc.assembly.closure_solver import Loop, even_points, wrap
-from mechc.assembly.speeds import only_branch, with_speeds
+from mechc.assembly.closer import Search, search_of
+from mechc.assembly.speeds import in_words, only_branch, with_speeds
 from mechc.errors import AssemblyError
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-STARTS_PER_UNKNOWN = 24
+MOST = 4096  # configurations kept of one search
 Values = Mapping[str, float]  # name -> number
 
 
@@ -28,11 +29,10 @@ def assemble(
 
     ``near``: a guess: coordinates near the configuration wanted, and speeds near those of a branch.
     """
-    close_by = {name: value for name, value in near.items() if name not in system.speeds}
     pace = {name: value for name, value in near.items() if name in system.speeds}
-    found = _configurations(system, coordinates, p, close_by, t)
-    chosen = _nearest(system, found, close_by) if close_by else found[0]
-    states = with_speeds(system, chosen[None], coordinates, speeds, p, t)
+    close_by = {name: near[name] for name in near if name not in pace} if pace else near
+    chosen = _configurations(system, coordinates, p, close_by, t)[:1]
+    states = with_speeds(system, chosen, coordinates, speeds, p, t)
     return only_branch(system, states, speeds, pace)
 
 
@@ -40,41 +40,44 @@ def assemblies(
     system: System, coordinates: Values, speeds: Values, p: Array, t: float = 0.0
 ) -> Array:
     """Every state (n, nq + nu) that closes the loops with the coordinates given."""
-    found = _configurations(system, coordinates, p, {}, t)
+    found = _configurations(system, coordinates, p, {}, t, all=True)
     return with_speeds(system, found, coordinates, speeds, p, t)
 
 
-def _configurations(system: System, given: Values, values: Array, near: Values, t: float) -> Array:
-    """All configurations found, preferred first: (n, nq)."""
-    kept = [system.state_index(name) for name in given]
-    free = system.unknowns(kept)
-    fixed = system.default_coordinates.copy()
-    fixed[kept] = list(given.values())
-    loop = Loop(system, values, fixed, free, t)
-    if not free or not loop.rows:
-        return _without_search(system, loop, near)
-    refuse_choice(system, free, near)
-    reach = np.where(loop.angular, np.pi, loop.length)
-    return _preferred_first(system, values, loop.solve(starts(system, free, near, reach)))
+def _configurations(
+    system: System, given: Values, p: Array, near: Values, t: float, **options: Any
+) -> Array:
+    """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""
+    fixed = system.default_coordinates[None].copy()
+    for values in (near, given):
+        for name, value in values.items():
+            fixed[0, system.state_index(name)] = value
+    search = search_for(system, tuple(given), tuple(near))
+    if search is None:
+        return _as_given(system, fixed, p, t)
+    done = search.solved(t, fixed, p[None], MOST, **options)
+    many = int(done.many[0])
+    if not many:
+        raise AssemblyError(told_miss(system, given, done.miss[0]))
+    if many > MOST and not near:
+        raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
+    return np.asarray(done.found[0, :many])
 
 
-def _without_search(system: System, loop: Loop, near: Values) -> Array:
-    """Nothing to solve for, or nothing to close."""
-    q = loop.fixed.copy()
-    for name, value in near.items():
-        q[system.state_index(name)] = value
-    if loop.rows:
-        gap = float(np.abs(loop.gap(np.zeros((1, 0)))).max())
-        if gap > 1e-8 * loop.length:
-            raise AssemblyError(
-                f"with the coordinates given the loop is open by {gap:.6g} m; give fewer of them "
-                "and let the others be solved for"
-            )
-    return q[None]
+def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) -> Search | None:
+    """The search with these coordinates given and guessed; None: there is nothing to solve for.
 
-
-def refuse_choice(system: System, free: list[int], near: Values) -> None:
-    """Raise :class:`AssemblyError` if constraints leave a choice that no guess makes."""
+    Raises
+    ------
+    AssemblyError
+        If constraints leave a choice that no guess makes.
+    """
+    known: Search | None = system.kept.get((given, near))
+    if known is not None:
+        return known
+    free = system.unknowns([system.state_index(name) for name in given])
+    if not free or not system.scene.holonomic:
+        return None
     excess = len(free) - system.scene.holonomic
     if excess > 0 and not near:
         names = ", ".join(system.coordinates[i] for i in free)
@@ -82,54 +85,39 @@ def refuse_choice(system: System, free: list[int], near: Values) -> None:
             f"{system.scene.holonomic} constraints do not determine {names}: give {excess} more "
             "of them, or a guess"
         )
+    found = search_of(system, free, [system.state_index(name) for name in near])
+    system.kept[given, near] = found
+    return found
 
 
-def starts(system: System, free: list[int], near: Values, reach: Array) -> Array:
-    """Points (n, free) spread evenly over -reach ... reach, those near the guess first."""
-    size = len(free)
-    spread = even_points(STARTS_PER_UNKNOWN * size * size, size) * reach
-    if not near:
-        return spread
-    guess = np.array([near.get(system.coordinates[i], np.nan) for i in free])
-    near_guess = np.where(np.isnan(guess), spread, guess)
-    return near_guess if size > system.scene.holonomic else np.vstack([near_guess, spread])
+def reach(system: System, p: Array) -> Array:
+    """Half a turn or the model's length: how far the search goes in every coordinate (nq,)."""
+    angular = system.angular[: len(system.coordinates)]
+    return np.where(angular, np.pi, system.length(p))
 
 
-def _preferred_first(system: System, values: Array, found: Array) -> Array:
-    return found[np.lexsort((*found.T[::-1], -preference(system, found, values)))]
+def open_by(system: System, q: Array, p: Array, t: float) -> Array:
+    """The largest gap, m, of configurations (n, nq)."""
+    still = np.zeros((len(q), len(system.speeds)))
+    gap = system.constraints(np.hstack([q, still]), p, t)
+    return np.asarray(np.abs(gap).max(axis=1, initial=0.0))
 
 
-def preference(system: System, q: Array, values: Array) -> Array:
-    """How much the mechanism prefers each configuration (..., nq): zeros where all are equal."""
-    if "preference" not in system.scene.outputs:
-        return np.zeros(q.shape[:-1])
-    still = np.zeros((*q.shape[:-1], len(system.speeds)))
-    return system.evaluate("preference", np.concatenate([q, still], axis=-1), values, 0.0)
-
-
-def _nearest(system: System, found: Array, near: Values) -> Array:
-    """The configuration nearest to the guess, its angles within half a turn of it."""
-    chosen = np.argmin(distance(system, found, near))
-    return in_turn(system, found[chosen], near)
-
-
-def distance(system: System, q: Array, near: Values) -> Array:
-    """Of configurations (n, nq) from the guess, (n,)."""
-    index, target, angular = _guessed(system, near)
-    away = q[:, index] - target
-    return np.asarray(np.linalg.norm(np.where(angular, wrap(away), away), axis=1))
-
-
-def in_turn(system: System, q: Array, near: Values) -> Array:
-    """Configurations (..., nq), their angles within half a turn of the guess."""
-    index, target, angular = _guessed(system, near)
-    turns = np.where(angular, np.round((target - q[..., index]) / (2 * np.pi)), 0.0)
-    q = q.copy()
-    q[..., index] += 2 * np.pi * turns
+def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
+    """Nothing to solve for, or nothing to close."""
+    gap = float(open_by(system, q, p, t)[0])
+    if gap > 1e-8 * system.length(p):
+        raise AssemblyError(
+            f"with the coordinates given the loop is open by {gap:.6g} m; give fewer of them "
+            "and let the others be solved for"
+        )
     return q
 
 
-def _guessed(system: System, near: Values) -> tuple[list[int], Array, Array]:
-    """Where the guessed coordinates stand, their values, and which of them are angles."""
-    index = [system.state_index(name) for name in near]
-    return index, np.array(list(near.values())), system.angular[index]
+def told_miss(system: System, given: Values, gap: float) -> str:
+    """That the loops cannot close with the coordinates given, and by how much."""
+    at = ", ".join(in_words(system.quantities[name], value) for name, value in given.items())
+    return (
+        f"the loop cannot close at {at}: the ends miss each other by at least {gap:.6g} m "
+        "with these lengths. Change the lengths or the coordinates given"
+    )

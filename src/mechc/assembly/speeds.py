@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mechc.assembly import tangent_branches as branches
-from mechc.assembly.closure_solver import in_words
+from mechc.assembly.closer import closure
 from mechc.errors import AssemblyError
-from mechc.system.parameters import Array
+from mechc.system.kinds import Kind
+from mechc.system.parameters import Array, NamedQuantity
 from mechc.system.system import System
 
+OPEN = 1e-9  # residuals below it, of the size of J and of the speeds, are rounding
 DEAD = 1e-7  # relative singular value of a dead point, found to half the digits as it is
 
 
 def with_speeds(
     system: System,
     q: Array,
-    coordinates: Iterable[str],
+    coordinates: Collection[str],
     given: Mapping[str, float],
     values: Array,
     t: float,
@@ -27,20 +30,64 @@ def with_speeds(
 
     ``coordinates`` are those that the user gave and that stay as they are, ``given`` the speeds.
     """
-    states = np.hstack([q, np.zeros((len(q), len(system.speeds)))])
-    kept = [system.state_index(name) for name in coordinates]
-    return np.vstack([_speeds_at(system, y, kept, given, values, t) for y in states])
+    states = np.zeros((len(q), q.shape[1] + len(system.speeds)))
+    states[:, : q.shape[1]] = q
+    for name, value in given.items():
+        states[:, system.state_index(name)] = value
+    if not system.scene.rows:
+        return states
+    kept = consistent(system, states, given, values[None], t)
+    if (kept.keep & (kept.conditioning > branches.NEAR)).all():
+        return kept.y
+    fixed = [system.state_index(name) for name in coordinates]
+    return np.vstack([
+        _speeds_at(system, states[i], kept, i, fixed, given, values, t) for i in range(len(q))
+    ])  # fmt: skip
+
+
+class KeptSpeeds(NamedTuple):
+    """States y (n, nq + nu) with speeds that are as consistent as can be.
+
+    ``row``: the row that opens most, ``residual``: by how much a second, ``keep``: whether that is
+    rounding; ``conditioning``: the least singular value of J relative to the largest.
+    """
+
+    y: Array
+    keep: Any
+    row: Any
+    residual: Array
+    conditioning: Array
+
+
+def consistent(system: System, y: Array, given: Collection[str], p: Array, t: float) -> KeptSpeeds:
+    """The least change of the speeds that are not given with which the constraints keep.
+
+    States y (n, nq + nu), parameters p (n or 1, np); the scene has constraints.
+    """
+    names = "speeds", tuple(given)
+    free = system.kept.get(names)
+    if free is None:
+        places = [i for i, name in enumerate(system.speeds) if name not in given]
+        free = system.kept[names] = np.array(places, np.intc)
+    y, left, row, residual, conditioning = closure(system, t).keep_speeds(t, y, p, free, DEAD)
+    if system.driven is not None:
+        system.driven.raise_failure()
+    return KeptSpeeds(y, left <= OPEN, row, residual, conditioning)
 
 
 def _speeds_at(
-    system: System, y: Array, fixed: list[int], given: Mapping[str, float], values: Array, t: float
-) -> Array:
-    at = branches.find(system, y, values, t)
+    system: System, y: Array, kept: KeptSpeeds, i: int, fixed: list[int],
+    given: Mapping[str, float], values: Array, t: float,
+) -> Array:  # fmt: skip
+    """One state of those above, or one a branch where it is a change point."""
+    near = not kept.conditioning[i] > branches.NEAR
+    at = branches.find(system, y, values, t) if near else None
     if at is None or (at.q[fixed] != y[fixed]).any():
-        _consistent_speeds(system, y, given, values, t)
-        return y[None]
-    kept = {system.speeds.index(name): value for name, value in given.items()}
-    speeds = branches.speeds_on_branches(system, at, kept, values, t)
+        if not kept.keep[i]:
+            _refuse_constraint(system, kept, i, given)
+        return kept.y[i : i + 1]
+    places = {system.speeds.index(name): value for name, value in given.items()}
+    speeds = branches.speeds_on_branches(system, at, places, values, t)
     if speeds is None or not len(speeds):
         _refuse_speeds(system, y, given, at, values, t, leave_a_choice=speeds is None)
     assert speeds is not None
@@ -106,26 +153,18 @@ def _place(system: System, y: Array) -> str:
     )
 
 
-def _consistent_speeds(
-    system: System, y: Array, given: Mapping[str, float], values: Array, t: float
+def _refuse_constraint(
+    system: System, kept: KeptSpeeds, i: int, given: Mapping[str, float]
 ) -> None:
-    """Fill the speeds of one state in place."""
-    u = y[len(system.coordinates) :]
-    kept = [system.speeds.index(name) for name in given]
-    free = [i for i in range(len(u)) if i not in kept]
-    u[kept] = list(given.values())
-    jacobian = system.constraint_jacobian(y, values, t)
-    if not len(jacobian):
-        return
-    residual = system.velocity_constraints(y, values, t)
-    if free:
-        u[free] -= np.linalg.lstsq(jacobian[:, free], residual, rcond=DEAD)[0]
-        residual = system.velocity_constraints(y, values, t)
-    size = np.abs(jacobian).max() * max(1.0, float(np.abs(u).max()))
-    if np.abs(residual).max() > 1e-9 * size:
-        row = int(np.abs(residual).argmax())
-        names = ", ".join(f"{name} = {value:g}" for name, value in given.items()) or "rest"
-        raise AssemblyError(
-            f"no speeds with {names} keep the constraint {system.constraint_names[row]!r}: it "
-            f"opens at {abs(residual[row]):.6g} per second. Give other speeds, or fewer"
-        )
+    names = ", ".join(f"{name} = {value:g}" for name, value in given.items()) or "rest"
+    raise AssemblyError(
+        f"no speeds with {names} keep the constraint {system.constraint_names[kept.row[i]]!r}: it "
+        f"opens at {kept.residual[i]:.6g} per second. Give other speeds, or fewer"
+    )
+
+
+def in_words(coordinate: NamedQuantity, value: float) -> str:
+    """A coordinate with its value, angles in degrees."""
+    if coordinate.kind is Kind.ANGLE:
+        return f"{coordinate.name} = {np.degrees(value):.6g} deg"
+    return f"{coordinate.name} = {value:.6g} {coordinate.unit}".rstrip()

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closure_solver import even_points
+from mechc.assembly.closer import even_points
 from mechc.system.parameters import Array
 from mechc.system.system import System
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.assembly.speeds import DEAD
+from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
@@ -45,7 +45,7 @@ def run_members(
     unit = _unit(system.scene.capsule, system.instruction_set)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
-    y0, assembled, miss, complete = _starts(system, unit, recipe, values, length, threads)
+    y0, assembled, miss, complete = _starts(system, recipe, values, length, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
@@ -104,14 +104,14 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
 
 
 def _starts(
-    system: System, unit: Any, recipe: Recipe, values: Array, length: Array, threads: int
+    system: System, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, and the gap of the others."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
     q, closed, miss, complete = configurations(
-        system, unit, recipe, values, length, lambda job: drive(job, threads)
+        system, recipe, values, length, lambda job: drive(job, threads)
     )
     y0, consistent = _with_speeds(system, recipe, values, q, closed)
     y0[np.logical_not(consistent)] = np.nan
@@ -122,22 +122,13 @@ def _with_speeds(
     system: System, recipe: Recipe, values: Array, q: Array, closed: Array
 ) -> tuple[Array, Array]:
     """States with speeds that keep the constraints, and whether there are such."""
-    nq = len(system.coordinates)
     y = np.hstack([np.where(closed[:, None], q, 0.0), np.zeros((len(q), len(system.speeds)))])
     for name, column in recipe.speeds.items():
         y[:, system.state_index(name)] = column
-    t = recipe.span[0]
-    residual = system.velocity_constraints(y, values, t)
-    if not residual.shape[-1] or not residual.any():
+    if not system.scene.rows:
         return y, closed
-    free = [i for i, name in enumerate(system.speeds) if name not in recipe.speeds]
-    jacobian = system.constraint_jacobian(y, values, t)
-    if free:
-        inverse = np.linalg.pinv(jacobian[:, :, free], rcond=DEAD)
-        y[:, [nq + i for i in free]] -= (inverse @ residual[:, :, None])[:, :, 0]
-        residual = system.velocity_constraints(y, values, t)
-    size = np.abs(jacobian).max(axis=(1, 2)) * np.maximum(1.0, np.abs(y[:, nq:]).max(axis=1))
-    return y, closed & (np.abs(residual).max(axis=1) <= 1e-9 * size)
+    kept = consistent(system, y, recipe.speeds, values, recipe.span[0])
+    return kept.y, closed & kept.keep
 
 
 def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:

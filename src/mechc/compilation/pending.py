@@ -14,7 +14,15 @@ from typing import Any
 OUTPUTS_ONLY = frozenset(
     (
         *("coordinates", "speeds", "rows", "holonomic", "parameters", "inputs", "width"),
-        *("metadata", "instruction_set", "outputs", "complete", "complete_rows", "evaluate"),
+        *(
+            "metadata",
+            "instruction_set",
+            "outputs",
+            "complete",
+            "complete_rows",
+            "evaluate",
+            "evaluator",
+        ),
     )
 )
 

@@ -41,6 +41,14 @@ class DrivenScene:
         """The same scene, with these inputs besides those it has."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
 
+    def given_to(self, names: Sequence[str], t: float) -> Any:
+        """The inputs for C functions of these outputs; None where no such output contains any."""
+        if self._free.issuperset({*names} & {*self._scene.outputs}):
+            return None
+        values = self._needed()
+        values.check_times((t,))
+        return self._whole
+
     def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
         """As of :class:`mechc.native._driver.Scene`."""
         if name in self._free:

@@ -68,6 +68,10 @@ class SegmentedRun:
         t, y = self._run.states()
         return t, y
 
+    def tail(self, count: int) -> tuple[Array, Array]:
+        t, y = self._run.tail(count)
+        return t, y
+
     def times(self, first: int) -> Array:
         found: Array = self._run.times(first)
         return found

@@ -6,7 +6,7 @@ from mechc.native._inputs cimport mechc_inputs
 cdef extern from "abi/model.h":
     int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
-    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED
+    int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
         const double *data

@@ -44,65 +44,16 @@ cdef extern from "batch/members.h":
     int mechc_batch_work(mechc_batch *) noexcept nogil
 
 
-cdef extern from "batch/close_loops.h":
-    ctypedef struct mechc_closing:
-        const mechc_unit *unit
-        int gap_output, gradient_output
-        int gap_width, rows, columns
-        int coordinates, width, parameters, unknowns
-        const int *unknown
-        const unsigned char *angular
-        double t
-        ptrdiff_t starts
-        const double *start
-        ptrdiff_t count, block
-        const double *fixed
-        const double *p
-        const double *length
-        int most
-        double *found
-        int *many
-        double *miss
-        ptrdiff_t next, done
-        int stop
-
-    int mechc_close_work(mechc_closing *) noexcept nogil
-
-
 ctypedef struct sharing:
     mechc_batch *batch
-    mechc_closing *closing
     int made
 
 cdef void work_on_batch(void *given) noexcept nogil:
     cdef sharing *job = <sharing *>given
     job.made = mechc_batch_work(job.batch)
 
-cdef void work_on_closing(void *given) noexcept nogil:
-    cdef sharing *job = <sharing *>given
-    job.made = mechc_close_work(job.closing)
 
-
-cdef class Job:
-    """Work shared by any number of threads; call ``work`` in each of them."""
-
-    cdef object kept  # arrays that C points into
-
-    @property
-    def done(self):
-        """Members finished so far."""
-        raise NotImplementedError
-
-    def work(self):
-        """Take members until none is left; raises MemoryError without memory."""
-        raise NotImplementedError
-
-    def stop(self):
-        """Ask every thread to return after its current steps."""
-        raise NotImplementedError
-
-
-cdef class Runs(Job):
+cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
@@ -110,6 +61,7 @@ cdef class Runs(Job):
     :data:`mechc.native._codes.COUNTERS` and ``LEAST``.
     """
 
+    cdef object kept  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
     cdef readonly object y, t, status, at_times, reduced, counts, least
@@ -210,9 +162,11 @@ cdef class Runs(Job):
 
     @property
     def done(self):
+        """Members finished so far."""
         return self.batch.done
 
     def work(self):
+        """Take members until none is left; any number of threads may at once."""
         cdef sharing job
         cdef int given
         job.batch, job.made = &self.batch, 0
@@ -222,66 +176,5 @@ cdef class Runs(Job):
             raise MemoryError()
 
     def stop(self):
+        """Ask every thread to return after its current steps."""
         self.batch.stop = 1
-
-
-cdef class Closings(Job):
-    """Closed configurations of every member.
-
-    After the work: ``found`` (n, most, nq), ``many`` (n,), ``miss`` (n,) m.
-    """
-
-    cdef mechc_closing job
-    cdef readonly object found, many, miss
-
-    def __init__(self, Scene scene, str gap, str gradient, int rows, int columns,
-                 const int[::1] unknown, const unsigned char[::1] angular, double t,
-                 const double[:, ::1] starts, const double[:, ::1] fixed,
-                 const double[:, ::1] p, const double[::1] length, int most, ptrdiff_t block):
-        cdef mechc_closing *job = &self.job
-        cdef ptrdiff_t count = fixed.shape[0]
-        cdef double[:, :, ::1] found
-        cdef int[::1] many
-        cdef double[::1] miss
-        outputs = scene.outputs
-        if fixed.shape[1] != scene.coordinates or p.shape[0] != count:
-            raise ValueError("a row of coordinates and parameters is needed for every member")
-        if starts.shape[1] != unknown.shape[0] or angular.shape[0] != unknown.shape[0]:
-            raise ValueError("wrong number of unknowns")
-        if columns * rows > outputs[gradient] or length.shape[0] != count or not count:
-            raise ValueError("wrong shapes")
-        self.kept = [scene, unknown, angular, starts, fixed, p, length]
-        found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
-        many = self.many = np.zeros(count, np.intc)
-        miss = self.miss = np.full(count, np.nan)
-        job.unit = scene.unit
-        job.gap_output, job.gap_width = scene.indices[gap], outputs[gap]
-        job.gradient_output = scene.indices[gradient]
-        job.rows, job.columns = rows, columns
-        job.coordinates = scene.coordinates
-        job.width = scene.width
-        job.parameters, job.unknowns = scene.parameters, unknown.shape[0]
-        job.unknown, job.angular = &unknown[0], &angular[0]
-        job.t = t
-        job.starts, job.start = starts.shape[0], &starts[0, 0]
-        job.count, job.block = count, max(block, 1)
-        job.fixed, job.length = &fixed[0, 0], &length[0]
-        job.p = &p[0, 0] if scene.parameters else NULL
-        job.most = most
-        job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
-
-    @property
-    def done(self):
-        return self.job.done
-
-    def work(self):
-        cdef sharing job
-        cdef int given
-        job.closing, job.made = &self.job, 0
-        with nogil:
-            given = mechc_with_stack(mechc_stack_of(self.job.width), work_on_closing, &job)
-        if not given or not job.made:
-            raise MemoryError()
-
-    def stop(self):
-        self.job.stop = 1

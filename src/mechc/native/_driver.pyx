@@ -9,7 +9,7 @@ from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
-from libc.math cimport NAN, isfinite
+from libc.math cimport INFINITY, NAN, isfinite
 from libc.stdlib cimport free
 from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
@@ -39,6 +39,16 @@ cdef extern from "abi/call.h":
     void mechc_let_go(mechc_along *) noexcept nogil
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
+cdef ptrdiff_t LITTLE_WORK = 1 << 17
+
+
+cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:
+    """States to evaluate before the clock is read: the work of one grows as its size cubed at most.
+
+    Each piece computes the constants of the parameters anew, so many small ones take longer.
+    """
+    return max(LANES, LITTLE_WORK // (width * width * width + 1) // LANES * LANES)
+
 
 cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
@@ -152,6 +162,11 @@ cdef class Scene:
         return self.model.metadata.decode()
 
     @property
+    def evaluator(self):
+        """What evaluates its outputs: itself, of a scene with inputs or under compilation its part."""
+        return self
+
+    @property
     def instruction_set(self):
         return self.unit.instruction_set.decode()
 
@@ -209,7 +224,7 @@ cdef class Scene:
         parameters.data = &p[0, 0] if self.parameters else NULL
         parameters.stride = self.parameters if p.shape[0] > 1 else 0
         cdef evaluation job
-        job.output, job.left, job.piece = output, count, LANES
+        job.output, job.left, job.piece = output, count, first_piece(self.width)
         job.t, job.y, job.p, job.out = times, states, parameters, &out[0, 0]
         job.inputs = address_of(inputs)
         while job.left:
@@ -288,8 +303,10 @@ cdef class Scene:
 
     def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
-              bint dense, int on_change_point=0, bint may_stiffen=False, Inputs inputs=None):
-        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES."""
+              bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
+              Inputs inputs=None):
+        """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
+        trajectory."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances
         cdef mechc_options options
@@ -313,7 +330,7 @@ cdef class Scene:
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
         options.stop = &run.stop
-        run.begin(&options)
+        run.begin(&options, max_bytes)
         return run
 
 

@@ -14,7 +14,8 @@ cdef class Run:
     cdef object p
     cdef Inputs inputs, whole  # of the end of the run; of all of it
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
+    cdef ptrdiff_t most  # accepted states that are kept
 
-    cdef begin(self, const mechc_options *options)
+    cdef begin(self, const mechc_options *options, double max_bytes)
     cpdef void forget(self)
     cpdef int step(self, double t1, Inputs inputs=*) except -1

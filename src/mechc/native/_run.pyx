@@ -9,7 +9,8 @@ from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_INTERRUPTED, MECHC_RUNNING, mechc_options, mechc_run, mechc_trajectory, mechc_unit
+    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
+    mechc_trajectory, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -19,7 +20,7 @@ ctypedef struct advancing:
     const mechc_unit *unit
     mechc_run *run
     long left
-    ptrdiff_t piece
+    ptrdiff_t piece, most
     int status
 
 ctypedef struct interpolation:
@@ -31,6 +32,12 @@ ctypedef struct interpolation:
     ptrdiff_t left, piece
     const double *t
     double *out
+
+ctypedef struct extending:
+    const mechc_unit *unit
+    mechc_run *run
+    double t1
+    const mechc_inputs *inputs
 
 ctypedef struct beginning:
     const mechc_unit *unit
@@ -44,6 +51,10 @@ cdef void advance_a_while(void *given) noexcept nogil:
     cdef long some
     while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
         some, before = min(job.piece, job.left), now
+        some = min(some, job.most - job.run.trajectory.count)
+        if some <= 0:
+            job.status = job.run.status = MECHC_MEMORY_LIMIT
+            return
         job.status = job.unit.advance(job.run, some)
         job.left -= some
         now = seconds_now()
@@ -66,6 +77,11 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.piece = next_piece(job.piece, now - before)
 
 
+cdef void extend_run(void *given) noexcept nogil:
+    cdef extending *job = <extending *>given
+    job.unit.extend(job.run, job.t1, job.inputs)
+
+
 cdef void begin(void *given) noexcept nogil:
     cdef beginning *job = <beginning *>given
     job.unit.start(job.run, job.options)
@@ -77,7 +93,7 @@ cdef class Run:
     ``unit`` is held besides ``scene``, which the cycle collector may have cleared first.
     """
 
-    cdef begin(self, const mechc_options *options):
+    cdef begin(self, const mechc_options *options, double max_bytes):
         cdef beginning job
         self.piece = 1
         self.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
@@ -86,6 +102,9 @@ cdef class Run:
         memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
         with_stack(self.stack, begin, &job, &self.stop)
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef double state = sizeof(double) * (1.0 + record.width * (1.0 + record.dense_rows))
+        self.most = <ptrdiff_t>min(max(max_bytes / state, 2.0), 2.0**62)
 
     def __dealloc__(self):
         if self.run != NULL:
@@ -100,7 +119,7 @@ cdef class Run:
         """
         cdef advancing job
         job.unit, job.run, job.left, job.piece = self.unit, self.run, steps, self.piece
-        job.status = MECHC_RUNNING
+        job.status, job.most = MECHC_RUNNING, self.most
         try:
             with_stack(self.stack, advance_a_while, &job, &self.stop)
         finally:
@@ -113,11 +132,11 @@ cdef class Run:
 
     def extend(self, double t1, Inputs inputs=None):
         """Go on to t1, from the end of the run or before it, with other inputs where given."""
-        cdef const mechc_inputs *driven = address_of(inputs)
+        cdef extending job
+        job.unit, job.run, job.t1, job.inputs = self.unit, self.run, t1, address_of(inputs)
         if inputs is not None:
             self.inputs = inputs
-        with nogil:
-            self.unit.extend(self.run, t1, driven)
+        with_stack(self.stack, extend_run, &job)
 
     cpdef void forget(self):
         """Keep of the record the last state only; count from zero."""
@@ -220,6 +239,19 @@ cdef class Run:
         for i in range(steps):
             view[i] = record.methods[i]
         return found
+
+    def tail(self, ptrdiff_t count):
+        """The last accepted times and states, at most so many, copied."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t some = min(count, record.count)
+        t, y = np.empty(some), np.empty((some, self.width))
+        cdef double[::1] times = t
+        cdef double[:, ::1] states = y
+        if some:
+            memcpy(&times[0], record.t + record.count - some, some * sizeof(double))
+            memcpy(&states[0, 0], record.y + (record.count - some) * self.width,
+                   some * self.width * sizeof(double))
+        return t, y
 
     def largest(self, const Py_ssize_t[::1] which):
         """The largest magnitude of these components in the first and the last accepted state."""

@@ -18,6 +18,7 @@ import numpy as np
 
 from mechc.native._codes import (
     FINISHED,
+    MEMORY_LIMIT,
     NEARLY_DEPENDENT,
     NOT_CLOSED,
     NOT_FINITE,
@@ -45,6 +46,7 @@ class RunLimits(NamedTuple):
     max_step: float
     max_steps: int
     dense: bool
+    max_bytes: float = np.inf
 
 
 class _Pair:
@@ -181,9 +183,15 @@ class NumpyRun:
                 break
             if self.counts["steps"] + self.counts["rejected"] >= self.limits.max_steps:
                 self.status = TOO_MANY_STEPS
+            elif self.count * self._bytes_a_state() >= self.limits.max_bytes:
+                self.status = MEMORY_LIMIT
             else:
                 self.status = self._attempt()
         return self.status
+
+    def _bytes_a_state(self) -> int:
+        rows = DENSE_ROWS if self.limits.dense else 0
+        return 8 * (1 + len(self.y) * (1 + rows))
 
     def _attempt(self) -> int:
         h, last = self._next_step()
@@ -260,6 +268,10 @@ class NumpyRun:
     def states(self) -> tuple[Array, Array]:
         """Accepted times (nt,) and states (nt, nq + nu)."""
         return np.array(self._times), np.array(self._states)
+
+    def tail(self, count: int) -> tuple[Array, Array]:
+        """The last accepted times and states, at most so many."""
+        return np.array(self._times[-count:]), np.array(self._states[-count:])
 
     def change_points(self) -> tuple[Array, Array, Array]:
         """Always empty."""

@@ -49,6 +49,11 @@ class NumpyScene:
         self._labels = {name: label for label, name in listing.names.items()}
         self.outputs = written | {name: size[name] for name in listing.solved}
 
+    @property
+    def evaluator(self) -> NumpyScene:
+        """What evaluates its outputs."""
+        return self
+
     def _refuse(self, *_: Any) -> NoReturn:
         raise MechcError(
             "a model with backend='numpy' has no compiled code, which this needs (capsules, C "
@@ -108,9 +113,10 @@ class NumpyScene:
         self, t0: float, t1: float, y0: Array, p: Array, rtol: float, atol: Array | None,
         scale: Array, first_step: float, max_step: float, max_steps: int, method: int,
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
+        max_bytes: float = np.inf,
     ) -> Any:  # fmt: skip
         """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
         from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
-        limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense)
+        limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense, max_bytes)
         return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, limits)

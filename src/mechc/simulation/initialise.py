@@ -29,7 +29,8 @@ def begin(
     begun: Segment = (scene or system.scene).start(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
-        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch, **given,
+        policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
+        policy.max_bytes, **given,
     )  # fmt: skip
     return begun
 

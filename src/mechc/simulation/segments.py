@@ -27,6 +27,7 @@ class Segment(Protocol):
     def stats(self) -> dict[str, Any]: ...
     def states(self) -> tuple[Array, Array]: ...
     def times(self, first: int) -> Array: ...
+    def tail(self, count: int) -> tuple[Array, Array]: ...
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
 
@@ -62,6 +63,10 @@ class Until:
     def states(self) -> tuple[Array, Array]:
         y = self.piece.states()[1][: self.count - 1]
         return self.times(0), np.vstack([y, self.interpolate(np.array([self.t]))])
+
+    def tail(self, count: int) -> tuple[Array, Array]:
+        t, y = self.states()
+        return t[-count:], y[-count:]
 
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self.piece.change_points()
@@ -114,6 +119,10 @@ class Segments:
         if first >= before:
             return self.last.times(first - before + 1)
         return np.append(self.first.times(first), self.last.times(1))
+
+    def tail(self, count: int) -> tuple[Array, Array]:
+        """Of the last piece."""
+        return self.last.tail(count)
 
     def change_points(self) -> tuple[Array, Array, Array]:
         parts = zip(self.first.change_points(), self.last.change_points(), strict=True)

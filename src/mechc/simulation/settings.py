@@ -15,6 +15,7 @@ from mechc.system.system import System
 
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
+LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
 
 
 class Policy(NamedTuple):
@@ -29,11 +30,13 @@ class Policy(NamedTuple):
     dense: bool
     on_change_point: str
     stiff_switch: bool
+    max_bytes: float = LARGEST_TRAJECTORY
 
 
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
+    max_bytes: float = LARGEST_TRAJECTORY,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
 
@@ -52,6 +55,7 @@ def checked_policy(
         dense,
         checked_change_point(on_change_point),
         method == "auto",
+        _positive("max_bytes", max_bytes, infinite=True),
     )
 
 
@@ -130,6 +134,8 @@ def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
 
 
 def _positive(name: str, value: float, *, infinite: bool = False) -> float:
+    if type(value) is float and 0.0 < value < math.inf:
+        return value  # nearly always, and fast
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -148,4 +154,6 @@ def _checked_rtol(rtol: float) -> float:
 
 def checked_count(name: str, value: float) -> int:
     """A whole number above 0; infinity is the largest."""
+    if type(value) is int and 0 < value < 2**62:
+        return value
     return int(min(_positive(name, value, infinite=True), 2.0**62))

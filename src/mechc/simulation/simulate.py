@@ -19,10 +19,12 @@ from mechc.native._codes import (
     INTERRUPTED,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
+    UNDECIDED,
 )
 from mechc.native._run import Run
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
+from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -111,8 +113,10 @@ def _driven(
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
-        rounding=EXACT * system.length(values),
+        rounding=EXACT * system.length(values) if code == UNDECIDED else 0.0,
     )
+    if code in LIMITED:
+        status = explained(status, code, system, compiled, values, policy, span)
     found = finder.records() if finder else ()
     failure = finder.failure if finder else None
     if code == INPUT_FAILED and driven is not None:

@@ -61,6 +61,10 @@ class SingularStart:
         t = self.times(0)
         return t, self.interpolate(t)
 
+    def tail(self, count: int) -> tuple[Array, Array]:
+        t, y = self.states()
+        return t[-count:], y[-count:]
+
     def change_points(self) -> tuple[Array, Array, Array]:
         """None: the start is not a crossing."""
         return np.zeros(0), np.zeros((0, len(self.system.coordinates))), np.zeros(0)

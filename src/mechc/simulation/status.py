@@ -109,6 +109,12 @@ CODES = {
         "max_steps attempted steps were used up",
         "Raise max_steps, loosen rtol, or continue from sol.y[-1]",
     ),
+    codes.MEMORY_LIMIT: (
+        "memory limit",
+        "the trajectory needs more memory than max_bytes allows",
+        "Or raise max_bytes, pass dense=False, or go on from sol.y[-1] in shorter runs",
+    ),
+    codes.DISCONTINUITY: ("discontinuity", "the equations jump", "Write the law smoothly"),
     codes.NO_MEMORY: (
         "no memory",
         "the trajectory did not fit into memory",

@@ -19,24 +19,7 @@ from mechc.system.system import System
 
 
 class Trajectory:
-    """The states of a run over time; :class:`mechc.Solution` is its public face.
-
-    Attributes
-    ----------
-    system, params
-        What was simulated: the system, and the array (np,) of its parameters.
-    status
-        :class:`mechc.Status`: how it ended, in prose by ``str``.
-    stats
-        Counters (steps, rejected, rhs_evaluations, closure_iterations), least conditioning of
-        the constraints and its time, wall time in s, method.
-    t : (nt,)
-        Times in s: ``t_eval``, or the accepted steps.
-    events
-        An :class:`mechc.EventRecord` (times, states) for each event.
-    y : (nt, nq + nu)
-        States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
-    """
+    """The states of a run over time; :class:`mechc.Solution`, its public face, tells of them."""
 
     def __init__(
         self,

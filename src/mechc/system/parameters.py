@@ -118,6 +118,8 @@ class ParameterSet:
 
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
+        if len(rows) == 1:
+            return np.array([self.length(rows[0])])
         if not len(self._lengths):
             return np.ones(len(rows))
         largest = np.abs(rows[:, self._lengths]).max(axis=1)

@@ -37,6 +37,8 @@ class System(Description):
         Defaults, bounds and order of the parameters.
     reference
         How another process finds the same scene.
+    kept
+        What functions of a system keep for their next call, by a key of their own.
     build
         Facts of its build: options, seconds of each stage, key in the cache.
     operations_of_all
@@ -104,9 +106,12 @@ class System(Description):
         other._set_scene(scene)
         return other
 
+    kept: dict[Any, Any]
+
     def _set_scene(self, scene: Any) -> None:
         self.scene = scene
         self.driven = scene if self.inputs else None
+        self.kept = {}
 
     def _parameter_set(self) -> ParameterSet:
         quantities = [self.quantities[name] for name in self.parameters]

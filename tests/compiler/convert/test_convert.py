@@ -140,6 +140,25 @@ def test_implicit_kinematics_are_solved_without_dividing_by_what_may_vanish() ->
     assert found == pytest.approx([-3.0, 2.0], abs=1e-12)
 
 
+def test_rates_are_not_divided_by_what_vanishes_on_the_constraints() -> None:
+    """On x^2 + y^2 = 1 with x y' - y x' = v, x' = w: solved for y' they divide by x."""
+    norm = x**2 + y**2 - 1
+    rates = coordinate_rates([x * y.diff(t) - y * x.diff(t) - v, x.diff(t) - w], [x, y], [norm])
+    turning = {x: 0, y: 1, v: 2, w: -2}
+    assert [r.xreplace(turning) for r in rates] == [-2, 0]
+    speeds_off = {x: 0, y: 1, v: 2, w: 1}  # the norm then changes, so projected speeds keep it
+    assert norm.diff(t).xreplace({x.diff(t): rates[0], y.diff(t): rates[1]}).xreplace(speeds_off)
+    for place in ({x: 0.6, y: 0.8}, {x: -0.28, y: 0.96}):
+        kept = place | {v: 1.5, w: -1.5 * place[y]}
+        found = [float(r.xreplace(kept)) for r in rates]
+        assert found == pytest.approx([-1.5 * place[y], 1.5 * place[x]], abs=1e-15)
+
+
+def test_rates_that_are_the_same_everywhere_are_left_alone() -> None:
+    plain = [x.diff(t) - v, y.diff(t) - w]
+    assert coordinate_rates(plain, [x, y], [x**2 + y**2 - 1]) == (v, w)
+
+
 @pytest.mark.parametrize(
     ("equations", "match"),
     [

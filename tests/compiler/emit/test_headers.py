@@ -20,7 +20,11 @@ LAYERS = (
     "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep", "unit",
 )  # fmt: skip
 # Compiled into the runtime, not into scenes.
-APART = {"batch": {"abi", "batch"}, "variational": {"simd", "variational"}}
+APART = {
+    "batch": {"abi", "batch"},
+    "closing": {"abi", "closing"},
+    "variational": {"simd", "variational"},
+}
 COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
 
 

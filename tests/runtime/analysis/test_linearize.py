@@ -1,11 +1,10 @@
-"""Linear models and inverse dynamics: against closed forms, differences and each other."""
+"""Linear models: against closed forms, differences and each other."""
 
 import pickle
 
 import numpy as np
 import pytest
 import scipy.signal
-from mechc_codegen import shipped_mechanism
 from sympy import Symbol, cos, sin
 from sympy.physics.mechanics import (
     KanesMethod,
@@ -20,21 +19,6 @@ import mechc
 t = dynamicsymbols._t
 REGULAR = {"l_3": 3.5}
 CRANK = ("theta_0", "omega_0")
-
-
-@pytest.fixture(scope="module")
-def four_bar():
-    """With a torque at the crank, and outputs that hold accelerations and multipliers."""
-    mechanism = shipped_mechanism("four_bar", {"crank_torque": True})
-    u = dynamicsymbols("omega_0")
-    own = {"alpha": u.diff(t), "pull": mechc.multiplier(0) + Symbol("g") * u}
-    jacobians = ("state_jacobian", "parameter_jacobian")
-    return mechc.compile(mechanism, outputs=("multipliers", "energy", *jacobians, own))
-
-
-@pytest.fixture(scope="module")
-def torque(four_bar):
-    return next(name for name in four_bar.parameters if four_bar.units[name] == "N m")
 
 
 def along_the_loop(model, y, params):
@@ -158,35 +142,6 @@ def test_constraints_on_the_speeds_alone_leave_all_coordinates_independent():
     np.testing.assert_allclose(lin.A, np.transpose(columns), atol=1e-9)
 
 
-def test_inverse_dynamics_gives_back_the_torque_of_a_motion(four_bar, torque):
-    driven = {**REGULAR, torque: 3.7}
-    y0 = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
-    sol = four_bar.simulate((0.0, 1.0), y0, driven, t_eval=np.linspace(0, 1, 7))
-    rates = four_bar.rhs(sol.t, sol.y, driven)[:, 3:]
-    found = four_bar.inverse_dynamics(sol.y, rates, REGULAR, inputs=(torque,), t=sol.t)
-    np.testing.assert_allclose(found.inputs, np.full((7, 1), 3.7), rtol=1e-9)
-    forces = four_bar.multipliers(sol.y, driven)
-    np.testing.assert_allclose(found.multipliers, forces, rtol=1e-8)
-    one = four_bar.inverse_dynamics(sol.y[2], rates[2], REGULAR, inputs=(torque,))
-    np.testing.assert_allclose(one.inputs, [3.7], rtol=1e-9)
-
-
-def test_what_no_input_can_make_is_refused(four_bar, torque):
-    y = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
-    rates = four_bar.rhs(0.0, y, REGULAR)[3:]
-    with pytest.raises(ValueError, match="violate the constraints"):
-        four_bar.inverse_dynamics(y, rates + 1.0, REGULAR, inputs=(torque,))
-    with pytest.raises(mechc.MechcError, match="not linear in l_0"):
-        four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("l_0",))
-    with pytest.raises(ValueError, match=r"must have the shape \(3,\)"):
-        four_bar.inverse_dynamics(y, rates[:2], REGULAR, inputs=(torque,))
-    with pytest.raises(mechc.UnknownNameError):
-        four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("T",))
-    free = mechc.compile(two_masses(), defaults={"m": 1.0})
-    with pytest.raises(mechc.MechcError, match=r"cannot produce this motion: .* remains"):
-        free.inverse_dynamics(np.zeros(4), np.array([1.0, 2.0]), inputs=("f",), params={"f": 0.0})
-
-
 def test_a_shipped_mechanism_is_linearized_when_asked_for_its_jacobian(four_bar):
     asked = {"outputs": ["state_jacobian"], "fix": {"g": 9.81}}
     model = mechc.load("four_bar", **asked)
@@ -202,20 +157,6 @@ def test_a_shipped_mechanism_is_linearized_when_asked_for_its_jacobian(four_bar)
         mechc.load("four_bar", outputs=["enery"])
     with pytest.raises(TypeError, match="requested by name"):
         mechc.load("four_bar", outputs=[{"own": Symbol("g")}])
-
-
-def two_masses():
-    """One pushed by f, the other by nothing."""
-    q, u = dynamicsymbols("q_0:2"), dynamicsymbols("u_0:2")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    points = [origin.locatenew(f"P{k}", q[k] * frame.x) for k in range(2)]
-    for point, speed in zip(points, u, strict=True):
-        point.set_vel(frame, speed * frame.x)
-    method = KanesMethod(frame, q, u, [a.diff(t) - b for a, b in zip(q, u, strict=True)])
-    bodies = [Particle(f"B{k}", point, Symbol("m")) for k, point in enumerate(points)]
-    method.kanes_equations(bodies, [(points[0], Symbol("f") * frame.x)])
-    return method
 
 
 def pulled_pendulum():

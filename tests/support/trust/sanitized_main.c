@@ -11,8 +11,9 @@
 #include "abi/codes.h"
 #include "abi/large_stack.h"
 #include "abi/model.h"
-#include "batch/close_loops.h"
 #include "batch/members.h"
+#include "closing/search.h"
+#include "closing/speeds.h"
 
 extern const mechc_model mechc_scene;
 
@@ -123,33 +124,77 @@ static int output_of(const mechc_unit *unit, const char *name)
     return -1;
 }
 
+static int breadth_of(const mechc_unit *unit, int output)
+{
+    return output < 0 ? 0 : unit->outputs[output].width;
+}
+
+static mechc_closure closure_of(const mechc_unit *unit)
+{
+    const char *names[MECHC_CLOSURE_OUTPUTS] = {"constraints", "constraint_gradient",
+                                                "velocity_constraints", "constraint_jacobian"};
+    mechc_closure closure;
+    memset(&closure, 0, sizeof closure);
+    for (int what = 0; what < MECHC_CLOSURE_OUTPUTS; what++) {
+        closure.output[what] = output_of(unit, names[what]);
+        if (what == MECHC_GRADIENT && closure.output[what] < 0)
+            closure.output[what] = output_of(unit, names[MECHC_JACOBIAN]);
+        closure.breadth[what] = breadth_of(unit, closure.output[what]);
+    }
+    closure.ask = mechc_ask_unit, closure.unit = unit;
+    closure.coordinates = MECHC_NQ, closure.width = NX, closure.parameters = MECHC_NP;
+    return closure;
+}
+
+/* Closed from starts spread over all configurations, and again from a guess. */
 static void close_all(const mechc_unit *unit, const double *y0, const double *p)
 {
-    const int gap = output_of(unit, "constraints"), slope = output_of(unit, "constraint_gradient");
-    if (gap < 0 || slope < 0 || MECHC_NQ < 2) return;
+    if (mechc_scene.holonomic < 1 || MECHC_NQ < 2) return;
     enum { UNKNOWNS = MECHC_NQ - 1, STARTS = 10, MOST = 4 };
     int unknown[MECHC_NQ], many[N];
-    unsigned char angular[MECHC_NQ];
+    unsigned char angular[MECHC_NQ], guessed[MECHC_NQ];
     double *start = heap(STARTS * UNKNOWNS), *fixed = heap(N * MECHC_NQ), length[N], miss[N];
     double *found = heap((size_t)N * MOST * MECHC_NQ);
-    mechc_closing job;
-    memset(&job, 0, sizeof job);
-    for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, angular[i] = 1;
+    for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, angular[i] = 1, guessed[i] = i % 2 == 0;
     for (int i = 0; i < STARTS * UNKNOWNS; i++) start[i] = sin(1.0 + 7.0 * i);
     for (int i = 0; i < N; i++) {
         length[i] = 1.0;
         memcpy(fixed + i * MECHC_NQ, y0 + i * NX, MECHC_NQ * sizeof(double));
     }
-    job.unit = unit, job.gap_output = gap, job.gradient_output = slope;
-    job.gap_width = unit->outputs[gap].width, job.rows = mechc_scene.holonomic;
-    job.columns = unit->outputs[slope].width / job.gap_width;
-    job.coordinates = MECHC_NQ, job.width = NX, job.parameters = MECHC_NP;
-    job.unknowns = UNKNOWNS, job.unknown = unknown, job.angular = angular;
-    job.starts = STARTS, job.start = start, job.count = N, job.block = 3, job.fixed = fixed;
-    job.p = p, job.length = length, job.most = MOST, job.found = found, job.many = many;
-    job.miss = miss;
-    if (!mechc_close_work(&job)) exit(9);
+    for (int way = 0; way < 3; way++) {
+        mechc_closing job;
+        memset(&job, 0, sizeof job);
+        job.closure = closure_of(unit);
+        job.rows = mechc_scene.holonomic;
+        job.columns = output_of(unit, "constraint_gradient") < 0 ? MECHC_NU : MECHC_NQ;
+        job.unknowns = UNKNOWNS, job.unknown = unknown, job.angular = angular;
+        job.guessed = way ? guessed : 0, job.near = 3, job.only_near = way == 2;
+        job.starts = STARTS, job.start = start, job.count = N, job.block = 3, job.fixed = fixed;
+        job.p = p, job.length = length, job.most = MOST, job.found = found, job.many = many;
+        job.miss = miss, job.tells_miss = 1, job.enough = way;
+        mechc_closer *closer = mechc_closer_make(&job);
+        while (mechc_close_go_on(&job, closer, 1e-4)) {}
+        if (job.done != N) exit(9);
+        mechc_closer_free(closer);
+    }
     free(start), free(fixed), free(found);
+}
+
+static void keep_speeds(const mechc_unit *unit, const double *y0, const double *p)
+{
+    int unknown[MECHC_NU + 1], row[N];
+    double *y = heap(N * NX), left[N], residual[N], conditioning[N];
+    mechc_speeds_job job;
+    if (mechc_scene.rows < 1) return;
+    memset(&job, 0, sizeof job);
+    memcpy(y, y0, N * NX * sizeof(double));
+    for (int i = 0; i < MECHC_NU; i++) unknown[i] = i;
+    job.closure = closure_of(unit), job.rows = mechc_scene.rows, job.speeds = MECHC_NU;
+    job.unknowns = MECHC_NU, job.unknown = unknown, job.dead = 1e-7, job.count = N, job.p = p;
+    job.p_stride = MECHC_NP, job.y = y, job.left = left, job.row = row, job.residual = residual;
+    job.conditioning = conditioning;
+    if (!mechc_speeds_work(&job)) exit(12);
+    free(y);
 }
 
 /* Every output as a C function, and each of its components along every argument. */
@@ -200,6 +245,7 @@ int main(int count, char **arguments)
         free(one), free(many);
     }
     close_all(unit, y0, p);
+    keep_speeds(unit, y0, p);
     call_all(unit, y0, p);
     free(y0), free(p);
     return 0;

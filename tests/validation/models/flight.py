@@ -105,6 +105,42 @@ def quadrotor_by_quaternions() -> Script:
     return Script(kane, constants, start, 3.0, inputs)
 
 
+@published(
+    "E. Fresk, G. Nikolakopoulos (2013), the same with the quaternion's norm as a constraint"
+)
+def quadrotor_with_its_norm_as_a_constraint() -> Script:
+    """q0 and its rate u0 are dependent; solved for the rates, the equations divide by q0."""
+    x, y, z = me.dynamicsymbols("x y z")
+    e = me.dynamicsymbols("q0:4")
+    vx, vy, vz, wx, wy, wz, u0 = me.dynamicsymbols("v_x v_y v_z w_x w_y w_z u_0")
+    m, Ix, Iy, Iz, g, T, d, tx, ty, tz = sm.symbols("m I_x I_y I_z g T d tau_x tau_y tau_z")
+    N, B = me.ReferenceFrame("N"), me.ReferenceFrame("B")
+    B.orient_quaternion(N, e)
+    turning = [w - B.ang_vel_in(N).dot(axis) for w, axis in zip((wx, wy, wz), B, strict=True)]
+    turning.append(e[0].diff(t) - u0)
+    B.set_ang_vel(N, wx * B.x + wy * B.y + wz * B.z)
+    O, G = me.Point("O"), me.Point("G")
+    O.set_vel(N, 0)
+    G.set_pos(O, x * N.x + y * N.y + z * N.z)
+    G.set_vel(N, vx * N.x + vy * N.y + vz * N.z)
+    norm = sum(k**2 for k in e) - 1
+    rates = sm.solve(turning, [k.diff(t) for k in e])
+    kane = me.KanesMethod(
+        N, [x, y, z, *e[1:]], [vx, vy, vz, wx, wy, wz],
+        [x.diff(t) - vx, y.diff(t) - vy, z.diff(t) - vz, *turning],
+        q_dependent=[e[0]], configuration_constraints=[norm],
+        u_dependent=[u0], velocity_constraints=[norm.diff(t).subs(rates)],
+    )  # fmt: skip
+    drone = me.RigidBody("drone", G, B, m, (me.inertia(B, Ix, Iy, Iz), G))
+    loads = [(G, T * B.z - m * g * N.z - d * G.vel(N)), (B, tx * B.x + ty * B.y + tz * B.z)]
+    kane.kanes_equations([drone], loads)
+    constants = {m: 1.2, Ix: 0.014, Iy: 0.015, Iz: 0.026, g: 9.81, T: 11.9, d: 0.1}
+    constants |= {tx: 0.001, ty: 0.0, tz: 0.002}
+    start = dict.fromkeys([x, y, z, *e[1:], vx, vy, vz, wx, wy, wz], 0.0)
+    start |= {wx: 1.4, wy: -0.2, wz: 1.0}
+    return Script(kane, constants, start, 1.0, guess={e[0]: 1.0})
+
+
 @published("K. Sreenath, T. Lee, V. Kumar, ... quadrotor with a cable-suspended load (2013), plane")
 def drone_with_a_slung_load() -> Script:
     yl, zl, phi_l, phi_q, f, M = me.dynamicsymbols("y_L z_L phi_L phi_Q f M")

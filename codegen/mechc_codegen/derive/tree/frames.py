@@ -5,17 +5,19 @@ All vectors are in components along the inertial frame's axes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from sympy import Expr, S, diff, eye
-from sympy.physics.mechanics import ReferenceFrame
+from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.tape import V3, ZERO, Tape, vanishes
 
 Matrix3 = Sequence[V3]
+Node = TypeVar("Node", ReferenceFrame, Point)
 
 
 class NotATreeError(Exception):
@@ -93,7 +95,7 @@ class Frames:
         unit = (tuple(x), tuple(y), tuple(z))
         self.inertial = FrameMotion(inertial, None, inertial, unit, ZERO, ZERO, {})
         self._found = {inertial: self.inertial}
-        self._parents = _tree_of(inertial)
+        self._parents = tree_of(inertial, lambda frame: frame._dcm_dict)
 
     def motion(self, frame: ReferenceFrame) -> FrameMotion:
         """The motion of a frame.
@@ -166,13 +168,13 @@ class Frames:
         raise NotATreeError(f"the angular velocity of {frame.name} in {carrier.name} is not set")
 
 
-def _tree_of(root: ReferenceFrame) -> dict[ReferenceFrame, ReferenceFrame]:
-    """For each frame that is connected to the root the previous frame on the path from the root."""
-    parents: dict[ReferenceFrame, ReferenceFrame] = {}
+def tree_of(root: Node, beside: Callable[[Node], Iterable[Node]]) -> dict[Node, Node]:
+    """For each frame or point connected to the root, the previous one on the path from there."""
+    parents: dict[Node, Node] = {}
     waiting = [root]
-    for frame in waiting:
-        for other in frame._dcm_dict:
+    for node in waiting:
+        for other in beside(node):
             if other is not root and other not in parents:
-                parents[other] = frame
+                parents[other] = node
                 waiting.append(other)
     return parents

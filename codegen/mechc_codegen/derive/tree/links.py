@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from sympy import Expr
 from sympy.physics.mechanics import Point, ReferenceFrame
 
-from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError
+from mechc_codegen.derive.tree.frames import FrameMotion, Frames, NotATreeError, tree_of
 from mechc_codegen.derive.tree.tape import V3, ZERO, vanishes
 
 GROUND = -1
@@ -53,7 +53,7 @@ class Links:
     ) -> None:
         self.frames, self.tape, self.local = frames, frames.tape, frames.local
         self.links: list[Link] = []
-        self._parents = _tree_of(origin)
+        self._parents = tree_of(origin, lambda point: point._pos_dict)
         self._points = {origin: PointMotion(ZERO, ZERO, ZERO, GROUND, ZERO)}
         self._bodies = {frames.motion(frame).body for frame in bodies}
         self._known: dict[tuple[ReferenceFrame, int, V3], int] = {}
@@ -197,15 +197,3 @@ def every_speed_has_its_link(links: list[Link], speeds: int) -> bool:
 
 def _still(column: tuple[V3, V3]) -> bool:
     return vanishes(column[0]) and vanishes(column[1])
-
-
-def _tree_of(root: Point) -> dict[Point, Point]:
-    """For each point that is connected to the root the previous point on the path from the root."""
-    parents: dict[Point, Point] = {}
-    waiting = [root]
-    for point in waiting:
-        for other in point._pos_dict:
-            if other is not root and other not in parents:
-                parents[other] = point
-                waiting.append(other)
-    return parents

@@ -29,7 +29,9 @@ typedef enum {
     MECHC_EVENT_FAILED = 110, /* the function of an event */
     MECHC_OPEN_AT_START = 111,
     MECHC_NOT_ASSEMBLED = 112,
-    MECHC_INPUT_FAILED = 113 /* the function of an input */
+    MECHC_INPUT_FAILED = 113, /* the function of an input */
+    MECHC_MEMORY_LIMIT = 114, /* as many accepted states as were allowed */
+    MECHC_DISCONTINUITY = 115 /* the rates jump where the steps shrank to nothing */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */

@@ -3,10 +3,10 @@
  * The rows of the constraint Jacobian are orthogonalised in a diagonal metric, sum_k w_k a_k b_k
  * with w_k near 1 / M_kk, so that speeds of different units may be added and no factor of M is
  * needed to stay on the constraints.  Gram-Schmidt with the largest remaining row first; a row
- * that lost more than nine tenths of its length is swept again (Giraud et al. 2005: twice is
- * enough).  No normal equations are formed, so singular values are not squared.  Of the rows so
- * many count as are independent at generic configurations: beyond these, what is left of a row is
- * the closure error, and it is left out.  So is a row that vanishes against the largest.
+ * that lost more than nine tenths of its length is made orthogonal again (Giraud et al. 2005: twice
+ * is enough).  No normal equations are formed, so singular values are not squared.  Only as many
+ * rows count as are independent at generic configurations: what remains of the others is closure
+ * error, and they are omitted.  So is a row that is negligible against the largest.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_LINEAR_VECTOR : !defined MECHC_LINEAR_SCALAR
@@ -20,7 +20,7 @@
 
 /* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
 #define MECHC_REDUNDANT 1.3e-29
-/* Squared loss of length at which a row is swept again. */
+/* Squared loss of length at which a row is made orthogonal again. */
 #define MECHC_LOSS 1e-2
 
 typedef struct {
@@ -115,7 +115,7 @@ MECHC_INLINE void FN(pivot)(FN(factors) *f, int i, int rows, real *start)
     }
 }
 
-/* Take what rounding left of the rows before it out of row i. */
+/* Make row i orthogonal to the rows before it once more: rounding left a part of them. */
 MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
 {
     real *row = f->rows + i * MECHC_NU, follow = R(1.0);
@@ -130,7 +130,7 @@ MECHC_INLINE void FN(sweep_again)(FN(factors) *f, int i, rmask lost)
     f->norm[i] = R_SELECT(lost, FN(inner)(f, row, row), f->norm[i]);
 }
 
-/* Take row i out of row j. */
+/* Make row j orthogonal to row i. */
 MECHC_INLINE void FN(sweep)(FN(factors) *f, int i, int j, real inverse)
 {
     const real *row = f->rows + i * MECHC_NU;
@@ -155,7 +155,7 @@ MECHC_INLINE void FN(orthogonalise)(FN(factors) *f, int rows, real rank)
         const rmask kept = R_MASK(f->norm[i] > MECHC_REDUNDANT * f->norm[0])
                          & R_MASK(rank > (double)i);
         f->inverse_norm[i] = R_SELECT(kept, 1.0 / f->norm[i], R(0.0));
-        /* near-one numbers must not pile up over many rows */
+        /* a product of many numbers near 1 would leave the range */
         const real inverse = MECHC_NC > 8 ? f->inverse_norm[i] : FN(rough_inverse)(f->norm[i]);
         f->scale[i] = MECHC_NC > 8 ? R(1.0) : f->norm[i] * inverse;
         for (int j = i + 1; j < rows; j++) {
@@ -201,7 +201,7 @@ MECHC_INLINE void FN(to_speeds)(const FN(factors) *f, real *x)
 }
 #endif
 
-/* Values wanted of the rows as given -> of the orthogonal rows. */
+/* From values of the given rows to those of the orthogonal rows. */
 MECHC_INLINE void FN(values_of_rows)(const FN(factors) *f, int rows, const real *values,
                                      real *wanted)
 {
@@ -250,7 +250,7 @@ MECHC_INLINE rmask FN(redundant)(const FN(factors) *f)
     return redundant;
 }
 
-/* The lanes in which rows that count elsewhere are redundant. */
+/* The lanes in which a row that counts is redundant. */
 MECHC_INLINE rmask FN(lost_rank)(const FN(factors) *f)
 {
     rmask lost = R_MASK(f->inverse_norm[0] == 0.0);

@@ -23,7 +23,7 @@ typedef struct {
     FN(eliminated) links;
 #endif
     rmask apart;         /* the lanes in which rows are eliminated link by link */
-    int together;        /* whether any others need the factors */
+    int together;        /* some other lane needs the factors */
     FN(factors) factors;
 } FN(solver);
 
@@ -49,7 +49,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
     if (f->together) FN(factor_together)(tree, jacobian, mass, rank, &f->factors);
 }
 
-/* Of the shortest row to that of the longest, squared, each less what the others do. */
+/* Squared length of the shortest orthogonal row over that of the longest. */
 MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
 {
     const real together = f->together ? FN(least_singular_squared)(&f->factors) : R(1.0);

@@ -1,14 +1,14 @@
 /* Trees whose loops close on the ground: the rows of J are eliminated link by link.
  *
  * Generic over `real`.
- * Gauss's principle is a least problem along the tree: what a link's motion a costs all that hangs
- * on it is a^T I a / 2 - a^T p, subject to the rows R a = r that the cuts beyond it leave open
- * (Vereshchagin 1974; Featherstone 2008, chapter 8).  At a joint with axis S a speed either gives
- * way, as in articulated bodies, or takes up the row on which it acts most:
+ * Gauss's principle is a least-squares problem along the tree: for an acceleration a of a link,
+ * its descendants contribute a^T I a / 2 - a^T p, subject to the rows R a = r of the cuts beyond
+ * it (Vereshchagin 1974; Featherstone 2008, chapter 8).  At a joint with axis S a speed is either
+ * free, as in articulated bodies, or eliminates the row on which it acts most:
  *     x = (r - R a) / (R S),   and with U = I S, D = S^T U, b = R / (R S), v = b - U / D:
  *     I <- I - U U^T / D + D v v^T,    p <- p - U r / (R S) - b (S^T p - D r / (R S)).
- * Which speed takes up a row is the scene's (closing.py), which row that is the numbers'.  The
- * cost grows with the links and not with the length of the loops.
+ * Which speeds eliminate rows is known when the scene is compiled (elimination_order.py), which row
+ * each eliminates when it runs.  The cost grows with the links, not with the length of the loops.
  *
  * (R S)^2 / D is how far a unit force along the row moves the link by this joint alone.  Its least
  * value over its greatest measures the conditioning; I grows by its inverse, so that below
@@ -21,6 +21,7 @@
 #else
 #define MECHC_LOOP_ROWS_SCALAR
 #endif
+#include "dynamics/linear.h"
 #include "dynamics/tree.h"
 
 #if MECHC_LINKS > 0 && MECHC_NC > 0
@@ -30,7 +31,7 @@ typedef struct {
     real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */
     real along[MECHC_NU], inverse[MECHC_NU]; /* D and 1 / D */
 #if MECHC_CARRIED > 0
-    real share[MECHC_NU * MECHC_DIM];    /* b of the columns that take up a row */
+    real share[MECHC_NU * MECHC_DIM];    /* b of the columns that eliminate a row */
     real inverse_pivot[MECHC_NU];        /* 1 / (R S) of these */
     real factor[MECHC_AT_LEAST_ONE(MECHC_FACTORS)]; /* of that row in those after it */
     rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS)];
@@ -60,15 +61,8 @@ MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
     }
 }
 
-MECHC_INLINE void FN(swap_if)(rmask mask, real *a, real *b)
-{
-    const real kept = *a;
-    *a = R_SELECT(mask, *b, kept);
-    *b = R_SELECT(mask, kept, *b);
-}
-
-/* The row on which the axis acts most comes first and is taken out of the others; its R S. */
-MECHC_INLINE real FN(take_up)(const real *axis, int column, int rows, real *row,
+/* Put the row on which the axis acts most first and eliminate it from the others; its R S. */
+MECHC_INLINE real FN(eliminate_row)(const real *axis, int column, int rows, real *row,
                               FN(eliminated) *f)
 {
     real pivot = FN(along_motion)(axis, row);
@@ -77,9 +71,9 @@ MECHC_INLINE real FN(take_up)(const real *axis, int column, int rows, real *row,
     for (int m = 1; m < rows; m++) {
         real other = FN(along_motion)(axis, row + m * MECHC_DIM);
         swapped[m - 1] = R_MASK(other * other > pivot * pivot);
-        FN(swap_if)(swapped[m - 1], &pivot, &other);
+        FN(swap)(swapped[m - 1], &pivot, &other);
         for (int i = 0; i < MECHC_DIM; i++)
-            FN(swap_if)(swapped[m - 1], &row[i], &row[m * MECHC_DIM + i]);
+            FN(swap)(swapped[m - 1], &row[i], &row[m * MECHC_DIM + i]);
         factor[m - 1] = other;
     }
     f->inverse_pivot[column] = 1.0 / pivot;
@@ -90,18 +84,8 @@ MECHC_INLINE real FN(take_up)(const real *axis, int column, int rows, real *row,
     return pivot;
 }
 
-/* I <- I - U U^T / D */
-MECHC_INLINE void FN(give_way)(const FN(eliminated) *f, int column, real *inertia)
-{
-    const real *momentum = f->momentum + column * MECHC_DIM;
-    for (int i = 0; i < MECHC_DIM; i++) {
-        const real part = momentum[i] * f->inverse[column];
-        for (int j = 0; j < MECHC_DIM; j++) inertia[i * MECHC_DIM + j] -= part * momentum[j];
-    }
-}
-
 /* I <- I + D v v^T */
-MECHC_INLINE void FN(hold)(const real *row, int column, FN(eliminated) *f, real *inertia)
+MECHC_INLINE void FN(constrain_speed)(const real *row, int column, FN(eliminated) *f, real *inertia)
 {
     const real *momentum = f->momentum + column * MECHC_DIM;
     real *share = f->share + column * MECHC_DIM, free_part[MECHC_DIM];
@@ -129,14 +113,14 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
             FN(times_inertia)(inertia, axis, f->momentum + c * MECHC_DIM);
             f->along[c] = FN(along_motion)(axis, f->momentum + c * MECHC_DIM);
             f->inverse[c] = 1.0 / f->along[c];
-            FN(give_way)(f, c, inertia);
+            FN(free_speed)(f->momentum + c * MECHC_DIM, f->inverse[c], inertia);
             if (place == end) continue;
             real *row = rows + place * MECHC_DIM;
-            const real pivot = FN(take_up)(axis, c, end - place, row, f);
+            const real pivot = FN(eliminate_row)(axis, c, end - place, row, f);
             const real mobility = pivot * pivot * f->inverse[c];
             least = R_SELECT(R_MASK(mobility >= least), least, mobility);
             most = R_SELECT(R_MASK(mobility > most), mobility, most);
-            FN(hold)(row, c, f, inertia);
+            FN(constrain_speed)(row, c, f, inertia);
             place++;
         }
         if (parent < 0) continue;
@@ -151,14 +135,13 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
     f->conditioning = least / most;
 }
 
-/* What the rows ask for, taken up from the cuts towards the ground: afterwards r / (R S) of each
- * column that takes one up. */
-MECHC_INLINE void FN(take_up_values)(const FN(eliminated) *f, int column, int rows, real *value,
+/* The same elimination of the rows' values, from the cuts towards the ground; *taken: r / (R S). */
+MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int rows, real *value,
                                      real *taken)
 {
     const real *factor = f->factor + mechc_first_factor[column];
     const rmask *swapped = f->swapped + mechc_first_factor[column];
-    for (int m = 1; m < rows; m++) FN(swap_if)(swapped[m - 1], &value[0], &value[m]);
+    for (int m = 1; m < rows; m++) FN(swap)(swapped[m - 1], &value[0], &value[m]);
     for (int m = 1; m < rows; m++) value[m] -= factor[m - 1] * value[0];
     *taken = value[0] * f->inverse_pivot[column];
 }
@@ -183,7 +166,7 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
                 continue;
             }
             real taken;
-            FN(take_up_values)(f, c, end - place, value + place, &taken);
+            FN(eliminate_value)(f, c, end - place, value + place, &taken);
             const real rest = left[c] - f->along[c] * taken;
             for (int i = 0; i < MECHC_DIM; i++) own[i] -= taken * momentum[i] + rest * share[i];
             left[c] = taken;
@@ -194,11 +177,7 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
         for (int to = mechc_handed_to[link]; place < end; place++, to++) value[to] = value[place];
     }
     for (int link = 0; link < MECHC_LINKS; link++) {
-        real *own = motion + link * MECHC_DIM;
-        const int parent = mechc_parent[link];
-        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
-        if (parent >= 0)
-            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        real *own = FN(motion_of_parent)(tree, link, motion);
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             const real *axis = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
             const real part =

@@ -90,8 +90,8 @@ MECHC_ONCE __attribute__((cold)) void FN(solve_redundant)(const real *terms, rea
     FN(solve_in_mass_metric)(&split, solution, MECHC_MULTIPLIERS ? solution + MECHC_NU : 0);
 }
 
-/* The lanes that need it anew.  Works on copies: an array whose address leaves the usual path is
- * kept in memory there. */
+/* Solve again in the lanes given.  Works on copies: an array whose address is passed on would be
+ * kept in memory on the usual path too. */
 MECHC_INLINE void FN(redundant_motion)(const FN(motion_terms) *terms, rmask lanes, real *x,
                                        real *lambda)
 {

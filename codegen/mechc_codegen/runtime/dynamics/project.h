@@ -80,7 +80,7 @@ MECHC_STATIC int mechc_close_between(double t, double *q, const mechc_scalar_giv
     }
 }
 
-/* What the speeds do to the weakest row, and the direction in which q changes it most. */
+/* The rate of the weakest row at these speeds, and the direction in which q changes it most. */
 MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
                                        const mechc_scalar_factors *rows, const double *u,
                                        double *direction)
@@ -149,7 +149,7 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
     return MECHC_RUNNING;
 }
 
-/* Take from an error what the projection of the end will take from it. */
+/* Remove from an error what the projection of the step's end will remove. */
 MECHC_STATIC void mechc_project_error(const mechc_scalar_place *place, double *error)
 {
 #if MECHC_NH > 0

@@ -134,9 +134,9 @@ MECHC_INLINE void FN(least_step_at)(const FN(place) *place, const real *values, 
 #endif
 }
 
-/* Where several loops fall into line at once the rounding of all of them adds up: for what is done
- * beside crossings, rows of many loops count as weaker than the weakest of them is.  Tried on rows
- * of 5 to 40 windows at tolerances from 1e-6 to 1e-12. */
+/* Where several loops become singular at once, the rounding of all of them adds up, so the
+ * conditioning of a tree with loops is taken as this much worse.  Found with 5 to 40 windows in a
+ * row at tolerances from 1e-6 to 1e-12. */
 #define MECHC_TOGETHER 0.05
 
 /* Squared. */
@@ -212,8 +212,7 @@ MECHC_INLINE double FN(gap)(const FN(place) *place, const real *q, double *round
     return R_GREATEST(gap);
 }
 
-/* What the rows are to change by: what constraints on the motion prescribe is not for the closure
- * to change. */
+/* What a correction of q must change the rows by; nothing for velocity constraints. */
 MECHC_INLINE void FN(gap_values)(const FN(place) *place, real *values)
 {
     for (int i = 0; i < MECHC_NC; i++) values[i] = R(0.0);
@@ -246,8 +245,8 @@ MECHC_INLINE void FN(correct)(real t, real *q, const FN(given) *given, const FN(
 #endif
 
 #if MECHC_NH > 0
-/* The same, but a gap within so many units of rounding is left: its last digit, chased from one
- * iteration to the next, would be magnified into noise. */
+/* The same, but a gap within so many units of rounding is not corrected: noise would be magnified
+ * from one iteration to the next. */
 MECHC_INLINE void FN(correct_beyond)(real t, real *q, const FN(given) *given,
                                      const FN(place) *place, double units)
 {
@@ -328,7 +327,7 @@ MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const FN(
     real none[1], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];
     (void)lambda;
     FN(tree_motion)(t, q, u, given, place->saved + MECHC_AT_SAVED, bias, wrench, none);
-    FN(let_go)(place->saved, &place->factored, bias, wrench, accelerations);
+    FN(free_accelerations)(place->saved, &place->factored, bias, wrench, accelerations);
 #else
     real none[1];
     (void)lambda;

@@ -157,7 +157,7 @@ MECHC_INLINE void FN(rigid_inertias)(const real *tree, real *out)
                           out + link * MECHC_SQUARE);
 }
 
-/* The mass matrix, from the inertia of all that hangs on each link. */
+/* The mass matrix by composite bodies: each link with all its descendants. */
 MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
 {
     real composite[MECHC_LINKS * MECHC_SQUARE];
@@ -187,16 +187,23 @@ MECHC_ONCE void FN(composite_mass)(const real *tree, real *mass)
     }
 }
 
-/* Takes from each wrench what the motion that u' = 0 leaves needs. */
+/* The motion that a link has as a part of its parent, put where its own is kept. */
+MECHC_INLINE real *FN(motion_of_parent)(const real *tree, int link, real *motion)
+{
+    const int parent = mechc_parent[link];
+    real *own = motion + link * MECHC_DIM;
+    for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
+    if (parent >= 0)
+        FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+    return own;
+}
+
+/* Subtract from each wrench the inertia force of the motion at u' = 0. */
 MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
 {
     real motion[MECHC_LINKS * MECHC_DIM], rigid[MECHC_SQUARE], needed[MECHC_DIM];
     for (int link = 0; link < MECHC_LINKS; link++) {
-        real *own = motion + link * MECHC_DIM;
-        const int parent = mechc_parent[link];
-        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
-        if (parent >= 0)
-            FN(shift_motion)(tree + link * MECHC_ARM, motion + parent * MECHC_DIM, own);
+        real *own = FN(motion_of_parent)(tree, link, motion);
         for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
         FN(rigid_inertia)(tree + MECHC_AT_INERTIA + link * MECHC_MASSES, rigid);
         FN(times_inertia)(rigid, own, needed);
@@ -204,7 +211,7 @@ MECHC_ONCE void FN(take_bias)(const real *tree, const real *bias, real *wrench)
     }
 }
 
-/* What the wrenches do along each speed; they are overwritten. */
+/* Generalised forces of the wrenches, which are overwritten. */
 MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
 {
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {
@@ -217,14 +224,23 @@ MECHC_ONCE void FN(along_speeds)(const real *tree, real *wrench, real *forcing)
     }
 }
 
-/* Links with all that hangs on them free to give way. */
+/* Articulated inertias: each link with all its descendants, whose joints are free. */
 typedef struct {
     real inertia[MECHC_LINKS * MECHC_SQUARE];
     real momentum[MECHC_NU * MECHC_DIM]; /* of each column's motion */
     real inverse[MECHC_NU];              /* of each column's inertia along itself */
 } FN(articulated);
 
-/* Returns the first speed found whose motion has no inertia, or -1. */
+/* I <- I - U U^T / D */
+MECHC_INLINE void FN(free_speed)(const real *momentum, real inverse, real *inertia)
+{
+    for (int i = 0; i < MECHC_DIM; i++) {
+        const real part = momentum[i] * inverse;
+        for (int j = 0; j < MECHC_DIM; j++) inertia[i * MECHC_DIM + j] -= part * momentum[j];
+    }
+}
+
+/* Returns a speed whose motion has no inertia, or -1. */
 MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
 {
     int bad = -1;
@@ -238,11 +254,7 @@ MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
             const real along = FN(along_motion)(axis, momentum);
             if (R_ANY(~R_MASK(along > 0.0))) bad = mechc_column_speed[c];
             f->inverse[c] = 1.0 / along;
-            for (int i = 0; i < MECHC_DIM; i++) {
-                const real part = momentum[i] * f->inverse[c];
-                for (int j = 0; j < MECHC_DIM; j++)
-                    inertia[i * MECHC_DIM + j] -= part * momentum[j];
-            }
+            FN(free_speed)(momentum, f->inverse[c], inertia);
         }
         if (mechc_parent[link] >= 0)
             FN(add_inertia)(tree + link * MECHC_ARM, inertia,
@@ -251,8 +263,8 @@ MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
     return bad;
 }
 
-/* u' of the tree when nothing is cut; wrench is overwritten. */
-MECHC_ONCE void FN(let_go)(const real *tree, const FN(articulated) *f, const real *bias,
+/* Accelerations of a tree without cuts; wrench is overwritten. */
+MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *f, const real *bias,
                            real *wrench, real *accelerations)
 {
     real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM], taken[MECHC_DIM];
@@ -269,10 +281,7 @@ MECHC_ONCE void FN(let_go)(const real *tree, const FN(articulated) *f, const rea
             FN(add_wrench)(tree + link * MECHC_ARM, own, wrench + mechc_parent[link] * MECHC_DIM);
     }
     for (int link = 0; link < MECHC_LINKS; link++) {
-        real *own = motion + link * MECHC_DIM;
-        for (int i = 0; i < MECHC_DIM; i++) own[i] = R(0.0);
-        if (mechc_parent[link] >= 0)
-            FN(shift_motion)(tree + link * MECHC_ARM, motion + mechc_parent[link] * MECHC_DIM, own);
+        real *own = FN(motion_of_parent)(tree, link, motion);
         for (int i = 0; i < MECHC_DIM; i++) own[i] += bias[link * MECHC_DIM + i];
         for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
             const real *momentum = f->momentum + c * MECHC_DIM;
@@ -285,7 +294,7 @@ MECHC_ONCE void FN(let_go)(const real *tree, const FN(articulated) *f, const rea
 }
 
 #if MECHC_NC > 0
-/* What each speed of the links on the way to the ground does to a point, along an axis. */
+/* Partial velocities of a point along an axis, by the speeds of all links down to the ground. */
 MECHC_INLINE void FN(add_partials)(const real *tree, int link, const real *point, const real *axis,
                                    double sign, real *row)
 {

@@ -91,7 +91,7 @@ MECHC_INLINE void mechc_lockstep_watch_stiffness(mechc_lockstep *a, mechc_mask a
     a->stiff &= a->easy < MECHC_EASY;
 }
 
-/* Take over the steps that stand; those refused are tried again, shorter. */
+/* Accept the steps that stand; the others are tried again, shorter. */
 MECHC_ONCE void mechc_lockstep_accept(mechc_lockstep *a, mechc_mask accepted,
                                      mechc_mask leaves)
 {

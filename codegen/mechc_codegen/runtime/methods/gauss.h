@@ -23,7 +23,7 @@
 #include "singularities/weakest.h"
 #include "stepping/control.h"
 
-#define MECHC_GAUSS_GROWTH 2.0 /* a collocation polynomial is worth nothing farther ahead */
+#define MECHC_GAUSS_GROWTH 2.0 /* the polynomial cannot be extrapolated farther */
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
@@ -321,7 +321,7 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, run->current->last_rate));
 }
 
-/* Take over an accepted step. */
+/* Keep the polynomial of an accepted step. */
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -382,7 +382,7 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
     mechc_gauss_take_inputs(g, run);
 }
 
-/* No polynomial leads on, and nothing of the state is kept. */
+/* Start anew, without a polynomial to extrapolate. */
 MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
@@ -390,7 +390,7 @@ MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
     memset(g->compensation, 0, sizeof g->compensation);
 }
 
-/* No polynomial leads over a kink of the inputs. */
+/* No polynomial is extrapolated over a kink of the inputs. */
 MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);

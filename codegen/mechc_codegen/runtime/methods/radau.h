@@ -44,7 +44,7 @@ static const mechc_tableau mechc_radau5_tableau = {
 
 /* A Jacobian is kept while the iteration shrinks to less than this a round with it. */
 #define MECHC_RADAU_FAST 0.02
-/* No polynomial tells anything of a step this many times as long as its own. */
+/* The polynomial is extrapolated to steps at most this many times as long. */
 #define MECHC_RADAU_REACH 8.0
 
 /* Work space of one implicit step, and what is kept from the last one. */
@@ -172,7 +172,7 @@ MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end
     return MECHC_NOT_CLOSED;
 }
 
-/* The embedded error of order 3, filtered so that stiff components do not blow it up. */
+/* The embedded error of order 3, filtered so that stiff components do not dominate it. */
 MECHC_STATIC void mechc_radau_estimate(mechc_integration *run, double h, const double *rates)
 {
     mechc_radau *radau = mechc_radau_of(run);

@@ -2,8 +2,8 @@
  *
  * A step whose conditioning dipped is asked three things: did the weakest direction turn over, did
  * the configuration pass q*, and is q* a change point.  Through a change point the motion goes
- * straight: both or neither.  Past a near miss it bends: the direction never turns over.  A step
- * that answers otherwise has leapt onto the wrong curve and is taken back.
+ * straight: both or neither.  Past a near miss it bends: the direction never turns over.  Any other
+ * answer means that the step has reached another branch, and it is rejected.
  *
  * Between the nodes of a step near a change point, the nearest decides how much the rounding of
  * the closure is magnified (as its distance to the power -3); so the crossing is put into the
@@ -22,7 +22,7 @@
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
 #define MECHC_TOO_NEAR 3e-4
 
-/* Past a gap that is almost rounding, a state nearer than this is rounding too. */
+/* The same beside a gap that cannot be told from rounding. */
 #define MECHC_LOST 1e-5
 
 #if MECHC_NH > 0
@@ -127,7 +127,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
                                          int between, int turned, int too_near,
                                          mechc_decision *out)
 {
-    /* Shrinking alone creeps onto the crossing. */
+    /* Shrinking alone would only approach the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || (too_near && !span->last)) {
         monitor->ahead = HUGE_VAL;

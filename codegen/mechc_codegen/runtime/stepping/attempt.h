@@ -73,7 +73,7 @@ MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double 
     monitor->ahead = NAN;
 }
 
-/* Take over an accepted step. */
+/* Accept a step: record it and go on from its end. */
 MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const double *end,
                               double error)
 {
@@ -109,7 +109,7 @@ MECHC_STATIC int mechc_refuse(mechc_integration *run, double factor)
     return MECHC_RUNNING;
 }
 
-/* Beside a critical configuration the step shrinks because doubles cannot tell what comes next. */
+/* The status where no step succeeds: beside a critical configuration doubles cannot decide it. */
 MECHC_STATIC int mechc_too_small(const mechc_integration *run)
 {
     const int examined = run->head.stats.critical_gap < HUGE_VAL;

@@ -44,14 +44,14 @@ MECHC_STATIC int mechc_error_is_small(const mechc_integration *run, double error
     return error * run->method->share * run->rtol < 1e-3;
 }
 
-/* What an error lets the step grow by. */
+/* The factor from this step's length to the next, by its error. */
 MECHC_STATIC double mechc_elementary_factor(mechc_integration *run, double error)
 {
     return 0.9 * pow(error, -1.0 / run->current->order);
 }
 
-/* The same where the error is expected to go on growing as it grew from the last step, of which
- * length and factor are given, to this one.  Gustafsson (1991).  *factor is kept for the next. */
+/* The same, predictive: the error grows as it did since the last step, whose length and factor are
+ * given.  Gustafsson (1991).  *factor is kept for the next step. */
 MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double error,
                                             double last_step, double last_factor, double *factor)
 {
@@ -62,7 +62,7 @@ MECHC_STATIC double mechc_predictive_factor(const mechc_integration *run, double
     return 0.85 * plain * mechc_min(1.0, trend);
 }
 
-/* The same within what a method bears. */
+/* The same within the limits of the method. */
 MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
 {
     const double most = run->refused ? 1.0 : run->current->growth;
@@ -71,7 +71,7 @@ MECHC_STATIC double mechc_limited_factor(mechc_integration *run, double error)
     return error > 0.0 ? mechc_min(most, mechc_max(0.2, factor)) : most;
 }
 
-/* Shorter steps than this are the spacing of doubles. */
+/* The shortest step: some times the spacing of doubles at this time. */
 MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
 {
     const double t = run->head.t;

@@ -96,7 +96,7 @@ MECHC_STATIC double mechc_step_ahead(mechc_integration *run, double open)
 #endif
 }
 
-/* Back from the bridge to the method in use and the step it had. */
+/* After one step by the pair, across a crossing: back to the method in use and its step. */
 MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
 {
     if (run->current == run->method) return;
@@ -104,7 +104,7 @@ MECHC_STATIC void mechc_leave_bridge(mechc_integration *run)
     run->step = run->monitor.wanted;
 }
 
-/* Leave what comes to the explicit pair. */
+/* Let the explicit pair take the steps that follow. */
 MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
 {
     run->resumed = run->method;
@@ -202,7 +202,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     return MECHC_RUNNING;
 }
 
-/* How far along its direction at `about` the dense output has passed the change point. */
+/* How far the dense output at the fraction s has passed the change point, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
                                     const double *along)
 {

@@ -1,0 +1,97 @@
+/* Speeds that keep the constraints, state by state. */
+#ifndef MECHC_SPEEDS_H
+#define MECHC_SPEEDS_H
+
+#include <math.h>
+#include <string.h>
+#include <stdlib.h>
+#include "closing/closure.h"
+#include "closing/least_change.h"
+
+typedef struct {
+    mechc_closure closure;
+    int rows, speeds;   /* of J */
+    int unknowns;       /* speeds that may change */
+    const int *unknown; /* their places among the speeds */
+    double dead;        /* singular values below it, of the largest, count as zero */
+    ptrdiff_t count, p_stride; /* 0: one set of parameters for all */
+    const double *p;
+    double *y;            /* (count, width): the speeds are changed in place */
+    double *left;         /* the largest residual that remains, of J's and the speeds' size */
+    int *row;             /* the row that has it */
+    double *residual;     /* its size, per second */
+    double *conditioning; /* least singular value of J, of the largest */
+} mechc_speeds_job;
+
+/* Work space of one state: J, a copy of it, residuals, change, singular values. */
+static double *mechc_speeds_space(const mechc_speeds_job *job)
+{
+    const size_t matrix = (size_t)(job->rows * job->speeds), rows = (size_t)job->rows;
+    return malloc((2 * matrix + 3 * rows + (size_t)job->speeds + 1) * sizeof(double));
+}
+
+static void mechc_speeds_columns(const mechc_speeds_job *job, const double *jacobian, double *out)
+{
+    for (int i = 0; i < job->rows; i++)
+        for (int k = 0; k < job->unknowns; k++)
+            out[i * job->unknowns + k] = jacobian[i * job->speeds + job->unknown[k]];
+}
+
+/* The least singular value of J, of the largest; 0 where J has more rows than columns. */
+static double mechc_speeds_conditioning(const mechc_speeds_job *job, const double *jacobian,
+                                        double *copy, double *lengths)
+{
+    double least = HUGE_VAL;
+    if (job->rows > job->speeds) return 0.0;
+    memcpy(copy, jacobian, (size_t)(job->rows * job->speeds) * sizeof(double));
+    mechc_orthogonal_rows(copy, NULL, job->rows, job->speeds, lengths);
+    for (int i = 0; i < job->rows; i++) least = fmin(least, lengths[i]);
+    return least / mechc_largest(lengths, job->rows);
+}
+
+/* What is left of the residuals, against the size of J and of the speeds. */
+static void mechc_speeds_report(mechc_speeds_job *job, ptrdiff_t state, const double *residuals,
+                                const double *jacobian)
+{
+    const double *u = job->y + state * job->closure.width + job->closure.coordinates;
+    const double size = mechc_largest(jacobian, job->rows * job->speeds)
+                      * fmax(1.0, mechc_largest(u, job->speeds));
+    int worst = 0;
+    for (int i = 0; i < job->rows; i++) /* one that is no number is the worst */
+        if (!(fabs(residuals[i]) <= fabs(residuals[worst]))) worst = i;
+    job->row[state] = worst;
+    job->residual[state] = fabs(residuals[worst]);
+    job->left[state] = residuals[worst] == 0.0 ? 0.0 : fabs(residuals[worst]) / size;
+}
+
+static void mechc_speeds_of(mechc_speeds_job *job, ptrdiff_t state, double *space)
+{
+    const int rows = job->rows, speeds = job->speeds;
+    double *jacobian = space, *copy = jacobian + rows * speeds, *residuals = copy + rows * speeds;
+    double *lengths = residuals + rows, *aim = lengths + rows, *change = aim + rows;
+    double *y = job->y + state * job->closure.width, *u = y + job->closure.coordinates;
+    const double *p = job->p + state * job->p_stride;
+    job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+    job->closure.ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
+    job->conditioning[state] = mechc_speeds_conditioning(job, jacobian, copy, lengths);
+    if (job->unknowns && mechc_largest(residuals, rows) > 0.0) {
+        mechc_speeds_columns(job, jacobian, copy);
+        memcpy(aim, residuals, (size_t)rows * sizeof(double));
+        mechc_least_change(copy, aim, rows, job->unknowns, job->dead, lengths, change);
+        for (int k = 0; k < job->unknowns; k++) u[job->unknown[k]] -= change[k];
+        job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+    }
+    mechc_speeds_report(job, state, residuals, jacobian);
+}
+
+/* 0 without memory. */
+static int mechc_speeds_work(mechc_speeds_job *job)
+{
+    double *space = mechc_speeds_space(job);
+    if (!space) return 0;
+    for (ptrdiff_t state = 0; state < job->count; state++) mechc_speeds_of(job, state, space);
+    free(space);
+    return 1;
+}
+
+#endif

@@ -1,0 +1,304 @@
+# cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
+"""The closer of loops: configurations and speeds that keep the constraints of a scene.
+
+Its C code asks compiled outputs directly, and a scene without C through Python.
+"""
+
+import numpy as np
+
+from cpython.exc cimport PyErr_CheckSignals
+from libc.math cimport NAN
+from libc.string cimport memcpy
+
+from mechc.native._abi cimport mechc_inputs, mechc_stack_of, mechc_unit
+from mechc.native._driver cimport Scene
+from mechc.native._inputs cimport Inputs, address_of
+from mechc.native._pieces cimport LOOK, with_stack
+
+
+cdef extern from "closing/closure.h":
+    enum: MECHC_GAPS, MECHC_GRADIENT, MECHC_CLOSURE_OUTPUTS
+
+    ctypedef struct mechc_closure:
+        void (*ask)(
+            const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
+        ) noexcept nogil
+        const mechc_unit *unit
+        const mechc_inputs *inputs
+        void *caller
+        int *output
+        int *breadth
+        int coordinates, width, parameters
+        double t
+
+    void mechc_ask_unit(
+        const mechc_closure *, int, ptrdiff_t, const double *, const double *, double *
+    ) noexcept nogil
+
+
+cdef extern from "closing/search.h":
+    ctypedef struct mechc_closing:
+        mechc_closure closure
+        int rows, columns, unknowns
+        const int *unknown
+        const unsigned char *angular
+        const unsigned char *guessed
+        ptrdiff_t starts, near
+        const double *start
+        int only_near, all, tells_miss
+        ptrdiff_t count, block
+        const double *fixed
+        const double *p
+        const double *length
+        int most, enough
+        double *found
+        int *many
+        double *miss
+        ptrdiff_t next, done
+        int stop
+
+    ctypedef struct mechc_closer:
+        pass
+
+    mechc_closer *mechc_closer_make(const mechc_closing *) noexcept nogil
+    void mechc_closer_free(mechc_closer *) noexcept nogil
+    int mechc_close_go_on(mechc_closing *, mechc_closer *, double) noexcept nogil
+
+
+cdef extern from "closing/speeds.h":
+    ctypedef struct mechc_speeds_job:
+        mechc_closure closure
+        int rows, speeds, unknowns
+        const int *unknown
+        double dead
+        ptrdiff_t count, p_stride
+        const double *p
+        double *y
+        double *left
+        int *row
+        double *residual
+        double *conditioning
+
+    int mechc_speeds_work(mechc_speeds_job *) noexcept nogil
+
+
+ctypedef struct searching:
+    mechc_closing *job
+    mechc_closer *closer
+    int more
+
+ctypedef struct steadying:
+    mechc_speeds_job *job
+    int made
+
+
+cdef void search_a_while(void *given) noexcept nogil:
+    cdef searching *search = <searching *>given
+    search.more = mechc_close_go_on(search.job, search.closer, LOOK)
+
+
+cdef void find_speeds(void *given) noexcept nogil:
+    cdef steadying *work = <steadying *>given
+    work.made = mechc_speeds_work(work.job)
+
+
+cdef void ask_python(
+    const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
+    double *out,
+) noexcept nogil:
+    with gil:
+        (<Closure>closure.caller).answer(closure, what, count, y, p, out)
+
+
+cdef class Closure:
+    """The constraints of a scene: a Scene, or an object with its ``evaluate``."""
+
+    cdef mechc_closure closure
+    cdef object scene, error
+    cdef Inputs inputs
+    cdef tuple names
+    cdef size_t stack
+    cdef readonly int holonomic, rows, speeds, columns  # of the gradient
+
+    def __init__(self, scene, Inputs inputs=None):
+        cdef mechc_closure *closure = &self.closure
+        cdef Scene compiled
+        self.scene, self.inputs, self.error = scene, inputs, None
+        self.holonomic, self.rows, self.speeds = scene.holonomic, scene.rows, scene.speeds
+        closure.coordinates, closure.width = scene.coordinates, scene.width
+        closure.parameters = scene.parameters
+        closure.inputs = address_of(inputs)
+        if isinstance(scene, Scene):
+            compiled = scene
+            self.stack = mechc_stack_of(compiled.width)
+            known = compiled.indices
+            closure.ask, closure.unit = mechc_ask_unit, compiled.unit
+        else:
+            known = scene.outputs
+            closure.ask, closure.caller = ask_python, <void *>self
+        gradient = "constraint_gradient" if "constraint_gradient" in known else "constraint_jacobian"
+        self.names = (
+            "constraints", gradient, "velocity_constraints", "constraint_jacobian", "preference"
+        )
+        whole = gradient == "constraint_gradient"
+        self.columns = closure.coordinates if whole else self.speeds
+        for what, name in enumerate(self.names):
+            closure.output[what] = known[name] if name in known else -1
+            if closure.unit != NULL and name in known:
+                closure.breadth[what] = closure.unit.outputs[closure.output[what]].width
+            else:
+                closure.breadth[what] = known.get(name, 0)
+
+    cdef void answer(
+        self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
+        double *out,
+    ) noexcept:
+        """What C asks of a scene in Python; an error is kept and raised after C's work."""
+        cdef ptrdiff_t size = count * self.closure.breadth[what], i
+        cdef double[:, ::1] states = np.empty((count, self.closure.width))
+        cdef double[:, ::1] values = np.empty((1, self.closure.parameters))
+        cdef double[:, ::1] found
+        memcpy(&states[0, 0], y, count * self.closure.width * sizeof(double))
+        if self.closure.parameters:
+            memcpy(&values[0, 0], p, self.closure.parameters * sizeof(double))
+        try:
+            if self.error is None:
+                times = np.array([closure.t])
+                found = np.ascontiguousarray(self.scene.evaluate(
+                    self.names[what], times, np.asarray(states), np.asarray(values)
+                ))
+                memcpy(out, &found[0, 0], size * sizeof(double))
+                return
+        except BaseException as error:
+            self.error = error
+        for i in range(size):
+            out[i] = NAN
+
+    def raise_error(self):
+        """Raise what a scene in Python raised."""
+        error, self.error = self.error, None
+        if error is not None:
+            raise error
+
+    def keep_speeds(self, double t, const double[:, ::1] y, const double[:, ::1] p,
+                    const int[::1] unknown, double dead):
+        """States (n, width) with the nearest speeds that keep the constraints, p (n or 1, np).
+
+        The speeds at the places ``unknown`` may change; ``dead``: below it, relative singular
+        values count as zero.  Returns states, what is left of the residuals relative to the size of
+        J and of the speeds (n,), the row that has it (n,), its size per second (n,), and the least
+        singular value of J relative to the largest (n,).
+        """
+        cdef mechc_speeds_job job
+        cdef steadying work
+        cdef ptrdiff_t count = y.shape[0]
+        out, left, size = np.array(y), np.empty(count), np.empty(count)
+        row, conditions = np.empty(count, np.intc), np.empty(count)
+        cdef double[:, ::1] states = out
+        cdef double[::1] remains = left, sizes = size, weakest = conditions
+        cdef int[::1] rows = row
+        if y.shape[1] != self.closure.width or p.shape[1] != self.closure.parameters:
+            raise ValueError("wrong number of state components or parameters")
+        if p.shape[0] not in (1, count):
+            raise ValueError("parameters must be given once or once a state")
+        if not count:
+            return out, left, row, size, conditions
+        job.closure, job.rows, job.speeds = self.closure, self.rows, self.speeds
+        job.closure.t = t
+        job.unknowns, job.dead, job.count = unknown.shape[0], dead, count
+        job.unknown = &unknown[0] if unknown.shape[0] else NULL
+        job.p = &p[0, 0] if p.shape[1] else NULL
+        job.p_stride = p.shape[1] if p.shape[0] > 1 else 0
+        job.y, job.left, job.row, job.residual = &states[0, 0], &remains[0], &rows[0], &sizes[0]
+        job.conditioning = &weakest[0]
+        work.job = &job
+        with_stack(self.stack, find_speeds, &work)
+        self.raise_error()
+        if not work.made:
+            raise MemoryError()
+        return out, left, row, size, conditions
+
+
+cdef class Closings:
+    """Closed configurations of members with coordinates ``fixed`` (n, nq), of the unknowns a guess.
+
+    ``start`` (starts, unknowns) within -1 ... 1: where the search begins, of half a turn or of the
+    model's length; ``guessed``: which unknowns are (None: none), ``near``: how many starts are at
+    the guess, ``only_near``: whether there are no others.  ``most`` configurations are kept.  The
+    search ends after ``enough`` of them (0: of any number), and where hardly more are to be
+    expected unless ``all`` starts are wanted.
+
+    After the work: ``found`` (n, most, nq), the nearest to the guess or the preferred one first,
+    ``many`` (n,), ``miss`` (n,), the least gap met, m.
+    """
+
+    cdef mechc_closing job
+    cdef Closure closure
+    cdef object kept  # arrays that C points into
+    cdef readonly object found, many, miss
+
+    def __init__(self, Closure closure, double t, const int[::1] unknown,
+                 const unsigned char[::1] angular, const double[:, ::1] start,
+                 const double[:, ::1] fixed, const double[:, ::1] p, const double[::1] length, int most, *, const unsigned char[::1] guessed=None,
+                 ptrdiff_t near=1, bint only_near=False, bint all=False, int enough=0, bint tells_miss=True,
+                 ptrdiff_t block=1):
+        cdef mechc_closing *job = &self.job
+        cdef ptrdiff_t count = fixed.shape[0], unknowns = unknown.shape[0]
+        cdef double[:, :, ::1] found
+        cdef int[::1] many
+        cdef double[::1] miss
+        job.closure = closure.closure
+        job.closure.t = t
+        if fixed.shape[1] != job.closure.coordinates or p.shape[1] != job.closure.parameters:
+            raise ValueError("wrong number of coordinates or parameters")
+        if p.shape[0] != count or length.shape[0] != count or not count:
+            raise ValueError("a row of coordinates, parameters and a length for every member")
+        if start.shape[1] != unknowns or angular.shape[0] != unknowns or not unknowns:
+            raise ValueError("wrong number of unknowns")
+        if not 0 < near <= start.shape[0] or most < 1 or not closure.holonomic:
+            raise ValueError("nothing to search for or to keep")
+        self.closure = closure
+        self.kept = [unknown, angular, start, fixed, p, length, guessed]
+        found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
+        many = self.many = np.zeros(count, np.intc)
+        miss = self.miss = np.full(count, np.nan)
+        job.rows = closure.holonomic
+        job.columns = closure.columns
+        job.unknowns, job.unknown, job.angular = unknowns, &unknown[0], &angular[0]
+        if guessed is not None:
+            if guessed.shape[0] != unknowns:
+                raise ValueError("wrong number of unknowns")
+            job.guessed = &guessed[0]
+        job.starts, job.near, job.only_near = start.shape[0], near, only_near
+        job.start, job.count, job.block = &start[0, 0], count, max(block, 1)
+        job.fixed, job.length = &fixed[0, 0], &length[0]
+        job.p = &p[0, 0] if job.closure.parameters else NULL
+        job.all, job.most, job.enough, job.tells_miss = all, most, enough, tells_miss
+        job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
+
+    @property
+    def done(self):
+        """Members finished so far."""
+        return self.job.done
+
+    def work(self):
+        """Take members until none is left; any number of threads may at once.
+
+        A pending signal (Ctrl-C) is raised as its handler says.
+        """
+        cdef searching search
+        search.job, search.closer = &self.job, mechc_closer_make(&self.job)
+        if search.closer == NULL:
+            raise MemoryError()
+        search.more = 1
+        try:
+            while search.more:
+                with_stack(self.closure.stack, search_a_while, &search)
+                PyErr_CheckSignals()
+                self.closure.raise_error()
+        finally:
+            mechc_closer_free(search.closer)
+
+    def stop(self):
+        """Ask every thread to return."""
+        self.job.stop = 1

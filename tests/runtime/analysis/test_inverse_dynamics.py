@@ -1,0 +1,60 @@
+"""The inputs that produce a motion: against the motion that they were given to."""
+
+import numpy as np
+import pytest
+from sympy import Symbol
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    dynamicsymbols,
+)
+
+import mechc
+
+t = dynamicsymbols._t
+REGULAR = {"l_3": 3.5}
+
+
+def two_masses():
+    """One pushed by f, the other by nothing."""
+    q, u = dynamicsymbols("q_0:2"), dynamicsymbols("u_0:2")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    points = [origin.locatenew(f"P{k}", q[k] * frame.x) for k in range(2)]
+    for point, speed in zip(points, u, strict=True):
+        point.set_vel(frame, speed * frame.x)
+    method = KanesMethod(frame, q, u, [a.diff(t) - b for a, b in zip(q, u, strict=True)])
+    bodies = [Particle(f"B{k}", point, Symbol("m")) for k, point in enumerate(points)]
+    method.kanes_equations(bodies, [(points[0], Symbol("f") * frame.x)])
+    return method
+
+
+def test_inverse_dynamics_gives_back_the_torque_of_a_motion(four_bar, torque):
+    driven = {**REGULAR, torque: 3.7}
+    y0 = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
+    sol = four_bar.simulate((0.0, 1.0), y0, driven, t_eval=np.linspace(0, 1, 7))
+    rates = four_bar.rhs(sol.t, sol.y, driven)[:, 3:]
+    found = four_bar.inverse_dynamics(sol.y, rates, REGULAR, inputs=(torque,), t=sol.t)
+    np.testing.assert_allclose(found.inputs, np.full((7, 1), 3.7), rtol=1e-9)
+    forces = four_bar.multipliers(sol.y, driven)
+    np.testing.assert_allclose(found.multipliers, forces, rtol=1e-8)
+    one = four_bar.inverse_dynamics(sol.y[2], rates[2], REGULAR, inputs=(torque,))
+    np.testing.assert_allclose(one.inputs, [3.7], rtol=1e-9)
+
+
+def test_what_no_input_can_make_is_refused(four_bar, torque):
+    y = four_bar.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params=REGULAR)
+    rates = four_bar.rhs(0.0, y, REGULAR)[3:]
+    with pytest.raises(ValueError, match="violate the constraints"):
+        four_bar.inverse_dynamics(y, rates + 1.0, REGULAR, inputs=(torque,))
+    with pytest.raises(mechc.MechcError, match="not linear in l_0"):
+        four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("l_0",))
+    with pytest.raises(ValueError, match=r"must have the shape \(3,\)"):
+        four_bar.inverse_dynamics(y, rates[:2], REGULAR, inputs=(torque,))
+    with pytest.raises(mechc.UnknownNameError):
+        four_bar.inverse_dynamics(y, rates, REGULAR, inputs=("T",))
+    free = mechc.compile(two_masses(), defaults={"m": 1.0})
+    with pytest.raises(mechc.MechcError, match=r"cannot produce this motion: .* remains"):
+        free.inverse_dynamics(np.zeros(4), np.array([1.0, 2.0]), inputs=("f",), params={"f": 0.0})

@@ -1,0 +1,124 @@
+"""A run that creeps is bounded, and its status names what limits the steps."""
+
+import numpy as np
+import pytest
+from sympy import Abs, Heaviside, sign
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from tests.support import scenes
+
+q, u = dynamicsymbols("q u")
+METHODS = ("auto", "dopri5", "dop853", "radau5", "gauss8")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_memory_has_a_limit(model, regular, method):
+    params, start = regular
+    limit = 50_000
+    whole = model.simulate(20, start, params, method=method, rtol=1e-11)
+    cut = model.simulate(20, start, params, method=method, rtol=1e-11, max_bytes=limit)
+    assert cut.status.code == "memory limit"
+    assert "accuracy limits the steps" in cut.status.cause
+    assert "max_bytes" in cut.status.advice
+    assert cut.status.t == cut.t[-1] < 20
+    kept = len(cut) * 8 * (1 + 6 * (1 + 9))  # at most nine rows of dense output
+    assert 0.5 * limit < kept < 1.5 * limit
+    np.testing.assert_array_equal(cut.y, whole.y[: len(cut)])
+    middle = 0.5 * (cut.t[0] + cut.t[-1])
+    np.testing.assert_array_equal(cut(middle), whole(middle))
+
+
+def test_states_alone_need_less(model, regular):
+    params, start = regular
+    limit = {"method": "dopri5", "max_bytes": 30_000}
+    cut = model.simulate(20, start, params, **limit)
+    states = model.simulate(20, start, params, dense=False, **limit)
+    assert len(states) == 30_000 // 56 > 3 * len(cut)
+    assert states.status.code == "memory limit"
+
+
+def test_a_limit_that_suffices_changes_nothing(model, regular):
+    params, start = regular
+    runs = [model.simulate(5, start, params, max_bytes=limit) for limit in (2**30, 1e6, np.inf)]
+    assert all(run.status.ok for run in runs)
+    for run in runs:
+        np.testing.assert_array_equal(run.y, runs[0].y)
+
+
+def test_the_limit_is_kept_without_c_and_with_inputs():
+    model = mechc.compile(scenes.bead_with(-q), outputs=(), backend="numpy")
+    cut = model.simulate(1e4, {"q": 1.0, "u": 0.0}, max_bytes=10_000)
+    assert cut.status.code == "memory limit"
+    assert len(cut) * 8 * (1 + 2 * 8) < 10_200
+
+
+@pytest.mark.parametrize("limit", [0, -1, np.nan, "many"])
+def test_a_wrong_limit_is_refused(model, regular, limit):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="max_bytes"):
+        model.simulate(1.0, regular[1], regular[0], max_bytes=limit)
+
+
+# -- what limits the steps ------------------------------------------------------------------------
+
+
+def ended(load, t_end, start=(1.0, 0.0), **policy):
+    """The end of a bead's run under this force, without a compiler."""
+    model = mechc.compile(scenes.bead_with(load), outputs=(), backend="numpy")
+    start = dict(zip(("q", "u"), start, strict=True))
+    return model.simulate(t_end, start, **policy)
+
+
+@pytest.mark.parametrize("way", [1, -1])
+def test_dry_friction_that_sticks_is_named(way):
+    """From -0.2 m the spring's 0.8 N do not overcome the friction of 1 N; backwards too."""
+    sol = ended(-way * sign(u) - 4 * q, way * 3.0, (0.7, 0.0), rtol=1e-12, max_steps=300)
+    assert sol.status.t == pytest.approx(way * np.pi / 2, abs=1e-6)
+    assert "the equations jump here: the rate of u is" in sol.status.cause
+    assert "0.2" in sol.status.cause
+    assert "1.8" in sol.status.cause
+    assert "tanh" in sol.status.advice
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", METHODS)
+def test_dry_friction_ends_every_method(method):
+    model = mechc.compile(scenes.bead_with(-sign(u) - 4 * q), outputs=())
+    runs = [
+        model.simulate(15.0, {"q": 3.3, "u": 0.0}, rtol=rtol, method=method, max_steps=10**5)
+        for rtol in (1e-3, 1e-6, 1e-12)
+    ]
+    for sol in runs:
+        assert sol.status.t == pytest.approx(7 * np.pi / 2, abs=0.1)
+        assert "the equations jump here" in sol.status.cause
+    if method != "dopri5":
+        assert runs[-1].status.code == "discontinuity"
+
+
+def test_jumps_that_are_passed_are_no_matter():
+    """A step of the force is stepped over: status finished, right to the tolerance."""
+    sol = ended(-10 * Heaviside(q, 1) * q, 1.0, (0.1, -0.5), rtol=1e-8)
+    assert sol.status.ok
+    sol = ended(-Abs(q) * q, 3.0, rtol=1e-8)
+    assert sol.status.ok
+
+
+def test_stability():
+    """A spring whose vibration dies within 1e-4 s, followed by an explicit method."""
+    sol = ended(-1e4 * u - 1e4 * q, 1e3, rtol=1e-6, method="dop853", max_steps=400)
+    assert sol.status.code == "too many steps"
+    assert "stability limits the steps" in sol.status.cause
+    assert "radau5" in sol.status.advice
+
+
+def test_a_motion_that_grows_without_bound():
+    """u' = u^2 from u = 1 is infinite at t = 1."""
+    sol = ended(u**2, 2.0, (0.0, 1.0), rtol=1e-9, max_steps=1000)
+    assert not sol.status.ok
+    assert sol.status.t == pytest.approx(1.0, abs=1e-6)
+    assert "grows without bound" in sol.status.cause
+
+
+def test_accuracy():
+    sol = ended(-(100**2) * q, 1e3, rtol=1e-9, method="dop853", max_steps=100)
+    assert "accuracy limits the steps" in sol.status.cause

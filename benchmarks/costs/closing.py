@@ -50,6 +50,9 @@ def four_bar() -> Iterator[Figure]:
     yield "four-bar, the nearest to a guess", near, 50.0
     every = least(lambda: model.assemblies({"theta_0": 1.2}))
     yield "four-bar, both assemblies, every start", every, None
+    turn = np.linspace(0, 2 * np.pi, 361)
+    curve = least(lambda: model.sweep_positions("theta_0", turn, params={"l_3": 3.5}).points)
+    yield "four-bar, 361 positions of a coupler curve", curve, 1000.0
     start = mechc.Assembly({"theta_0": np.linspace(0.3, 3.0, MEMBERS)})
     whole = least(lambda: model.simulate_batch(0.0, start, {"l_3": 3.5}, threads=1), 5)
     yield "four-bar, a member of a batch that only starts", whole / MEMBERS, None

@@ -68,6 +68,8 @@ SCRIPTS = {
 }  # fmt: skip
 
 COMMANDS = {
+    "fuzz": Command("short motions of random linkages: is any wrong without a word?",
+                    "fuzz.command"),
     "closing": Command("microseconds that it takes to close loops", "costs.closing"),
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),

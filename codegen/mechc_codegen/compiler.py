@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
@@ -25,6 +25,7 @@ from mechc_codegen.emit.instruction_sets import (
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.numpy import Listing, emit_numpy
 from mechc_codegen.errors import CodegenError
+from mechc_codegen.export.standalone import standalone
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
@@ -58,6 +59,19 @@ def build_listing(
     clock = Stopwatch()
     made = optimised(mechanism, request, clock)
     return clock.time("emit", lambda: emit_numpy(*made.parts, request)), clock.seconds
+
+
+def build_standalone(
+    mechanism: Mechanism,
+    name: str,
+    start: Sequence[float],
+    values: Mapping[str, float],
+    end: float,
+    request: OutputRequest = DEFAULT_REQUEST,
+) -> dict[str, str]:
+    """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
+    made = optimised(mechanism, request, Stopwatch())
+    return standalone(*made.parts, request, name, start, values, end)
 
 
 def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) -> OptimisedScene:

@@ -40,6 +40,7 @@ from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.export import export_c
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
@@ -89,6 +90,7 @@ __all__ = [
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
+    "export_c",
     "from_joints",
     "get_include",
     "load",
@@ -102,6 +104,7 @@ _LATER = {
     "CFunction": "mechc.system.c_interface",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
+    "export_c": "mechc.export",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {

@@ -65,7 +65,7 @@ def _batch(path: Path, model: Model | None) -> Batch:
     return batch
 
 
-def _solution(path: Path, model: Model | None, max_bytes: int) -> Solution:
+def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
     from mechc.results.files import read
 
     try:

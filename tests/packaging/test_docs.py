@@ -12,6 +12,7 @@ PAGES = (
     "library.md",
     "mechanism.md",
     "outputs.md",
+    "positions.md",
 )  # whose examples are whole programs
 
 

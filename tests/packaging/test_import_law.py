@@ -32,11 +32,13 @@ RUNTIME_LAW = {
     "results": {"system", "simulation", "analysis", "sensitivities"},
     "batch": {"native", "system", "assembly", "compilation", "simulation", "results"},
     "outputs": {"system", "inputs", "analysis"},
-    "model": {"outputs", "system", "assembly", "compilation", "simulation", "analysis", "results",
-              "batch"},
+    "configurations": {"outputs", "system", "assembly", "analysis"},
+    "model": {"configurations", "outputs", "system", "assembly", "compilation", "simulation",
+              "analysis", "results", "batch"},
     "load": {"model", "system", "compilation"},
+    "export": {"compilation", "results"},
     "open": {"model", "system", "simulation", "results", "batch"},
-    "cli": {"__init__", "system", "assembly", "compilation", "results", "batch"},
+    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch"},
 }  # fmt: skip
 
 # A folder of the compiler -> the folders that it may import; of those in DATA, these modules alone.
@@ -50,6 +52,7 @@ COMPILER_LAW = {
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
     "extension": {"emit"},
+    "export": {"errors", "description", "derive", "ir", "emit", "extension"},
     "typeset": {"errors", "description", "derive"},
 }
 DATA = {
@@ -57,6 +60,9 @@ DATA = {
     ("emit", "derive"): {"derive.equations"},
     ("emit", "ir"): {"ir.program"},
     ("extension", "emit"): {"emit.instruction_sets"},
+    ("export", "derive"): {"derive.equations"},
+    ("export", "ir"): {"ir.program"},
+    ("export", "extension"): {"extension.flags"},
     ("frontend", "derive"): {"derive.joint_reactions"},
     ("typeset", "derive"): {"derive.equations", "derive.kane", "derive.differentiate"},
 }

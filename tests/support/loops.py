@@ -8,7 +8,13 @@ from mechc_codegen.description.loop_joints import Cut
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Expr, Integer, Rational, pi, symbols
-from sympy.physics.mechanics import PinJoint, RigidBody, dynamicsymbols, inertia
+from sympy.physics.mechanics import (
+    PinJoint,
+    RigidBody,
+    SphericalJoint,
+    dynamicsymbols,
+    inertia,
+)
 from sympy.physics.vector import Vector
 
 FREE_FALL = Rational(981, 100)
@@ -54,6 +60,35 @@ def bennett() -> Mechanism:
     """Four links; lengths 2 and 1 as the sines of the angles of their axes, 90 and 30 degrees."""
     links = [(Integer(2), pi / 2), (Integer(1), pi / 6)] * 2
     return single_loop("bennett", links, (0, -FREE_FALL, -1))
+
+
+def spatial_four_bar() -> Mechanism:
+    """Crank and rocker on skew axes, and between them a coupler on two balls, which may spin."""
+    ground = RigidBody("ground")
+    crank, coupler, rocker = (
+        rod("crank", Integer(1)),
+        rod("coupler", Rational(7, 2)),
+        rod("rocker", Integer(2)),
+    )
+    middle = Rational(7, 4) * coupler.x
+    joints = [
+        PinJoint(
+            "crank", ground, crank, *dynamicsymbols("a da"), 0 * ground.x, -crank.x / 2,
+            joint_axis=ground.z,
+        ),
+        SphericalJoint(
+            "ball", crank, coupler, dynamicsymbols("q_0:3"), dynamicsymbols("u_0:3"), crank.x / 2,
+            -middle,
+        ),
+        PinJoint(
+            "rocker", ground, rocker, *dynamicsymbols("b db"), 2 * ground.x + ground.z, -rocker.x,
+            joint_axis=ground.x + ground.z,
+        ),
+        Cut.spherical("end", coupler, rocker, middle, rocker.x),
+    ]  # fmt: skip
+    return from_joints(
+        "spatial_four_bar", joints, gravity=-FREE_FALL * ground.y, parameters={}, ground=ground
+    )
 
 
 def bricard() -> Mechanism:

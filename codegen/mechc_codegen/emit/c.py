@@ -39,11 +39,8 @@ def emit(
 ) -> dict[str, str]:
     """File name -> text of everything that is compiled for one scene."""
     functions = SceneFunctions(program, equations, request)
-    writer = CWriter(functions, _meanings(functions, metadata))
-    program_text = "\n".join(writer.text(function) for function in functions)
     texts = {
-        "scene_sizes.h": sizes_header(functions),
-        "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
+        **program_texts(functions, metadata),
         "scene_model.c": model_source(functions, metadata, sets),
         "scene_outputs_only.c": template("outputs_only.c.in").substitute(unit=sets[-1].name),
     }
@@ -51,6 +48,16 @@ def emit(
         values = {"lanes": each.lanes, "unit": each.name}
         texts[f"scene_{each.name}.c"] = template("unit.c.in").substitute(values)
     return texts
+
+
+def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
+    """The headers of a scene: its sizes and its program."""
+    writer = CWriter(functions, _meanings(functions, metadata))
+    program_text = "\n".join(writer.text(function) for function in functions)
+    return {
+        "scene_sizes.h": sizes_header(functions),
+        "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
+    }
 
 
 class CWriter(FunctionWriter):

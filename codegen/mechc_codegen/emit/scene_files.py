@@ -35,8 +35,8 @@ def sizes_header(functions: SceneFunctions) -> str:
         **layout.sizes,
         "tables": _sizes_of_few(functions) + layout.tables,
         "widest": max([*_widths(functions), len(symbols.q) + len(symbols.u), functions.rows]),
-        "outputs": _output_list(functions),
-        "solved": _solved_list(functions),
+        "outputs": _entries(functions, [*_explicit(functions), *functions.solved()]),
+        "solved": _entries(functions, _of_motion(functions)),
         "state_jacobian": int("residual_by_state" in functions.outputs),
         "parameter_jacobian": int("residual_by_parameters" in functions.outputs),
         "input_jacobian": int("residual_by_inputs" in functions.outputs),
@@ -64,16 +64,20 @@ def _uses_multipliers(functions: SceneFunctions, jacobians: bool) -> bool:
     return jacobians or solved or functions.request.includes("multipliers")
 
 
-def _output_list(functions: SceneFunctions) -> str:
+def listed_outputs(functions: SceneFunctions) -> list[tuple[str, int]]:
+    """Label and width of every output."""
+    return [*_explicit(functions), *functions.solved(), *_of_motion(functions)]
+
+
+def _explicit(functions: SceneFunctions) -> list[tuple[str, int]]:
     explicit = [o for o in functions.listed() if not functions.needs_motion(o)]
-    entries = [(o.name, len(o.elements)) for o in explicit]
-    return _entries(functions, [*entries, *functions.solved()])
+    return [(o.name, len(o.elements)) for o in explicit]
 
 
-def _solved_list(functions: SceneFunctions) -> str:
+def _of_motion(functions: SceneFunctions) -> list[tuple[str, int]]:
     """Outputs that hold accelerations or multipliers."""
     solved = [o for o in functions.listed() if functions.needs_motion(o)]
-    return _entries(functions, ((o.name, len(o.elements)) for o in solved))
+    return [(o.name, len(o.elements)) for o in solved]
 
 
 def _entries(functions: SceneFunctions, outputs: Iterable[tuple[str, int]]) -> str:
@@ -92,12 +96,13 @@ def model_source(
         "metadata": _string_literal(json.dumps(metadata, sort_keys=True)),
         "externs": "\n".join(f"extern const mechc_unit mechc_unit_{s.name};" for s in sets),
         "units": "\n".join(_choice(s) for s in reversed(sets)),
-        "defaults": "\n".join(_default_lines(functions)),
+        "defaults": "\n".join(default_lines(functions)),
     }
     return template("scene_model.c.in").substitute(values)
 
 
-def _default_lines(functions: SceneFunctions) -> Iterable[str]:
+def default_lines(functions: SceneFunctions) -> Iterable[str]:
+    """Statements that give each parameter its default, unless ``given[i]``."""
     symbols, printer = functions.program.symbols.parameters, RealPrinter()
     for i, value, held in functions.defaults():
         if value is None:

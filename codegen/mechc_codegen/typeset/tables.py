@@ -34,9 +34,15 @@ class ValueTable:
 
 
 def all_values(mechanism: Mechanism, given: Mapping[str, float] | None) -> dict[str, float]:
-    """Every parameter's value; a default that follows others follows the values given."""
+    """The values of parameters; a default that follows others follows the values given.
+
+    Parameters with neither value nor default are omitted.
+    """
     known = dict(given or {})
-    pending = [p for p in mechanism.parameters if printed_name(p.symbol) not in known]
+    pending = [
+        p for p in mechanism.parameters
+        if p.default is not None and printed_name(p.symbol) not in known
+    ]  # fmt: skip
     for _ in range(len(pending)):
         numbers = {
             p.symbol: known[printed_name(p.symbol)]

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechc.assembly.closer import even_points, search_of
-from mechc.assembly.positions import reach
-from mechc.errors import AssemblyError
+from mechc.assembly.closer import even_points
+from mechc.assembly.positions import closed_states
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -48,7 +47,7 @@ class Redundancy:
 
 def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tuple[Redundancy, ...]:
     """Rows that are redundant everywhere: see :meth:`mechc.Model.redundant_constraints`."""
-    y = _closed_states(system, values, t)
+    y = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     jacobian = _of_highest_rank(np.asarray(system.constraint_jacobian(y, values, t)))
     size = np.linalg.norm(jacobian, axis=2).max(axis=0, initial=0.0)
     largest = float(size.max(initial=0.0))
@@ -62,25 +61,6 @@ def redundant_constraints(system: System, values: Array, t: float = 0.0) -> tupl
         else:
             found.append(_relation(system, name, kept, shares))
     return tuple(found)
-
-
-def _closed_states(system: System, values: Array, t: float) -> Array:
-    """States (n, nq + nu) at rest on configurations that close the loops."""
-    width = len(system.coordinates)
-    starts = even_points(STARTS, width)
-    if not system.scene.holonomic:
-        closed = starts[:SAMPLES] * reach(system, values)
-    else:
-        fixed = np.zeros((1, width))
-        every = search_of(system, range(width), starts=starts)
-        search = every.solved(t, fixed, values[None], STARTS, all=True)
-        if not search.many[0]:
-            raise AssemblyError(
-                "no configuration that closes the loops was found: the ends miss each other by at "
-                f"least {search.miss[0]:.6g} m with these lengths"
-            )
-        closed = search.found[0, : search.many[0]]
-    return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 
 def _of_highest_rank(jacobian: Array) -> Array:

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechc.assembly.closer import SAME, even_points, search_of, wrap
-from mechc.assembly.positions import open_by, reach
-from mechc.errors import AssemblyError, MechcError, UnknownNameError
+from mechc.assembly.positions import closed_states, open_by
+from mechc.errors import MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 STARTS, ITERATIONS = 48, 60
 SCAN, BISECTIONS = 181, 60  # ranges narrower than two degrees can be missed
+NEUTRAL = 1e-7  # of the largest: slopes below it are rounding of the differences
 DIFFERENCE = 1e-6  # step of the central differences along the manifold
 
 
@@ -28,10 +29,14 @@ class Equilibrium:
         The state, speeds zero.
     stable
         Whether the mechanism returns after a small displacement in every direction.
+    neutral
+        In how many directions it stays where it is put: a bar between two balls may spin, and
+        every angle of it is an equilibrium.
     """
 
     y: Array
     stable: bool
+    neutral: int = 0
 
 
 def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibrium, ...]:
@@ -41,14 +46,18 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
             "found for mechanisms without them; at an equilibrium of both model.rhs is zero"
         )
-    starts = _closed_starts(system, values, t)
-    if not starts:
-        raise AssemblyError("the loops cannot be closed anywhere with these lengths")
+    starts = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     found: list[Equilibrium] = []
     for start in starts:
         y = _settle(system, start, values, t)
         if y is not None and all(_apart(system, y, e.y) for e in found):
-            found.append(Equilibrium(y, _is_stable(system, y, values, t)))
+            found.append(Equilibrium(y, *_kind(system, y, values, t)))
+    if not found:
+        raise MechcError(
+            f"no equilibrium was found from {len(starts)} configurations that close the loops: "
+            "the loads have none, or it is where the search does not end; integrate with damping "
+            "to see where the mechanism comes to rest"
+        )
     return tuple(sorted(found, key=lambda e: (not e.stable, e.y.tolist())))
 
 
@@ -108,18 +117,6 @@ def _edge(system: System, driven: int, a: Side, b: Side, values: Array) -> float
     return inside
 
 
-def _closed_starts(system: System, values: Array, t: float) -> list[Array]:
-    width = len(system.coordinates)
-    starts = []
-    for q in even_points(STARTS, width) * reach(system, values):
-        state = np.concatenate([q, np.zeros(len(system.speeds))])
-        status, y, _, _ = system.scene.project(t, state, values)
-        if status == RUNNING:
-            y[width:] = 0.0
-            starts.append(y)
-    return starts
-
-
 def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
     """Newton's method along the manifold; None where it does not converge."""
     width = len(system.coordinates)
@@ -127,13 +124,15 @@ def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
         basis = _tangent(system, y, values, t)
         residual = _along(system, y, basis, values, t)
         slope = _slope(system, y, basis, values, t)
-        step = -np.linalg.lstsq(slope, residual, rcond=1e-12)[0]
+        step = -np.linalg.lstsq(slope, residual, rcond=NEUTRAL)[0]
         size = float(np.abs(step).max(initial=0.0))
         moved = _moved(system, y, basis @ (step * min(1.0, 0.3 / max(size, 1e-300))), values, t)
         if moved is None:
             return None
         y = moved
         if size < 1e-12:
+            if np.abs(residual).max(initial=0.0) > 1e-9 * max(1.0, np.abs(slope).max(initial=0.0)):
+                return None  # pushed in a direction in which no displacement helps
             y[:width] = np.where(system.angular[:width], wrap(y[:width]), y[:width])
             return y
     return None
@@ -181,9 +180,14 @@ def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> 
     return np.asarray(moved) if status == RUNNING else None
 
 
-def _is_stable(system: System, y: Array, values: Array, t: float) -> bool:
+def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]:
+    """Whether it is stable, and in how many directions it is neutral."""
     slope = _slope(system, y, _tangent(system, y, values, t), values, t)
-    return bool(np.linalg.eigvals(slope).real.max(initial=-1.0) < 0)
+    if not len(slope):
+        return True, 0
+    singular = np.linalg.svd(slope, compute_uv=False)
+    neutral = int((singular <= NEUTRAL * singular[0]).sum())
+    return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
 
 
 def _apart(system: System, a: Array, b: Array) -> bool:

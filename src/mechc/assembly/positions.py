@@ -96,6 +96,28 @@ def reach(system: System, p: Array) -> Array:
     return np.where(angular, np.pi, system.length(p))
 
 
+def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
+    """States (n, nq + nu) at rest that close the loops, searched from starts within -1 ... 1.
+
+    Raises
+    ------
+    AssemblyError
+        If there are none.
+    """
+    movable = len(system.coordinates) - len(system.states)
+    closed = starts * reach(system, p)
+    if system.scene.holonomic:
+        every = search_of(system, system.unknowns([]), starts=starts[:, :movable])
+        found = every.solved(t, system.default_coordinates[None], p[None], len(starts), all=True)
+        if not found.many[0]:
+            raise AssemblyError(
+                "no configuration that closes the loops was found: the ends miss each other by at "
+                f"least {found.miss[0]:.6g} m with these lengths"
+            )
+        closed = found.found[0, : found.many[0]]
+    return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
+
+
 def open_by(system: System, q: Array, p: Array, t: float) -> Array:
     """The largest gap, m, of configurations (n, nq)."""
     still = np.zeros((len(q), len(system.speeds)))

@@ -9,18 +9,20 @@ from typing import Any
 
 import mechc
 from mechc.assembly.initial_values import filled_start
+from mechc.cli.own_models import is_own, own_model, own_name
 from mechc.compilation.catalogue import LIBRARY
 from mechc.errors import MechcError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
 
 STATE = "coordinate or speed"
+OWN_SECONDS = 10.0  # of a run of a user's own model
 
 
 def seconds_of(chosen: argparse.Namespace) -> float:
     """The end of the run, positive; the mechanism's default if it is not given."""
     if chosen.t_end is None:
-        return LIBRARY[chosen.name].seconds
+        return OWN_SECONDS if is_own(chosen.name) else LIBRARY[chosen.name].seconds
     t_end = read_seconds(chosen.t_end)
     if not t_end > 0:
         raise MechcError(f"--t-end must be positive, not {chosen.t_end}")
@@ -39,9 +41,10 @@ def start_state(model: mechc.Model, chosen: argparse.Namespace, params: dict[str
 
 def output_folder(chosen: argparse.Namespace, prefix: str = "mechc") -> Path | None:
     """The output folder, made now so that a wrong one is known before the run."""
-    if chosen.json and not chosen.out:
+    if getattr(chosen, "json", False) and not chosen.out:
         return None
-    folder = Path(chosen.out or f"{prefix}_{chosen.name}")
+    named = own_name(chosen.name) if is_own(chosen.name) else chosen.name
+    folder = Path(chosen.out or f"{prefix}_{named}")
     try:
         folder.mkdir(parents=True, exist_ok=True)
         probe = folder / ".mechc-probe"
@@ -61,10 +64,21 @@ def known(name: str) -> str:
 
 def model_of(chosen: argparse.Namespace) -> mechc.Model:
     """The mechanism and options given, compiled completely."""
+    if is_own(chosen.name):
+        return _own_model(chosen)
     name = known(chosen.name)
     options = checked_options(name, options_of(chosen.options))
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
         model = mechc.load(name, **options)
+        model.system.wait()
+    return model
+
+
+def _own_model(chosen: argparse.Namespace) -> mechc.Model:
+    if chosen.options:
+        raise MechcError(f"--with: {chosen.name} has no options; these are of the library")
+    with Notice(f"compiling {chosen.name}; the next time it is in the cache ..."):
+        model = own_model(chosen.name)
         model.system.wait()
     return model
 

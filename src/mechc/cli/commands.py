@@ -1,4 +1,4 @@
-"""The command ``mechc``: list, show, run, sweep, verify, emit, cache, doctor, bench."""
+"""The command ``mechc``: list, show, run, sweep, verify, export, emit, cache, doctor, bench."""
 
 from __future__ import annotations
 
@@ -28,23 +28,26 @@ from mechc.cli.arguments import (
     whole,
 )
 from mechc.cli.bench import bench
+from mechc.cli.export import export_command
 from mechc.cli.options import (
     BAD_INPUT,
     EPILOGUE,
     SUITE,
     Parser,
+    export_options,
     run_options,
     scene_options,
     suite_options,
     sweep_options,
     variant_options,
 )
+from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError
 from mechc.progress import ProgressBar
-from mechc.results.durable import write_text, written_into
+from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
 from mechc.results.untrusted import printable
 
@@ -95,10 +98,12 @@ def _parser() -> argparse.ArgumentParser:
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
     saved = _add(commands, "verify", "check that saved data are undamaged", verify_command)
     saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
-    show = _add(commands, "show", "facts about a mechanism; its derivation as a page", _show)
+    show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
+    handed_on = "C files for other programs, which need nothing of mechc"
+    export_options(_add(commands, "export", handed_on, export_command))
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)
     emit.add_argument("--out", metavar="DIR", help="write all files there [print the program]")
@@ -217,38 +222,6 @@ def _open_in_browser(path: Path) -> None:
     desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
     if desktop:
         webbrowser.open(path.resolve().as_uri())
-
-
-def _show(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.library import derivation_notes, derivation_page, shipped_options
-
-    model = mechc.load(known(chosen.name))
-    options = checked_options(chosen.name, options_of(chosen.options))
-    if options:
-        model = mechc.load(chosen.name, **options)
-    params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    values = dict(
-        zip(model.parameters, model.system.parameter_set.resolve(params).tolist(), strict=True)
-    )
-    print(f"{model.title}\n")
-    for name, quantity in model.quantities.items():
-        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
-        print(f"  {name:10} {value:18} {quantity.description}")
-    print()
-    for label, sentence in derivation_notes(chosen.name, options, values):
-        print(f"{label}: {sentence}.")
-    if on_request := shipped_options(chosen.name):
-        print("\noptions (--with NAME):")
-    for name, about in on_request.items():
-        print(f"  {name:15} {about}")
-    if not chosen.out:
-        ending = "tex" if chosen.latex else "html"
-        print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
-        return 0
-    page = Path(chosen.out)
-    write_text(page, derivation_page(chosen.name, options, values, chosen.latex))
-    print(f"\nthe derivation is in {page.resolve()}")
-    return 0
 
 
 def _emit(chosen: argparse.Namespace) -> int:

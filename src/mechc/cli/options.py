@@ -17,6 +17,8 @@ examples:
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
+  mechc run robot.py:model --t-end 5          a model that a Python file defines
+  mechc export four_bar --c --out plain       C99 for other programs
   mechc bench --quick                         run time against error, with a report
 """
 # The suite parses its options: no argument begins with this prefix, so none is an option here.
@@ -49,8 +51,11 @@ class Parser(argparse.ArgumentParser):
 
 
 def variant_options(parser: argparse.ArgumentParser) -> None:
-    """A mechanism of the library, and its options."""
-    parser.add_argument("name", metavar="NAME", help="a mechanism of `mechc list`")
+    """A mechanism, and its options."""
+    parser.add_argument(
+        "name", metavar="NAME",
+        help="a mechanism of `mechc list`, or FILE.py:MODEL, a user-defined one in a Python file",
+    )  # fmt: skip
     several(
         parser, "--with", "OPTION[=VALUE]", "options",
         "an option of the mechanism, e.g. friction, crank_torque='2*sin(t)', links=5",
@@ -98,6 +103,29 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _start_options(parser: argparse.ArgumentParser) -> None:
+    _state_options(parser)
+    parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="relative tolerance [1e-9]")
+    parser.add_argument(
+        "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
+    )
+    parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
+    parser.add_argument(
+        "--json", action="store_true", help="print one JSON object; write only with --out"
+    )
+
+
+def export_options(parser: argparse.ArgumentParser) -> None:
+    """What is handed on, and the run of its example."""
+    _state_options(parser)
+    parser.add_argument(
+        "--c", action="store_true", help="C99 files: header, source, example, CMake"
+    )
+    parser.add_argument("--prefix", metavar="WORD", help="begins all names in C [the mechanism's]")
+    parser.add_argument("--out", metavar="DIR", help="folder for the files [mechc_export_NAME]")
+
+
+def _state_options(parser: argparse.ArgumentParser) -> None:
+    """A scene, its start, and the time at the end."""
     scene_options(parser)
     several(
         parser, "--start", "NAME=VALUE", "start",
@@ -109,14 +137,6 @@ def _start_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [by mechanism; four_bar: 20 s]"
-    )
-    parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="relative tolerance [1e-9]")
-    parser.add_argument(
-        "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
-    )
-    parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
-    parser.add_argument(
-        "--json", action="store_true", help="print one JSON object; write only with --out"
     )
 
 

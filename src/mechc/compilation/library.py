@@ -51,7 +51,7 @@ def variant(
     reference = ModelReference(name, told if same else {}, custom=not same, backend=backend)
 
     def described() -> tuple[Any, Any]:
-        return _as_asked(name, options, asked)
+        return described_as_asked(name, options, asked)
 
     if backend == "numpy":
         return without_c(described, reference)
@@ -60,7 +60,10 @@ def variant(
     return compile_described(described, reference)
 
 
-def _as_asked(name: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> tuple[Any, Any]:
+def described_as_asked(
+    name: str, options: Mapping[str, Any], asked: Mapping[str, Any]
+) -> tuple[Any, Any]:
+    """A mechanism of the library, and the request for its outputs."""
     from mechc_codegen.frontend.read_request import read_request
 
     mechanism = mechanism_of(name, options)
@@ -100,21 +103,16 @@ def _variant_digest(name: str, told: Mapping[str, Any]) -> str:
     return hashlib.sha256("".join(f"{len(p)}:{p}" for p in parts).encode()).hexdigest()
 
 
-def derivation_page(name: str, options: Mapping[str, Any], values: Mapping[str, float] | None,
-                    latex: bool) -> str:  # fmt: skip
-    """The typeset derivation of a shipped mechanism, as HTML or LaTeX."""
+def derivation_page(mechanism: Any, values: Mapping[str, float] | None, latex: bool) -> str:
+    """The typeset derivation of a mechanism, as HTML or LaTeX."""
     from mechc_codegen.typeset.page import derivation, html_page, latex_document
 
-    mechanism = mechanism_of(name, options)
     written = latex_document if latex else html_page
     return str(written(derivation(mechanism), values))
 
 
-def derivation_notes(
-    name: str, options: Mapping[str, Any], values: Mapping[str, float]
-) -> list[tuple[str, str]]:
+def derivation_notes(mechanism: Any, values: Mapping[str, float]) -> list[tuple[str, str]]:
     """What follows from parameter values: for the four-bar its Grashof class."""
-    mechanism = mechanism_of(name, options)
     return list(mechanism.notes(values)) if mechanism.notes else []
 
 

@@ -16,7 +16,7 @@ def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
-    request, numbers = timed(seconds, "read", lambda: _read(thing, **asked))
+    request, numbers = timed(seconds, "read", lambda: read_compilable(thing, **asked))
     system = _compiled(request, ModelReference("", custom=True, backend=backend), seconds)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
@@ -30,7 +30,7 @@ def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]
     return compile_known(known, request.described, reference, seconds)
 
 
-def _read(
+def read_compilable(
     thing: Any,
     fix: Mapping[Any, Any] | None,
     outputs: Iterable[Any] | None,

@@ -8,7 +8,7 @@ import numpy as np
 
 from cpython.exc cimport PyErr_CheckSignals
 from libc.math cimport NAN
-from libc.string cimport memcpy
+from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport mechc_inputs, mechc_stack_of, mechc_unit
 from mechc.native._driver cimport Scene
@@ -82,6 +82,28 @@ cdef extern from "closing/speeds.h":
     int mechc_speeds_work(mechc_speeds_job *) noexcept nogil
 
 
+cdef extern from "closing/follow.h":
+    ctypedef struct mechc_following:
+        mechc_closure closure
+        int rows, columns, driven, unknowns
+        const int *unknown
+        const unsigned char *angular
+        ptrdiff_t count, values
+        const double *value
+        const double *p
+        const double *length
+        double *q
+        double *ratio
+        int most
+        double *change_point
+        int *passed
+        double *end
+        ptrdiff_t next, done
+        int stop
+
+    int mechc_follow_work(mechc_following *) noexcept nogil
+
+
 ctypedef struct searching:
     mechc_closing *job
     mechc_closer *closer
@@ -90,6 +112,16 @@ ctypedef struct searching:
 ctypedef struct steadying:
     mechc_speeds_job *job
     int made
+
+
+ctypedef struct following:
+    mechc_following *job
+    int made
+
+
+cdef void follow(void *given) noexcept nogil:
+    cdef following *work = <following *>given
+    work.made = mechc_follow_work(work.job)
 
 
 cdef void search_a_while(void *given) noexcept nogil:
@@ -302,3 +334,46 @@ cdef class Closings:
     def stop(self):
         """Ask every thread to return."""
         self.job.stop = 1
+
+
+def followed(Closure closure, double t, int driven, const int[::1] unknown,
+             const unsigned char[::1] angular, const double[::1] value, double[:, :, ::1] q,
+             const double[:, ::1] p, const double[::1] length, int most):
+    """One assembly of every member, followed through the values of a coordinate.
+
+    ``angular``: of the unknowns, and of the driven coordinate last; ``q`` (n, values, nq): the
+    first configuration of every member, closed; the others are written to it, NaN beyond the
+    assembly's end.  Returns their derivatives by the driven coordinate (n, values, nq), the change
+    points passed (n, most), how many (n,), and where the assembly ends (n,), NaN where it does not.
+    """
+    cdef mechc_following job
+    cdef following work
+    cdef ptrdiff_t count = q.shape[0], unknowns = unknown.shape[0]
+    ratio, ends = np.full((count, q.shape[1], q.shape[2]), np.nan), np.full(count, np.nan)
+    change_points, passed = np.full((count, most), np.nan), np.zeros(count, np.intc)
+    cdef double[:, :, ::1] ratios = ratio
+    cdef double[:, ::1] points = change_points
+    cdef int[::1] passes = passed
+    cdef double[::1] end = ends
+    memset(&job, 0, sizeof(job))
+    job.closure = closure.closure
+    job.closure.t = t
+    if q.shape[2] != job.closure.coordinates or p.shape[1] != job.closure.parameters:
+        raise ValueError("wrong number of coordinates or parameters")
+    if p.shape[0] != count or length.shape[0] != count or q.shape[1] != value.shape[0]:
+        raise ValueError("a row of parameters, a length and a row of values for every member")
+    if angular.shape[0] != unknowns + 1 or not 0 < unknowns <= closure.holonomic or not count:
+        raise ValueError("wrong number of unknowns")
+    job.rows, job.columns = closure.holonomic, closure.columns
+    job.driven, job.unknowns, job.unknown = driven, unknowns, &unknown[0]
+    job.angular, job.count, job.values = &angular[0], count, value.shape[0]
+    job.value, job.length, job.most = &value[0], &length[0], most
+    job.p = &p[0, 0] if p.shape[1] else NULL
+    job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]
+    job.change_point, job.passed = &points[0, 0], &passes[0]
+    work.job = &job
+    with_stack(closure.stack, follow, &work)
+    closure.raise_error()
+    if not work.made:
+        raise MemoryError()
+    return ratio, change_points, passed, ends

@@ -112,7 +112,7 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     """Times within the span, in its direction; ends that are off by rounding become the ends."""
     given = doubles(t_eval, "t_eval")
     slack = 8 * math.ulp(max(abs(span[0]), abs(span[1])))
-    found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, None)
+    found, times = times_along(given, *span, slack) if given.ndim == 1 else (OUTSIDE, given)
     if found == OUTSIDE:
         low, high = sorted(span)
         raise ValueOutOfBoundsError(

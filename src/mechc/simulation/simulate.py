@@ -15,6 +15,7 @@ from mechc.errors import ChangePointError, EventError, ValueOutOfBoundsError
 from mechc.native._codes import (
     AT_CHANGE_POINT,
     EVENT_FAILED,
+    FINISHED,
     INPUT_FAILED,
     INTERRUPTED,
     STOPPED_AT_CHANGE_POINT,
@@ -22,6 +23,7 @@ from mechc.native._codes import (
     UNDECIDED,
 )
 from mechc.native._run import Run
+from mechc.simulation.balance import energy_note
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.limits import LIMITED, explained
@@ -37,6 +39,7 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+ENDED = (FINISHED, STOPPED_BY_EVENT)
 CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
@@ -110,6 +113,7 @@ def _driven(
         (
             *_warnings(compiled, code, stop),
             *_coarse_angles(system, compiled, policy.rtol),
+            *(energy_note(system, compiled, values, policy, stats) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),

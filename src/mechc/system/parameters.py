@@ -188,8 +188,9 @@ class ParameterSet:
         rows = values.reshape(-1, len(self.names))
         names = ", ".join(n for i, n in enumerate(self.names) if np.isnan(rows[:, i]).any())
         raise MissingParameterError(
-            f"these parameters have no default and need a value: {names}. Give them with params, "
-            "or permanently with mechc.compile(..., defaults={...})"
+            f"these parameters have no default and need a value: {names}. Give them with params "
+            "(in the shell: --set NAME=VALUE), or permanently with "
+            "mechc.compile(..., defaults={...})"
         )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any, NoReturn, TypeAlias
 
@@ -83,7 +84,7 @@ class System(Description):
         values = zip(self.parameters, self.parameter_set.defaults.tolist(), strict=True)
         return {name: value for name, value in values if value == value}
 
-    @property
+    @cached_property
     def knows_energy(self) -> bool:
         """Whether kinetic and potential energy are among the outputs."""
         return {"kinetic_energy", "potential_energy"} <= set(self.scene.outputs)

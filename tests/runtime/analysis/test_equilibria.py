@@ -2,11 +2,25 @@
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
-from mechc.errors import UnknownNameError
+from mechc.errors import MechcError, UnknownNameError
+from tests.support.loops import spatial_four_bar
 
 PARAMS = {"l_3": 3.5}
+
+
+def falling():
+    """A mass on a vertical rail."""
+    q, u = dynamicsymbols("q u")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff() - u])
+    kane.kanes_equations([Particle("mass", point, 1)], [(point, -9.81 * frame.x)])
+    return kane
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +59,25 @@ def test_stable_means_that_a_push_comes_back(model, found):
         sol = model.simulate(2.0, y, PARAMS)
         strayed = np.abs(sol["theta_0"] - equilibrium.y[0]).max()
         assert (strayed < 1.1e-4) == equilibrium.stable
+
+
+@pytest.mark.slow
+def test_a_coupler_that_may_spin_has_equilibria_that_are_neutral():
+    """Mirrored in the plane of its axes, the linkage has the opposite potential."""
+    model = mechc.compile(spatial_four_bar(), backend="numpy")
+    found = model.equilibria()
+    assert found
+    for equilibrium in found:
+        assert np.abs(model.rhs(0.0, equilibrium.y)).max() < 1e-10
+        assert np.abs(model.constraints(equilibrium.y)).max() < 1e-13
+        assert (equilibrium.stable, equilibrium.neutral) == (False, 1)
+    heights = sorted({round(float(model.potential_energy(e.y)), 8) for e in found})
+    np.testing.assert_allclose(heights, -np.array(heights)[::-1], atol=1e-8)
+
+
+def test_where_there_is_no_equilibrium_an_error_says_so():
+    with pytest.raises(MechcError, match="no equilibrium was found from 48 configurations"):
+        mechc.compile(falling(), backend="numpy").equilibria()
 
 
 @pytest.mark.parametrize(

@@ -128,12 +128,13 @@ def test_it_holds_its_parameters_whatever_becomes_of_the_model():
 
 
 def test_time_is_an_argument_too():
-    model = mechc.load("four_bar", crank_torque="2*sin(3*t)")
+    torque = "log(2.5 - t)"  # compiled for the tests of the options too
+    model = mechc.load("four_bar", friction=True, crank_torque=torque, coupler_point=True)
     y = model.assemble({"theta_0": 1.4})
     impulse, _ = quad(model.integrand("forcing", "t", y), 0.0, 1.0)
-    torque = (1 - np.cos(3.0)) * 2 / 3
-    at_rest = model.forcing(y, t=0.0)[0]
-    assert impulse == pytest.approx(at_rest + torque, rel=1e-12)
+    of_the_torque = 2.5 * np.log(2.5) - 1.5 * np.log(1.5) - 1.0
+    without = model.forcing(y, t=0.0)[0] - np.log(2.5)
+    assert impulse == pytest.approx(without + of_the_torque, rel=1e-12)
 
 
 def test_threads_share_one_function(bar):

@@ -183,9 +183,10 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
 static void keep_speeds(const mechc_unit *unit, const double *y0, const double *p)
 {
     int unknown[MECHC_NU + 1], row[N];
-    double *y = heap(N * NX), left[N], residual[N], conditioning[N];
+    double left[N], residual[N], conditioning[N];
     mechc_speeds_job job;
     if (mechc_scene.rows < 1) return;
+    double *y = heap(N * NX);
     memset(&job, 0, sizeof job);
     memcpy(y, y0, N * NX * sizeof(double));
     for (int i = 0; i < MECHC_NU; i++) unknown[i] = i;

@@ -5,23 +5,10 @@
 #pragma once
 
 #include "abi/model.h"
-#include "simd/bind_scalar.h"
-#include "dynamics/stage.h"
-#include "scene_program.h"
-#include "unit/jacobians.h"
-#include "unit/solved.h"
-#include "simd/unbind.h"
+#include "unit/scalar_outputs.h"
 
 typedef void mechc_scalar_output(double t, const double *q, const double *u,
                                  const mechc_scalar_given *given, double *out);
-
-static void mechc_scalar_output_rates(double t, const double *q, const double *u,
-                                      const mechc_scalar_given *given, double *out)
-{
-    mechc_scalar_place place;
-    mechc_scalar_coordinate_rates_of(t, q, u, given, out);
-    mechc_scalar_solve(t, q, u, given, &place, out + MECHC_NQ, 0);
-}
 
 static void mechc_plain_rates(double t, const double *y, const mechc_given *given, double *out)
 {

@@ -1,0 +1,1 @@
+"""Short motions of random linkages, judged by what any right motion keeps."""

@@ -1,0 +1,156 @@
+"""A scene as C99 that needs nothing but its compiler: header, source, example, CMake.
+
+Input: an optimised program, its metadata.  Output: the texts of the files.  Invariant: of the names
+that users give only identifiers become code, other text is in comments without signs that end them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
+from string import Template
+from typing import Any
+
+from mechc_codegen.derive.equations import Equations
+from mechc_codegen.description.request import OutputRequest
+from mechc_codegen.emit.c import plain_words, program_texts
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.scene_files import default_lines, listed_outputs
+from mechc_codegen.errors import CodegenError
+from mechc_codegen.export.amalgamate import amalgamate
+from mechc_codegen.extension.flags import RUNTIME
+from mechc_codegen.ir.program import Program
+
+# Not a header of C's library, the example's file, or a beginning of names that the file keeps.
+_NAME = re.compile(
+    r"(?!(?:assert|complex|ctype|errno|fenv|float|inttypes|iso646|limits|locale|main|math|setjmp|"
+    r"signal|stdarg|stdbool|stddef|stdint|stdio|stdlib|string|tgmath|time|wchar|wctype)\Z|mechc)"
+    r"[A-Za-z][A-Za-z0-9_]{0,50}",
+    re.IGNORECASE,
+)
+
+
+def standalone(
+    program: Program,
+    equations: Equations,
+    metadata: Mapping[str, Any],
+    request: OutputRequest,
+    name: str,
+    start: Sequence[float],
+    values: Mapping[str, float],
+    end: float,
+) -> dict[str, str]:
+    """File name -> text.
+
+    ``name`` is the prefix of all public names; the example starts at the state ``start`` with these
+    values of parameters, and ends after ``end`` seconds.
+
+    Raises
+    ------
+    CodegenError
+        If ``name`` is no identifier of C, or reserved.
+    """
+    if not _NAME.fullmatch(name):
+        raise CodegenError(
+            f"{plain_words(name)!r} cannot begin the names of C functions: give a name of at most "
+            "51 letters, digits and _ that begins with a letter, not with mechc, and is no header "
+            "of C's library"
+        )
+    functions = SceneFunctions(program, equations, request)
+    generated = program_texts(functions, metadata)
+    parameters = [quantity["name"] for quantity in metadata["parameters"]]
+    states = [q["name"] for kind in ("coordinates", "speeds") for q in metadata[kind]]
+    common = {
+        "name": name,
+        "prefix": name.upper(),
+        "guard": f"{name.upper()}_H",
+        "title": plain_words(metadata["title"] or metadata["name"]),
+    }
+    tables = {
+        **_sizes(functions),
+        "not_closed": _code("MECHC_NOT_CLOSED"),
+        "not_finite": _code("MECHC_NOT_FINITE"),
+        "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
+        "parameter_table": _table(metadata["parameters"], "p"),
+        "input_table": _input_table(metadata),
+        "outputs": "\n".join(_declarations(functions, metadata, name)),
+    }
+    run = {
+        "start": ", ".join(map(repr, map(float, start))),
+        "end": repr(float(end)),
+        "columns": "".join(f",{plain_words(state)}" for state in states),
+        "values": "\n".join(
+            f"    p[{parameters.index(p)}] = {float(value)!r}; /* {plain_words(p)} */"
+            for p, value in values.items()
+        ),
+    }
+    source = {
+        "code": amalgamate("unit/standalone.h", generated, RUNTIME),
+        "defaults": "\n".join(default_lines(functions)),
+    }
+    return {
+        f"{name}.h": _filled("header.h.in", common, tables),
+        f"{name}.c": _filled("source.c.in", common, source),
+        "main.c": _filled("main.c.in", common, run),
+        "CMakeLists.txt": _filled("CMakeLists.txt.in", common),
+    }
+
+
+def _filled(template: str, *values: Mapping[str, Any]) -> str:
+    text = files("mechc_codegen.export").joinpath("templates", template).read_text("utf-8")
+    return Template(text).substitute({key: x for each in values for key, x in each.items()})
+
+
+def _code(name: str) -> str:
+    """A number of the runtime."""
+    found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
+    assert found is not None
+    return found[1]
+
+
+def _sizes(functions: SceneFunctions) -> dict[str, int]:
+    symbols, inputs = functions.program.symbols, len(functions.program.input_values())
+    q, u, p = (len(each) for each in (symbols.q, symbols.u, symbols.parameters))
+    return {
+        "coordinates": q,
+        "speeds": u,
+        "states": q + u,
+        "parameters": p,
+        "room": max(p, 1),
+        "constants": len(functions.constants) + 1,
+        "inputs": inputs,
+        "inputs_room": max(inputs, 1),
+    }
+
+
+def _table(quantities: Iterable[Mapping[str, Any]], array: str) -> str:
+    lines = []
+    for i, quantity in enumerate(quantities):
+        parts = (quantity["name"], quantity["unit"], quantity["description"])
+        lines.append(f" *   {array}[{i}] {plain_words(', '.join(filter(None, parts)))}")
+    return "\n".join(lines or [" *   none"])
+
+
+def _input_table(metadata: Mapping[str, Any]) -> str:
+    """The places of inputs and of their rates."""
+    names = [
+        f"{each['name']}{', rate' * order}"
+        for each in metadata.get("inputs", ())
+        for order in each["orders"]
+    ]
+    if not names:
+        return ""
+    lines = [f" *   inputs[{i}] {plain_words(text)}" for i, text in enumerate(names)]
+    return "\n".join([" *", " * Inputs, which keep their values during a step:", *lines, ""])
+
+
+def _declarations(
+    functions: SceneFunctions, metadata: Mapping[str, Any], name: str
+) -> Iterable[str]:
+    arguments = f"const {name}_model *model, double t, const double *y, double *out"
+    shapes, name_of = metadata["shapes"], functions.request.name_of
+    for label, width in listed_outputs(functions):
+        shape = shapes.get(name_of(label), [width])
+        told = f"{plain_words(name_of(label))}, {' x '.join(map(str, shape)) or 'one number'}"
+        yield f"/* {told} */\nvoid {name}_{label}({arguments});"

@@ -1,0 +1,18 @@
+/* Outputs of one state. */
+#pragma once
+
+#include "simd/bind_scalar.h"
+#include "dynamics/stage.h"
+#include "scene_program.h"
+#include "unit/jacobians.h"
+#include "unit/solved.h"
+#include "simd/unbind.h"
+#include "simd/lanes.h"
+
+MECHC_STATIC void mechc_scalar_output_rates(double t, const double *q, const double *u,
+                                            const mechc_scalar_given *given, double *out)
+{
+    mechc_scalar_place place;
+    mechc_scalar_coordinate_rates_of(t, q, u, given, out);
+    mechc_scalar_solve(t, q, u, given, &place, out + MECHC_NQ, 0);
+}

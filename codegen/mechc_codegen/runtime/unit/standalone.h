@@ -1,0 +1,109 @@
+/* A scene as plain C: what an exported file offers, for one state at a time.
+ *
+ * The exported file declares it in its own header, where MECHC_PUBLIC(name) is a public name and
+ * mechc_standalone the type of a model: parameters, constants made of them, values of inputs. */
+#pragma once
+
+#include <string.h>
+#include "abi/codes.h"
+#include "abi/inputs.h"
+#include "dynamics/generic_rank.h"
+#include "dynamics/project.h"
+#include "unit/scalar_outputs.h"
+
+#ifndef MECHC_PUBLIC
+#define MECHC_PUBLIC(name) mechc_standalone_##name
+typedef struct {
+    double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
+    double inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+} mechc_standalone;
+int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y);
+int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y);
+int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y);
+#endif
+
+/* Inputs that keep their values. */
+typedef struct {
+    mechc_inputs head; /* first: it is what the scene is given */
+    const double *values;
+} mechc_held;
+
+MECHC_STATIC void mechc_held_values(const mechc_inputs *inputs, int first, int last, double t,
+                                    const double *q, const double *u, double *values)
+{
+    const mechc_held *held = (const mechc_held *)inputs;
+    (void)t, (void)q, (void)u;
+    for (int i = first; i < last; i++) values[i - first] = held->values[i];
+}
+
+/* What the scene's functions take; `held` lives as long. */
+MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_held *held,
+                                        mechc_scalar_given *given)
+{
+    held->head.evaluate = mechc_held_values;
+    held->head.needs_state = 0;
+    held->values = model->inputs;
+    memcpy(given->p, model->p, sizeof given->p);
+    memcpy(given->k, model->k, sizeof given->k);
+    mechc_scalar_give_inputs(given, 0, &held->head);
+    mechc_scalar_give_stop(given, 0);
+}
+
+MECHC_STATIC int mechc_all_finite(const double *values, int count)
+{
+    int finite = 1;
+    for (int i = 0; i < count; i++) finite &= values[i] - values[i] == 0.0;
+    return finite;
+}
+
+int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y)
+{
+    mechc_held held = {{mechc_held_values, 0}, model->inputs};
+    mechc_scalar_given given;
+    for (int i = 0; i < MECHC_NI; i++) model->inputs[i] = 0.0;
+    mechc_give_at(t, y, p, &held.head, 0, &given);
+    memcpy(model->p, given.p, sizeof given.p);
+    memcpy(model->k, given.k, sizeof given.k);
+    return mechc_all_finite(given.p, MECHC_NP) ? MECHC_RUNNING : MECHC_NOT_FINITE;
+}
+
+int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y)
+{
+    mechc_held held;
+    mechc_scalar_given given;
+    double moved[2];
+    mechc_give_standalone(model, &held, &given);
+    return mechc_project_state(t, y, &given, moved);
+}
+
+/* Kutta's method of order 4; the end is moved to the nearest state on the constraints. */
+int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y)
+{
+    static const double node[4] = {0.0, 0.5, 0.5, 1.0}, weight[4] = {1.0, 2.0, 2.0, 1.0};
+    mechc_held held;
+    mechc_scalar_given given;
+    double stage[MECHC_NX], rates[MECHC_NX] = {0.0}, end[MECHC_NX], moved[2];
+    mechc_give_standalone(model, &held, &given);
+    memcpy(end, y, sizeof end);
+    for (int s = 0; s < 4; s++) {
+        for (int i = 0; i < MECHC_NX; i++) stage[i] = y[i] + h * node[s] * rates[i];
+        mechc_scalar_output_rates(t + h * node[s], stage, stage + MECHC_NQ, &given, rates);
+        for (int i = 0; i < MECHC_NX; i++) end[i] += h / 6.0 * weight[s] * rates[i];
+    }
+    if (!mechc_all_finite(end, MECHC_NX)) return MECHC_NOT_FINITE;
+    const int status = mechc_project_state(t + h, end, &given, moved);
+    if (status == MECHC_RUNNING) memcpy(y, end, sizeof end);
+    return status;
+}
+
+#define MECHC_DEFINE_STANDALONE(label, name, width)                                               \
+    void MECHC_PUBLIC(label)(const mechc_standalone *model, double t, const double *y,            \
+                             double *out)                                                         \
+    {                                                                                             \
+        mechc_held held;                                                                          \
+        mechc_scalar_given given;                                                                 \
+        mechc_give_standalone(model, &held, &given);                                              \
+        mechc_scalar_output_##label(t, y, y + MECHC_NQ, &given, out);                             \
+    }
+MECHC_OUTPUTS(MECHC_DEFINE_STANDALONE)
+MECHC_SOLVED_OUTPUTS(MECHC_DEFINE_STANDALONE)

@@ -1,0 +1,83 @@
+"""Models in a Python file of the user: FILE.py:NAME."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mechc
+from mechc.errors import MechcError
+
+
+def is_own(name: str) -> bool:
+    """Whether it names a model in a file, not a mechanism of the library."""
+    return name.rpartition(":")[0].endswith(".py")
+
+
+def own_name(name: str) -> str:
+    """NAME of FILE.py:NAME."""
+    return name.rpartition(":")[2]
+
+
+@cache
+def own_object(name: str) -> Any:
+    """What FILE.py:NAME is: the file is run, a function without arguments is called.
+
+    Raises
+    ------
+    MechcError
+        If there is no such file or name, or nothing that can be compiled.
+    """
+    path, _, attribute = name.rpartition(":")
+    found = getattr(_module(Path(path)), attribute, None)
+    if found is None:
+        raise MechcError(f"{path} defines no {attribute!r}")
+    return found() if callable(found) and not isinstance(found, mechc.Model) else found
+
+
+def own_model(name: str) -> mechc.Model:
+    """The model of FILE.py:NAME, compiled unless it is one already."""
+    found = own_object(name)
+    if isinstance(found, mechc.Model):
+        return found
+    try:
+        return mechc.compile(found)
+    except TypeError:
+        raise MechcError(
+            f"{name} is of type {type(found).__name__}: it has to be a mechc.Model, a "
+            "mechc.Mechanism, a KanesMethod, LagrangesMethod or System of SymPy, or a function "
+            "that returns one"
+        ) from None
+
+
+def own_description(name: str) -> Any:
+    """FILE.py:NAME, what can be derived.
+
+    Raises
+    ------
+    MechcError
+        If it is a compiled model, which does not know its derivation.
+    """
+    found = own_object(name)
+    if isinstance(found, mechc.Model):
+        raise MechcError(
+            f"{name} is a compiled model; name the mechanism or SymPy object that it was made of"
+        )
+    return found
+
+
+def _module(path: Path) -> Any:
+    if not path.is_file():
+        raise MechcError(f"there is no file {path}")
+    name = "mechc_own_model"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    sys.path.insert(0, str(path.resolve().parent))  # as where Python runs the file itself
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,79 @@
+"""The command ``mechc show``: facts about a mechanism, and its derivation as a page."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mechc
+from mechc.cli.arguments import checked_options, known, options_of, values_of
+from mechc.cli.own_models import is_own, own_description, own_model
+from mechc.results.durable import write_text
+
+
+def show_command(chosen: argparse.Namespace) -> int:
+    """Prints quantities, what follows from their values, and options; writes the page."""
+    from mechc.compilation.library import derivation_notes, derivation_page
+
+    own = is_own(chosen.name)
+    options = {} if own else checked_options(known(chosen.name), options_of(chosen.options))
+    model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
+    params = values_of(model, chosen.parameters, model.parameters, "parameter")
+    values = _values(model, params)
+    _print_quantities(model, values)
+    if own and not chosen.out:
+        return 0
+    mechanism = _of_user(chosen.name) if own else _of_library(chosen.name, options)
+    for label, sentence in derivation_notes(mechanism, values):
+        print(f"{label}: {sentence}.")
+    if not own:
+        _print_options(chosen.name)
+    if not chosen.out:
+        ending = "tex" if chosen.latex else "html"
+        print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
+        return 0
+    page = Path(chosen.out)
+    write_text(page, derivation_page(mechanism, values, chosen.latex))
+    print(f"\nthe derivation is in {page.resolve()}")
+    return 0
+
+
+def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]:
+    """Values of the parameters that have one."""
+    known = model.system.parameter_set
+    open_ones = [name for name in known.missing if name not in params]
+    values = known.defaults if open_ones else known.resolve(params)
+    found = dict(zip(known.names, values.tolist(), strict=True)) | dict(params)
+    return {name: value for name, value in found.items() if name not in open_ones}
+
+
+def _of_library(name: str, options: Mapping[str, Any]) -> Any:
+    from mechc.compilation.library import mechanism_of
+
+    return mechanism_of(name, options)
+
+
+def _of_user(name: str) -> Any:
+    from mechc.compilation.standalone import described_mechanism
+
+    return described_mechanism(own_description(name))
+
+
+def _print_quantities(model: mechc.Model, values: Mapping[str, float]) -> None:
+    print(f"{model.title}\n")
+    for name, quantity in model.quantities.items():
+        value = f"{values[name]:g} {quantity.unit}" if name in values else quantity.unit
+        print(f"  {name:10} {value:18} {quantity.description}")
+    print()
+
+
+def _print_options(name: str) -> None:
+    from mechc.compilation.library import shipped_options
+
+    found = shipped_options(name)
+    if found:
+        print("\noptions (--with NAME):")
+    for option, about in found.items():
+        print(f"  {option:15} {about}")

@@ -1,0 +1,63 @@
+"""The C of a mechanism for other programs: derived and emitted, not compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.library import described_as_asked
+from mechc.compilation.request import read_compilable
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+
+
+def standalone_texts(
+    mechanism: Any,
+    name: str | None,
+    y0: Sequence[float] | None,
+    params: Mapping[str, float],
+    t_end: float,
+    *,
+    fix: Mapping[Any, float] | None,
+    outputs: Iterable[Any] | None,
+    **options: Any,
+) -> dict[str, str]:
+    """File name -> text; see :func:`mechc.export_c`."""
+    from mechc_codegen.compiler import build_standalone
+
+    errors_of_compiler()
+    (found, request), numbers = _described(mechanism, fix, outputs, options)
+    states = len(found.coordinates) + len(found.states) + len(found.speeds)
+    start = [0.0] * states if y0 is None else [float(value) for value in y0]
+    if len(start) != states:
+        raise ValueOutOfBoundsError(f"y0 has {len(start)} values; a state has {states}")
+    known = {str(parameter.symbol) for parameter in found.parameters}
+    for given in params:
+        if given not in known:
+            raise UnknownNameError("parameter", given, sorted(known))
+    values = {key: value for key, value in numbers.items() if key in known} | dict(params)
+    texts: dict[str, str] = build_standalone(
+        found, name or found.name, start, values, t_end, request
+    )
+    return texts
+
+
+def _described(
+    mechanism: Any,
+    fix: Mapping[Any, float] | None,
+    outputs: Iterable[Any] | None,
+    options: Mapping[str, Any],
+) -> tuple[tuple[Any, Any], dict[str, float]]:
+    """The mechanism with its request, and default values that are not part of it."""
+    if not isinstance(mechanism, str):
+        request, numbers = read_compilable(mechanism, fix, outputs, **options)
+        return request.described(), {str(key): float(value) for key, value in numbers.items()}
+    asked: dict[str, Any] = {} if outputs is None else {"outputs": tuple(outputs)}
+    asked |= {"fix": dict(fix)} if fix else {}
+    return described_as_asked(mechanism, options, asked), {}
+
+
+def described_mechanism(thing: Any) -> Any:
+    """A mechanism or SymPy object as the compiler describes it."""
+    errors_of_compiler()
+    return read_compilable(thing, None, None)[0].described()[0]

@@ -1,0 +1,182 @@
+"""Exported C against the model, SymPy's numbers and the compiled integrators."""
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+import sympy as sm
+import sympy.physics.mechanics as me
+from mechc_codegen.errors import CodegenError
+
+import mechc
+
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+
+
+class Exported:
+    """Functions of an exported file, called with NumPy arrays."""
+
+    def __init__(self, folder, name, states, p, y0, compiler="gcc"):
+        library = folder / f"{name}.so"
+        command = [compiler, *STRICT, "-O1", "-shared", "-fPIC", "-o", library, f"{name}.c", "-lm"]
+        subprocess.run(command, cwd=folder, check=True)
+        self._library, self._name = ctypes.CDLL(str(library)), name
+        self.states, self.model = states, np.zeros(100_000)
+        self.parameters = np.zeros(max(len(p), 1))
+        self._call("defaults", self.parameters)
+        self.parameters[: len(p)] = p
+        assert self._call("set", self.model, self.parameters, 0.0, y0) == 0
+
+    def output(self, name, size, y, t=0.0):
+        out = np.full(size, np.nan)
+        self._call(name, self.model, t, np.array(y), out)
+        return out
+
+    def step(self, h, y, t=0.0):
+        end = np.array(y)
+        return self._call("step", self.model, t, h, end), end
+
+    def _call(self, name, *arguments):
+        passed = [
+            ctypes.c_void_p(a.ctypes.data) if isinstance(a, np.ndarray) else ctypes.c_double(a)
+            for a in arguments
+        ]
+        return getattr(self._library, f"{self._name}_{name}")(*passed)
+
+
+def cart():
+    """A pendulum on a cart that a force moves."""
+    x, theta, v, omega, F = me.dynamicsymbols("x theta v omega F")
+    M, m, l, g = sm.symbols("M m l g")
+    N = me.ReferenceFrame("N")
+    A = N.orientnew("A", "Axis", (theta, N.z))
+    A.set_ang_vel(N, omega * N.z)
+    O = me.Point("O")
+    O.set_vel(N, 0)
+    C = O.locatenew("C", x * N.x)
+    C.set_vel(N, v * N.x)
+    P = C.locatenew("P", -l * A.y)
+    P.v2pt_theory(C, N, A)
+    kane = me.KanesMethod(N, [x, theta], [v, omega], [x.diff() - v, theta.diff() - omega])
+    bodies = [me.Particle("cart", C, M), me.Particle("bob", P, m)]
+    kane.kanes_equations(bodies, [(C, F * N.x - M * g * N.y), (P, -m * g * N.y)])
+    return kane, (x, theta, v, omega), (M, g, l, m), F
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_rates_are_sympys_with_inputs_that_are_held(tmp_path, compiler):
+    kane, states, parameters, F = cart()
+    mechc.export_c(kane, tmp_path, name="cart")
+    p, y, force = [1.2, 9.81, 0.7, 0.3], [0.1, 0.8, -0.4, 2.0], 3.0
+    rhs = sm.lambdify([*states, *parameters, F], kane.mass_matrix_full.LUsolve(kane.forcing_full))
+    c = Exported(tmp_path, "cart", 4, p, np.array(y), compiler)
+    c.model[4 + _constants(tmp_path / "cart.h", "k")] = force
+    assert c.output("rates", 4, y) == pytest.approx(np.ravel(rhs(*y, *p, force)), rel=1e-13)
+
+
+def _constants(header, array):
+    """The declared length of an array of the model."""
+    text = header.read_text("utf-8")
+    return int(text.split(f" {array}[")[1].split("]")[0])
+
+
+def test_outputs_are_the_models(tmp_path):
+    model = mechc.load("four_bar")
+    y = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0})
+    mechc.export_c("four_bar", tmp_path)
+    c = Exported(tmp_path, "four_bar", 6, model.system.parameter_set.resolve(None), y)
+    for name in ("mass_matrix", "forcing", "points", "multipliers", "kinetic_energy"):
+        expected = getattr(model, name)(y)
+        found = c.output(name, expected.size, y).reshape(expected.shape)
+        assert found == pytest.approx(expected, rel=1e-12, abs=1e-12), name
+    assert c.output("rates", 6, y) == pytest.approx(model.rhs(0.0, y), rel=1e-12)
+
+
+def test_steps_converge_with_order_four_and_stay_on_the_constraints(tmp_path):
+    model = mechc.load("four_bar")
+    y0 = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params={"l_3": 3.5})
+    end = model.simulate(1.0, y0, {"l_3": 3.5}, rtol=1e-12).y[-1]
+    mechc.export_c("four_bar", tmp_path)
+    p = model.system.parameter_set.resolve({"l_3": 3.5})
+    c, errors = Exported(tmp_path, "four_bar", 6, p, y0), []
+    for count in (100, 200):
+        y = y0
+        for _ in range(count):
+            status, y = c.step(1.0 / count, y)
+            assert status == 0
+        assert np.abs(model.constraints(y, {"l_3": 3.5})).max() < 1e-14
+        assert np.abs(model.velocity_constraints(y, {"l_3": 3.5})).max() < 1e-13
+        errors.append(np.abs(y - end).max())
+    assert errors[1] < 1e-6
+    assert 12 < errors[0] / errors[1] < 20
+
+
+def test_a_step_that_fails_says_so_and_leaves_the_state(tmp_path):
+    mechc.export_c("four_bar", tmp_path)
+    model = mechc.load("four_bar")
+    y0 = model.assemble({"theta_0": 1.1})
+    c = Exported(tmp_path, "four_bar", 6, model.system.parameter_set.resolve(None), y0)
+    header = (tmp_path / "four_bar.h").read_text("utf-8")
+    assert "FOUR_BAR_NOT_FINITE = 4" in header
+    status, y = c.step(np.inf, y0)
+    assert status == 4
+    assert (y == y0).all()
+
+
+def test_the_example_compiles_as_it_is_and_prints_the_motion(tmp_path):
+    model = mechc.load("four_bar")
+    y0 = model.assemble({"theta_0": 1.1}, params={"l_3": 3.5})
+    files = mechc.export_c("four_bar", tmp_path, y0=y0, params={"l_3": 3.5}, t_end=0.5)
+    assert sorted(file.name for file in files) == sorted(
+        ("CMakeLists.txt", "four_bar.c", "four_bar.h", "main.c")
+    )
+    command = ["gcc", *STRICT, "-o", "run", "four_bar.c", "main.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    said = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=True).stdout
+    heads, *rows = said.splitlines()
+    assert heads.split(",") == ["t", *model.coordinates, *model.speeds]
+    assert len(rows) == 501
+    t, *y = map(float, rows[-1].split(","))
+    end = model.simulate(0.5, y0, {"l_3": 3.5}).y[-1]
+    assert t == 0.5
+    assert y == pytest.approx(end, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["1st", "a b", "a;b", "math", "Mechc_x", "", "a" * 60, 'x"\n'])
+def test_a_name_that_is_no_prefix_is_refused(tmp_path, name):
+    with pytest.raises(CodegenError, match="cannot begin the names"):
+        mechc.export_c("pendulum", tmp_path / "none", name=name or " ")
+    assert not (tmp_path / "none").exists()
+
+
+def test_what_users_name_is_no_code(tmp_path):
+    """Names with signs of C are comments without them."""
+    kane, (_, theta, *_), *_ = cart()
+    hostile = '*/ int system(const char *); /* "%n\\'
+    mechc.export_c(kane, tmp_path, name="cart", outputs=({hostile: theta},))
+    subprocess.run(["gcc", *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
+    text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
+    assert "*/ int system" not in text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["spatial_chain", "windows", "heavy_top", "flyball_governor"])
+def test_other_structures_of_equations(tmp_path, name):
+    """Trees walked link by link, loops on the ground, kinematics with poles."""
+    model = mechc.load(name)
+    y = model.assemble(*_filled_start(model))
+    mechc.export_c(name, tmp_path)
+    c = Exported(tmp_path, name, len(y), model.system.parameter_set.resolve(None), y)
+    assert c.output("rates", len(y), y) == pytest.approx(model.rhs(0.0, y), rel=1e-11, abs=1e-11)
+    status, end = c.step(1e-5, y)
+    assert status == 0
+    assert end == pytest.approx(model.simulate(1e-5, y, rtol=1e-12).y[-1], abs=1e-9)
+
+
+def _filled_start(model):
+    from mechc.assembly.initial_values import filled_start
+
+    return filled_start(model.system, {}, {}, {})

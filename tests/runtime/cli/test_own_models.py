@@ -1,0 +1,78 @@
+"""Models of the user's own files, by FILE.py:NAME."""
+
+import json
+
+import pytest
+
+from mechc.cli.commands import main
+
+MODEL = '''
+import mechc
+
+ROD = 0.5  # m
+compiled = mechc.load("four_bar")
+number = 3
+
+
+def swing():
+    """A pendulum from SymPy, derived at each call."""
+    import sympy as sm
+    import sympy.physics.mechanics as me
+
+    q, u = me.dynamicsymbols("q u")
+    m, l, g = sm.symbols("m l g")
+    N = me.ReferenceFrame("N")
+    A = N.orientnew("A", "Axis", (q, N.z))
+    A.set_ang_vel(N, u * N.z)
+    O = me.Point("O")
+    O.set_vel(N, 0)
+    tip = O.locatenew("tip", -l * A.y)
+    tip.v2pt_theory(O, N, A)
+    kane = me.KanesMethod(N, [q], [u], [q.diff() - u])
+    kane.kanes_equations([me.Particle("bob", tip, m)], [(tip, -m * g * N.y)])
+    return kane
+'''
+VALUES = ("--set", "m=1", "--set", "l=0.5", "--set", "g=9.81", "--start", "q=1")
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.py").write_text(MODEL, "utf-8")
+    return tmp_path
+
+
+def test_a_compiled_model_runs(capsys):
+    assert main(["run", "own.py:compiled", "--t-end", "0.5", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["mechanism"] == "four_bar"
+
+
+def test_a_function_that_returns_a_sympy_object_runs_and_is_shown_and_exported(capsys, here):
+    assert main(["run", "own.py:swing", *VALUES, "--t-end", "1", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert abs(found["energy_drift"]) < 1e-9
+    assert main(["show", "own.py:swing", "--out", "page.html"]) == 0
+    assert "<math" in (here / "page.html").read_text("utf-8")
+    assert main(["export", "own.py:swing", "--c", *VALUES, "--out", "c"]) == 0
+    assert "{1.0, 0.0}" in (here / "c" / "main.c").read_text("utf-8")
+    assert (here / "c" / "swing.h").is_file()
+
+
+@pytest.mark.parametrize(("name", "told"), [
+    ("none.py:swing", "there is no file none.py"),
+    ("own.py:none", "own.py defines no 'none'"),
+    ("own.py:number", "own.py:number is of type int"),
+])  # fmt: skip
+def test_what_cannot_be_a_model_is_told(capsys, name, told):
+    assert main(["run", name]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_options_are_of_the_library(capsys):
+    assert main(["run", "own.py:swing", "--with", "friction"]) == 2
+    assert "has no options" in capsys.readouterr().err
+
+
+def test_a_compiled_model_cannot_be_exported(capsys):
+    assert main(["export", "own.py:compiled", "--c"]) == 2
+    assert "it was made of" in capsys.readouterr().err

@@ -108,9 +108,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
         "on_change_point": "continue" if told.on_change_point == "continue" else "stop",
     }
     del policy["stiff_switch"]
-    sol = model.simulate(
-        recipe["span"], np.array(recipe["y0"]), np.array(recipe["params"]), **policy
-    )
+    sol = _pieces_again(model, recipe, policy)
     if sol.status.code == "too many steps":
         raise MechcError(
             f"simulating it again takes more than {policy['max_steps']} steps; read the file with "
@@ -125,6 +123,24 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
         ChangePoint(float(c["t"]), tuple(map(float, c["q"])), float(c["gap"]))
         for c in recipe["change_points"]
     )
+    return sol
+
+
+def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) -> Solution:
+    """The run from its start and, where events have reset the state, from each jump on."""
+    t0, t1 = recipe["span"]
+    jumps = [(float(t), np.array(y, float)) for t, y in recipe.get("jumps", [])]
+    starts = [(float(t0), np.array(recipe["y0"])), *jumps]
+    sol: Solution | None = None
+    for (begin, state), end in zip(starts, [*(t for t, _ in jumps), float(t1)], strict=True):
+        piece = model.simulate((begin, end), state, np.array(recipe["params"]), **policy)
+        sol = piece if sol is None else sol.followed_by(piece)
+        policy["first_step"] = None
+        made = int(piece.stats["steps"] + piece.stats["rejected"])
+        policy["max_steps"] = max(policy["max_steps"] - made, 1)
+        if not sol.status.ok:
+            break
+    assert sol is not None
     return sol
 
 

@@ -37,7 +37,7 @@ def with_speeds(
     if not system.scene.rows:
         return states
     kept = consistent(system, states, given, values[None], t)
-    if (kept.keep & (kept.conditioning > branches.NEAR)).all():
+    if all(kept.keep) and min(kept.conditioning) > branches.NEAR:
         return kept.y
     fixed = [system.state_index(name) for name in coordinates]
     return np.vstack([

@@ -291,9 +291,10 @@ cdef class Closings:
             raise ValueError("nothing to search for or to keep")
         self.closure = closure
         self.kept = [unknown, angular, start, fixed, p, length, guessed]
-        found = self.found = np.full((count, most, fixed.shape[1]), np.nan)
+        found = self.found = np.empty((count, most, fixed.shape[1]))
         many = self.many = np.zeros(count, np.intc)
-        miss = self.miss = np.full(count, np.nan)
+        miss = self.miss = np.empty(count)
+        found[...], miss[...] = NAN, NAN
         job.rows = closure.holonomic
         job.columns = closure.columns
         job.unknowns, job.unknown, job.angular = unknowns, &unknown[0], &angular[0]

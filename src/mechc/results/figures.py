@@ -70,12 +70,12 @@ PICTURES: Final[dict[str, tuple[Draw, tuple[float, float]]]] = {
 
 def coordinates(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """Every coordinate against time, one panel per unit; angles in degrees, not wrapped."""
-    return _picture("coordinates", sample(sol, samples))
+    return _picture("coordinates", sample(sol, samples, jumps=True))
 
 
 def speeds(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """Every speed against time, one panel per unit; angular speeds in degrees per second."""
-    return _picture("speeds", sample(sol, samples))
+    return _picture("speeds", sample(sol, samples, jumps=True))
 
 
 def paths(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
@@ -83,22 +83,22 @@ def paths(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
 
     A spatial mechanism is projected on the two axes of largest extent, with a note in the picture.
     """
-    return _picture("paths", sample(sol, samples))
+    return _picture("paths", sample(sol, samples, jumps=True))
 
 
 def energy(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """Kinetic, potential and total energy in joules, and the change of the total."""
-    return _picture("energy", sample(sol, samples))
+    return _picture("energy", sample(sol, samples, jumps=True))
 
 
 def closure(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """Largest position (m) and velocity (m/s) residual of the constraints, on a log scale."""
-    return _picture("closure", sample(sol, samples))
+    return _picture("closure", sample(sol, samples, jumps=True))
 
 
 def overview(sol: SolutionLike, *, samples: int = SAMPLES) -> Figure:
     """All of the above in one figure: what `Solution.plot()` returns."""
-    return _picture("overview", sample(sol, samples))
+    return _picture("overview", sample(sol, samples, jumps=True))
 
 
 def save_all(
@@ -115,7 +115,7 @@ def save_all(
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
-    run = sample(sol, samples)
+    run = sample(sol, samples, jumps=True)
     written: list[Path] = []
     for name in PICTURES:
         figure = _settled(_picture(name, run))

@@ -174,13 +174,19 @@ def covered(solution: SolutionLike) -> tuple[float, float]:
     return span if span is not None else (float(solution.t[0]), float(solution.t[-1]))
 
 
-def sample(solution: SolutionLike, samples: int) -> Run:
-    """The dense output at `samples` equal steps; one row where the run has no duration."""
+def sample(solution: SolutionLike, samples: int, *, jumps: bool = False) -> Run:
+    """The dense output at `samples` equal steps; one row where the run has no duration.
+
+    ``jumps``: and before and after every jump of the state, in two rows of the same time.
+    """
     first, last = sorted(covered(solution))
     if first == last:
         return Run(solution, np.array([first]), np.asarray(solution.y[:1], dtype=float))
     steps = int(getattr(solution, "stats", {}).get("steps", 0))
     t = np.linspace(first, last, max(samples, min(SAMPLES_A_STEP * steps, MOST_SAMPLES)))
+    parts = getattr(solution, "segments", ())[1:] if jumps else ()
+    if parts:
+        t = np.sort(np.append(t, np.repeat([part.t0 for part in parts], 2)))
     return Run(solution, t, np.asarray(solution(t), dtype=float))
 
 

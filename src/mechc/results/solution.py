@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechc.errors import MechcError
+from mechc.simulation.segments import Segments
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -91,6 +92,16 @@ class Solution(Trajectory):
             self, t_end, partial(Solution, self.model),
             max_steps=max_steps, on_change_point=on_change_point, progress=progress,
         )  # fmt: skip
+
+    def followed_by(self, after: Solution) -> Solution:
+        """This motion and one that begins where it ends, with a jump between them, as one."""
+        chain = Segments(self._run)
+        chain.add(after._run, jump=True)
+        whole = copy(after)
+        for name in ("_record", "span", "change_points", "energy", "closure", "velocity_closure"):
+            whole.__dict__.pop(name, None)
+        whole._run = chain
+        return whole
 
     # -- derivatives ---------------------------------------------------------------------------
 

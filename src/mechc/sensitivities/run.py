@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
@@ -41,8 +42,16 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
 def _pieces(sol: Trajectory, run: Any, columns: Columns, start: Array) -> list[Piece]:
     """The pieces of a run that may consist of several."""
     if isinstance(run, Segments):
-        before = _pieces(sol, run.first, columns, start)
-        return before + _pieces(sol, run.last, columns, _end(sol, run.first, before, columns))
+        if any(run.jumps):
+            raise MechcError(
+                "an event of this run resets the state: derivatives over a reset are not computed; "
+                "end the run there (terminal=True), or ask for none"
+            )
+        found: list[Piece] = []
+        for part in run.pieces:
+            found += _pieces(sol, part, columns, start)
+            start = _end(sol, part, found, columns)
+        return found
     if isinstance(run, Until):
         return _pieces(sol, run.piece, columns, start)
     return follow(sol.system, run, sol.params, columns, start)

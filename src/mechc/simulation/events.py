@@ -22,6 +22,9 @@ _NUMBERS = np.arange(SAMPLES + 1)
 FRACTIONS = (_NUMBERS + 0.8 * ((_NUMBERS**2 * math.sqrt(2.0)) % 1.0 - 0.5)) / SAMPLES
 FRACTIONS[0], FRACTIONS[-1] = 0.0, 1.0
 EventFunction = Callable[[float, Array], float]
+Reset = Callable[[float, Array, Array], tuple[Any, Any]]
+SMALLEST = 5e-324
+GRAZES = 10.0  # times rtol of an event's largest value: a touch so small may not be one
 
 
 @dataclass(frozen=True)
@@ -33,12 +36,19 @@ class Event:
     direction
         Positive: only where the function grows; negative: only where it falls; 0: both.
     terminal
-        The run ends at the first such zero, or at the n-th for a whole number n.
+        The run ends at the first such zero, or at the n-th for a whole number n; with a reset,
+        after it.
+    reset
+        ``f(t, q, u)`` that returns new coordinates (nq,) and speeds (nu,), with which the motion
+        goes on.  They are put onto the constraints: coordinates to the nearest that close the
+        loops, speeds by the impulse of the constraints through the mass matrix.  A reset that
+        leaves the rate of the function with its sign is a switch: the zero is not found again.
     """
 
     function: EventFunction
     direction: float = 0.0
     terminal: bool | int = False
+    reset: Reset | None = None
 
     @classmethod
     def of(cls, given: Any) -> Event:
@@ -50,6 +60,10 @@ class Event:
             If it is not callable.
         """
         if isinstance(given, cls):
+            if not (given.reset is None or callable(given.reset)):
+                raise ValueOutOfBoundsError(
+                    f"a reset is a function of t, q and u that returns q and u, not {given.reset!r}"
+                )
             return given
         if not callable(given):
             raise ValueOutOfBoundsError(f"an event is a function of t and y, not {given!r}")
@@ -65,16 +79,52 @@ class EventRecord:
 
 
 class EventFinder:
-    """Looks through a run's new steps for zeros."""
+    """Looks through a run's new steps for zeros.
 
-    def __init__(self, events: Sequence[Any], run: Any, width: int, first: int = 0) -> None:
+    Attributes
+    ----------
+    stopped_by
+        The number of the event that ended the search.
+    sizes
+        The largest magnitude of each event's function met so far.
+    """
+
+    def __init__(
+        self, events: Sequence[Any], run: Any, width: int, first: int = 0, rtol: float = 0.0
+    ) -> None:
         self.events = [Event.of(event) for event in events]
-        self.found: list[list[float]] = [[] for _ in self.events]
-        self.run, self.width = run, width
-        self.looked_at = first
-        self.start = float(run.times(first)[0])
+        self.width, self.rtol = width, rtol
+        self.kept: list[list[tuple[Array, Array]]] = [[] for _ in self.events]
+        self.sizes = [0.0] * len(self.events)
+        self.stopped_by = -1
+        self.grazing: dict[int, float] = {}  # event: the first time that it may only touch zero
+        self.enter(run, first)
         self.failure: FunctionFailedError | None = None
         self.too_fast: dict[int, float] = {}  # event: time from which it changes too fast to follow
+
+    def enter(self, run: Any, first: int, sides: Sequence[float] | None = None) -> None:
+        """Go on in a run from its accepted state ``first``.
+
+        ``sides``: of each event that is zero there the sign that it has right after, else 0.
+        """
+        self.run, self.looked_at, self.sides = run, first, sides
+        self.found: list[list[float]] = [[] for _ in self.events]
+        self.start = float(run.times(first)[0])
+
+    def keep(self) -> None:
+        """Read the states of the zeros found in the present run."""
+        for kept, times in zip(self.kept, self.found, strict=True):
+            if times:
+                kept.append((np.array(times), self.run.interpolate(np.array(times))))
+        self.found = [[] for _ in self.events]
+
+    def add(self, number: int, t: float, state: Array) -> None:
+        """A zero that was found otherwise."""
+        self.kept[number].append((np.array([t]), state[None]))
+
+    def count(self, number: int) -> int:
+        """How many zeros of an event were found."""
+        return len(self.found[number]) + sum(len(times) for times, _ in self.kept[number])
 
     def look(self) -> float | None:
         """Search the steps added since the last search; the time of a terminal event, if any."""
@@ -87,44 +137,69 @@ class EventFinder:
 
     def records(self) -> tuple[EventRecord, ...]:
         """The zeros found, in the order of the events."""
-        return tuple(self._record(np.array(times)) for times in self.found)
+        self.keep()
+        return tuple(map(self._record, self.kept))
 
-    def _record(self, times: Array) -> EventRecord:
-        if not len(times):
+    def _record(self, kept: list[tuple[Array, Array]]) -> EventRecord:
+        if not kept:
             return EventRecord(np.zeros(0), np.zeros((0, self.width)))
-        return EventRecord(times, self.run.interpolate(times))
+        return EventRecord(
+            np.concatenate([t for t, _ in kept]), np.vstack([states for _, states in kept])
+        )
 
     def _search(self, start: float, end: float) -> float | None:
         """All zeros within one step; zeros after a terminal one are omitted."""
-        grid = start + (end - start) * FRACTIONS
+        grid = start + (end - start) * self._fractions(start, end)
         grid[-1] = end
         states = self.run.interpolate(grid)
         roots = [self._zeros(n, grid, states) for n in range(len(self.events))]
         forwards = end > start
         stops = [
-            times[int(event.terminal) - len(found) - 1]
-            for event, found, times in zip(self.events, self.found, roots, strict=True)
-            if event.terminal and len(found) + len(times) >= event.terminal
+            (times[0 if event.reset else int(event.terminal) - self.count(n) - 1], n)
+            for n, (event, times) in enumerate(zip(self.events, roots, strict=True))
+            if times and (event.reset or 0 < event.terminal <= self.count(n) + len(times))
         ]
-        stop = (min if forwards else max)(stops, default=None)
+        stop, self.stopped_by = min(
+            stops, key=lambda each: each[0] if forwards else -each[0], default=(None, -1)
+        )
         for found, times in zip(self.found, roots, strict=True):
             found += [t for t in times if stop is None or (t <= stop) == forwards or t == stop]
         return stop
 
+    def _fractions(self, start: float, end: float) -> Array:
+        """Where a step is looked at; after a reset ever more densely towards its start."""
+        if self.sides is None or start != self.start:
+            return FRACTIONS
+        nearest = located(start) / abs(end - start)
+        halvings = max(int(math.log2(FRACTIONS[1] / nearest)), 0) if nearest > 0.0 else 0
+        close = FRACTIONS[1] * 0.5 ** np.arange(halvings, 0, -1)
+        return np.concatenate([FRACTIONS[:1], close, FRACTIONS[1:]])
+
     def _zeros(self, number: int, grid: Array, states: Array) -> list[float]:
         event = self.events[number]
-        points = [(t, _evaluated(event, t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
+        points = [(t, evaluated(event, t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
+        self.sizes[number] = max(self.sizes[number], *(abs(value) for _, value in points))
+        begins = self.sides is not None and points[0][0] == self.start
+        if begins and self.sides is not None and self.sides[number]:
+            points[0] = (self.start, self.sides[number] * SMALLEST)
+        close = points[1 : len(points) - SAMPLES]  # only where the motion began with a reset
+        points = points[:1] + points[len(points) - SAMPLES :]
         while _changes_fast(points):
             if len(points) > MOST_SAMPLES:
                 self.too_fast.setdefault(number, points[0][0])
                 break
             points = self._twice_as_many(event, points)
-        points = sorted(points + self._dips(event, points), reverse=bool(grid[-1] < grid[0]))
+        points += close + self._dips(event, points)
+        points = sorted(points, reverse=bool(grid[-1] < grid[0]))
         roots = []
         for (t0, before), (t1, after) in pairwise(points):
             crossed = before != 0 and (after == 0 or (before < 0) != (after < 0))
             if crossed and event.direction * (after - before) >= 0:
                 roots.append(self._refine(event, t0, t1, before))
+        if event.reset:
+            self._watch_grazing(number, points)
+        if self.sides is not None:
+            return roots
         # the event that ended the run before is not found again
         return [t for t in roots if abs(t - self.start) > located(t)]
 
@@ -135,7 +210,7 @@ class EventFinder:
         times = np.array([t for t, _ in points])
         middles = 0.5 * (times[1:] + times[:-1])
         states = self.run.interpolate(middles)
-        added = [_evaluated(event, t, y) for t, y in zip(middles.tolist(), states, strict=True)]
+        added = [evaluated(event, t, y) for t, y in zip(middles.tolist(), states, strict=True)]
         between = zip(middles.tolist(), added, strict=True)
         return [
             *(point for both in zip(points, between, strict=False) for point in both), points[-1]
@@ -143,7 +218,12 @@ class EventFinder:
 
     def notes(self) -> tuple[str, ...]:
         """Warnings about events whose zeros could not all be resolved."""
-        return tuple(
+        grazing = tuple(
+            f"Event {number} only touches its zero at t = {t:.9g} s, to within what is tolerated: "
+            "whether it is crossed, and the reset applied, depends on less (grazing)"
+            for number, t in self.grazing.items()
+        )
+        return grazing + tuple(
             f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples a "
             "step do not follow it: zeros may be missing. Shorten the steps with max_step"
             for number, t in self.too_fast.items()
@@ -179,10 +259,42 @@ class EventFinder:
                 high, f_high = middle, f_middle
             else:
                 low, f_low = middle, f_middle
+        if event.reset and f_high != f_low:  # to the last digit, for errors add up over resets
+            exact = high - f_high * (high - low) / (f_high - f_low)
+            return float(min(max(exact, min(low, high)), max(low, high)))
         return float(high)
 
+    def _watch_grazing(self, number: int, points: list[tuple[float, float]]) -> None:
+        """Of an event with a reset, minima towards zero that may be zeros or none."""
+        event, small = self.events[number], GRAZES * self.rtol * self.sizes[number]
+        for (t0, a), (_, b), (t2, c) in zip(points, points[1:], points[2:], strict=False):
+            sign = math.copysign(1.0, -event.direction if event.direction else a)
+            low = sign * b
+            if not (sign * a > low < sign * c and sign * a > 0.0 and sign * c > 0.0):
+                continue
+            if low <= 0.1 * self.sizes[number] and number not in self.grazing:
+                t, least = self._least(event, sign, t0, t2)
+                if abs(least) <= small:
+                    self.grazing[number] = t
+
+    def _least(self, event: Event, sign: float, low: float, high: float) -> tuple[float, float]:
+        """The minimum of sign * g between two times: its time and value.  Golden section."""
+        share = 0.5 * (math.sqrt(5.0) - 1.0)
+        left, right = high - share * (high - low), low + share * (high - low)
+        at_left, at_right = sign * self._value(event, left), sign * self._value(event, right)
+        for _ in range(40):
+            if at_left < at_right:
+                high, right, at_right = right, left, at_left
+                left = high - share * (high - low)
+                at_left = sign * self._value(event, left)
+            else:
+                low, left, at_left = left, right, at_right
+                right = low + share * (high - low)
+                at_right = sign * self._value(event, right)
+        return (left, at_left) if at_left < at_right else (right, at_right)
+
     def _value(self, event: Event, t: float) -> float:
-        return _evaluated(event, t, self.run.interpolate(np.array([t]))[0])
+        return evaluated(event, t, self.run.interpolate(np.array([t]))[0])
 
 
 def _changes_fast(points: list[tuple[float, float]]) -> bool:
@@ -205,7 +317,7 @@ class FunctionFailedError(Exception):
     """An event function raised ``__cause__``, or gave no number; internal."""
 
 
-def _evaluated(event: Event, t: float, y: Array) -> float:
+def evaluated(event: Event, t: float, y: Array) -> float:
     name = getattr(event.function, "__name__", repr(event.function))
     try:
         value = float(event.function(t, y))

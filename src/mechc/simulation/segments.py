@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -30,6 +30,23 @@ class Segment(Protocol):
     def tail(self, count: int) -> tuple[Array, Array]: ...
     def change_points(self) -> tuple[Array, Array, Array]: ...
     def interpolate(self, t: Array) -> Array: ...
+
+
+class SmoothPart(NamedTuple):
+    """A part of a motion between two jumps of its state.
+
+    Attributes
+    ----------
+    t0, t1
+        Its first and last time, s.
+    y0, y1 : (nq + nu,)
+        The states at them: after the jump before, and before the jump after.
+    """
+
+    t0: float
+    t1: float
+    y0: Array
+    y1: Array
 
 
 class Until:
@@ -75,11 +92,42 @@ class Until:
 
 
 class Segments:
-    """Pieces of one motion, each from where the last one ended; only the last still advances."""
+    """Pieces of one motion, each from the time where the last one ended; only the last advances.
 
-    def __init__(self, first: Segment, last: Segment) -> None:
-        self.first, self.last = first, last
-        self.joint = float(first.t)
+    At a jump the time is there twice, with the state before and the one after it; elsewhere a piece
+    begins with the last state of the one before.
+    """
+
+    def __init__(self, *pieces: Segment) -> None:
+        self.pieces: list[Segment] = []
+        self.jumps: list[bool] = []  # whether a piece begins with a jump
+        self._rows: list[int] = []  # states before those of a piece
+        self._starts: list[float] = []  # times
+        for piece in pieces:
+            self.add(piece)
+
+    def add(self, piece: Segment, *, jump: bool = False) -> None:
+        """Go on with a piece, or with several that are one motion."""
+        if isinstance(piece, Segments):
+            for part, jumps in zip(piece.pieces, piece.jumps, strict=True):
+                self.add(part, jump=jumps)
+            return
+        self._rows.append(self.count if self.pieces else 0)
+        self._starts.append(float(piece.times(0)[0]))
+        self.pieces.append(piece)
+        self.jumps.append(jump)
+
+    def end_at(self, t: float) -> None:
+        """The last piece counts until a time within it."""
+        self.pieces[-1] = Until(self.pieces[-1], t)
+
+    @property
+    def last(self) -> Segment:
+        return self.pieces[-1]
+
+    def _left_out(self, number: int) -> int:
+        """How many of the first states of a piece are those of the piece before."""
+        return int(number > 0 and not self.jumps[number])
 
     @property
     def status(self) -> int:
@@ -91,51 +139,71 @@ class Segments:
 
     @property
     def count(self) -> int:
-        return self.first.count + self.last.count - 1
+        return self._rows[-1] + self.last.count - self._left_out(len(self.pieces) - 1)
 
     @property
     def crossings(self) -> int:
-        return self.first.crossings + self.last.crossings
+        return sum(piece.crossings for piece in self.pieces)
 
     def advance(self, steps: int) -> int:
         return self.last.advance(steps)
 
     def stats(self) -> dict[str, Any]:
         """The sum of counters; the least of minima."""
-        first, last = self.first.stats(), self.last.stats()
-        told = {**last, **{name: first[name] + last[name] for name in ADDED}}
+        parts = [piece.stats() for piece in self.pieces]
+        told = {**parts[-1], **{name: sum(part[name] for part in parts) for name in ADDED}}
         for name, time in LEAST.items():
-            if first[name] < last[name]:
-                told |= {name: first[name], time: first[time]}
-        return {**told, "rounding": max(first["rounding"], last["rounding"])}
+            least = min(parts, key=lambda part: part[name])
+            told |= {name: least[name], time: least[time]}
+        return {**told, "rounding": max(part["rounding"] for part in parts)}
 
     def states(self) -> tuple[Array, Array]:
-        (t, y), (later, states) = self.first.states(), self.last.states()
-        return np.append(t, later[1:]), np.vstack([y, states[1:]])
+        parts = [piece.states() for piece in self.pieces]
+        cut = [self._left_out(k) for k in range(len(parts))]
+        t = np.concatenate([times[n:] for (times, _), n in zip(parts, cut, strict=True)])
+        return t, np.vstack([states[n:] for (_, states), n in zip(parts, cut, strict=True)])
 
     def times(self, first: int) -> Array:
         """Accepted times from the index ``first`` on."""
-        before = self.first.count
-        if first >= before:
-            return self.last.times(first - before + 1)
-        return np.append(self.first.times(first), self.last.times(1))
+        number = len(self.pieces) - 1
+        if first >= self._rows[-1]:
+            return self.last.times(first - self._rows[-1] + self._left_out(number))
+        parts = [piece.times(self._left_out(k)) for k, piece in enumerate(self.pieces)]
+        return np.concatenate(parts)[first:]
 
     def tail(self, count: int) -> tuple[Array, Array]:
         """Of the last piece."""
         return self.last.tail(count)
 
     def change_points(self) -> tuple[Array, Array, Array]:
-        parts = zip(self.first.change_points(), self.last.change_points(), strict=True)
-        t, q, gap = (np.concatenate(pair) for pair in parts)
+        parts = zip(*(piece.change_points() for piece in self.pieces), strict=True)
+        t, q, gap = (np.concatenate(part) for part in parts)
         return t, q, gap
 
     def interpolate(self, t: Array) -> Array:
-        start = float(self.first.times(0)[0])
-        early = np.abs(t - start) <= abs(self.joint - start)
-        parts = [
-            piece.interpolate(np.ascontiguousarray(t[own]))
-            for piece, own in ((self.first, early), (self.last, ~early))
-        ]
-        out = np.empty((len(t), parts[0].shape[1]))
-        out[early], out[~early] = parts
+        """At a jump the state after it; of two equal times in a row there, the first before it."""
+        starts = np.array(self._starts)
+        forwards = 1.0 if self.t >= starts[0] else -1.0
+        numbers = np.searchsorted(forwards * starts[1:], forwards * t, side="right")
+        twice = np.flatnonzero(t[1:] == t[:-1])
+        at_jump = (starts[numbers[twice]] == t[twice]) & np.array(self.jumps)[numbers[twice]]
+        numbers[twice[at_jump]] -= 1
+        parts = {int(number): np.flatnonzero(numbers == number) for number in np.unique(numbers)}
+        rows = {k: self.pieces[k].interpolate(np.ascontiguousarray(t[own]))
+                for k, own in parts.items()}  # fmt: skip
+        if not rows:
+            return self.last.interpolate(t)
+        out = np.empty((len(t), next(iter(rows.values())).shape[1]))
+        for number, own in parts.items():
+            out[own] = rows[number]
         return out
+
+    def smooth_parts(self) -> tuple[SmoothPart, ...]:
+        """The parts between jumps."""
+        t, y = self.states()
+        jumps = [row for row, jump in zip(self._rows, self.jumps, strict=True) if jump]
+        bounds = zip([0, *jumps], [*jumps, len(t)], strict=True)
+        return tuple(
+            SmoothPart(float(t[first]), float(t[end - 1]), y[first], y[end - 1])
+            for first, end in bounds
+        )

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -18,6 +19,7 @@ from mechc.native._codes import (
     FINISHED,
     INPUT_FAILED,
     INTERRUPTED,
+    RUNNING,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
     UNDECIDED,
@@ -27,6 +29,7 @@ from mechc.simulation.balance import energy_note
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.limits import LIMITED, explained
+from mechc.simulation.resets import Resets, resets_of
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -96,8 +99,14 @@ def _driven(
     first: int = 0,
 ) -> Made:
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
-    finder = EventFinder(events, compiled, system.scene.width, first) if events else None
-    code, stop = _drive(compiled, span, finder, progress)
+    finder = (
+        EventFinder(events, compiled, system.scene.width, first, policy.rtol) if events else None
+    )
+    resets = None
+    if finder is not None and resets_of(events) and compiled.status == RUNNING:
+        compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
+        resets = partial(Resets, system, values, policy, span[1], compiled, finder)
+    code, stop = _drive(compiled, span, finder, progress, resets)
     driven = system.driven
     if driven is not None and driven.failed:
         code = INTERRUPTED if driven.interrupted else INPUT_FAILED
@@ -184,15 +193,20 @@ def _drive(
     span: tuple[float, float],
     finder: EventFinder | None,
     progress: Callable[[float], None] | None,
+    begun: Callable[[], Resets] | None = None,
 ) -> tuple[int, float | None]:
     """Advance to the end; the final status code, and the time of a terminal event."""
     steps = CHUNK if finder is None else EVENT_CHUNK
     try:
+        resets = begun() if begun else None
         while True:
             code = compiled.advance(steps)
             stop = finder.look() if finder else None
-            if stop is not None:
-                return STOPPED_BY_EVENT, stop
+            if finder is not None and stop is not None:
+                number = finder.stopped_by
+                if resets is None or finder.events[number].reset is None:
+                    return STOPPED_BY_EVENT, stop
+                code = resets.after(stop, number)
             if code != 0:
                 return code, None
             if progress is not None:

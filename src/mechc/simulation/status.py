@@ -153,6 +153,12 @@ CODES = {
         "an event function raised an error or gave NaN",
         "Correct the function: it is called at states between the steps too, not only at events",
     ),
+    codes.RESETS_ACCUMULATE: (
+        "resets accumulate",
+        "the times between the resets of an event became too short to be told apart (Zeno)",
+        "A contact that lasts is no event: end the run before it, with terminal=n or a terminal "
+        "event on the speed, and go on without what has come to rest",
+    ),
     codes.INPUT_FAILED: (
         "input failed",
         "the function of an input raised an error or returned no finite number",

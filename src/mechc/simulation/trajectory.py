@@ -12,6 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.events import EventRecord
+from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
@@ -118,6 +119,15 @@ class Trajectory:
         """Times between which the run has states, s."""
         t = self._run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
+
+    @property
+    def segments(self) -> tuple[SmoothPart, ...]:
+        """The smooth parts of the motion, between the resets of events; one without resets."""
+        t, y = self._steps
+        if not isinstance(self._run, Segments) or not len(t):
+            return (SmoothPart(float(t[0]), float(t[-1]), y[0], y[-1]),) if len(t) else ()
+        parts = self._run.smooth_parts()
+        return (*parts[:-1], parts[-1]._replace(t1=float(t[-1]), y1=y[-1]))
 
     # -- histories, computed when requested ---------------------------------------------------
 

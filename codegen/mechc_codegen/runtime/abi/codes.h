@@ -31,7 +31,8 @@ typedef enum {
     MECHC_NOT_ASSEMBLED = 112,
     MECHC_INPUT_FAILED = 113, /* the function of an input */
     MECHC_MEMORY_LIMIT = 114, /* as many accepted states as were allowed */
-    MECHC_DISCONTINUITY = 115 /* the rates jump where the steps shrank to nothing */
+    MECHC_DISCONTINUITY = 115, /* the rates jump where the steps shrank to nothing */
+    MECHC_RESETS_ACCUMULATE = 116 /* an event resets the state ever more often */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */

@@ -1,0 +1,248 @@
+"""Resets by events: a run stopped at an instant, changed, and continued as one motion."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mechc.native._codes import (
+    MEMORY_LIMIT,
+    RESETS_ACCUMULATE,
+    RUNNING,
+    STOPPED_BY_EVENT,
+    TOO_MANY_STEPS,
+)
+from mechc.simulation.events import Event, EventFinder, FunctionFailedError, evaluated, located
+from mechc.simulation.initialise import begin
+from mechc.simulation.segments import Segments
+from mechc.simulation.settings import Policy
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+CHANGE = 1e-6  # of the state's size: over such a change rates of events are taken
+SETTLED = 1e-12  # of the largest rate at an instant: an approach so slow is none
+PLASTIC = 1e-9  # of the rate before: what is left after a reset that does not turn the motion back
+TOUCHING = 10.0  # times rtol of an event's largest value: it may be zero
+SHORTEST = 64.0  # times the exactness of an event's time: resets nearer to each other accumulate
+MOST_AT_ONCE = 1000  # resets at one instant
+LEAST_STATES, ROWS_A_STEP = 64, 12  # room of a piece: states; rows of the dense output a step
+
+
+class Resets:
+    """Goes on after events with a reset: the state is changed and a new piece of the run begun.
+
+    Parameters
+    ----------
+    chain
+        The run so far; pieces are added to it.
+    finder
+        Looks for the events in the chain's last piece.
+    """
+
+    def __init__(
+        self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
+        finder: EventFinder,
+    ) -> None:  # fmt: skip
+        self.system, self.values, self.policy, self.t_end = system, values, policy, t_end
+        self.chain, self.finder = chain, finder
+        self.last: dict[int, float] = {}  # event: the time of its last reset
+        self.passed: dict[int, float] = {}  # the same, of a reset that let the zero be crossed
+        self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
+        self.numbers = [k for k, event in enumerate(finder.events) if event.reset is not None]
+        first = finder.looked_at
+        t, y = chain.states()
+        self.sense = 1.0 if t_end >= t[first] else -1.0
+        finder.enter(chain, first, self._sides(float(t[first]), y[first]))
+
+    def after(self, t: float, number: int) -> int:
+        """Apply the reset of an event, and go on; RUNNING, or the status that ends the run."""
+        event = self.finder.events[number]
+        self.chain.end_at(t)
+        before = self.chain.last.interpolate(np.array([t]))[0]
+        self.finder.keep()
+        state, accumulate = self._reset(t, before, number)
+        ends = bool(event.terminal) and self.finder.count(number) >= event.terminal
+        first = self.chain.pieces[-1].stats()
+        left = self.policy.max_steps - first["steps"] - first["rejected"]
+        room = self.policy.max_bytes - self._bytes()
+        self.policy = self.policy._replace(
+            first_step=0.0, max_steps=max(left, 1), max_bytes=max(room, 1.0)
+        )
+        t_end = t if ends or accumulate else self.t_end
+        piece = begin(self.system, (t, t_end), state, self.values, self.policy)
+        self.chain.add(piece, jump=True)
+        self.finder.enter(piece, 0, self._sides(t, state))
+        if accumulate:
+            return RESETS_ACCUMULATE
+        if ends:
+            return STOPPED_BY_EVENT
+        if room <= 0:
+            return MEMORY_LIMIT
+        return RUNNING if left > 0 else TOO_MANY_STEPS
+
+    def _bytes(self) -> float:
+        """Memory of the last piece, at most."""
+        states = max(self.chain.last.count, LEAST_STATES)
+        return float(8 * states * (1 + self.system.scene.width * (1 + ROWS_A_STEP)))
+
+    def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:
+        """The state after an event's reset and those that it causes at the same instant; whether
+        the resets accumulate."""
+        accumulate = self._is_now(self.last, number, t)
+        rates = self._rates_of_events(t, state)
+        largest, done = 0.0, {number}
+        for _ in range(MOST_AT_ONCE):
+            self.last[number] = t
+            self.fastest = np.maximum(self.fastest, np.abs(rates))
+            state = self._changed(t, state, number)
+            later = self._rates_of_events(t, state)
+            largest = max(largest, float(np.abs([rates, later]).max()))
+            if self._stays(t, state, number, rates[number], later[number]):
+                return state, True
+            self.passed.pop(number, None)
+            if rates[number] * later[number] > 0.0:
+                self.passed[number] = t
+            caused = self._caused(t, state, rates, later, largest, done)
+            if caused is None:
+                return state, accumulate
+            number, rates = caused, later
+            done.add(number)
+            self.finder.add(number, t, state)
+        return state, True
+
+    def _is_now(self, times: dict[int, float], number: int, t: float) -> bool:
+        return abs(t - times.get(number, -math.inf)) <= SHORTEST * located(t)
+
+    def _stays(self, t: float, state: Array, number: int, before: float, after: float) -> bool:
+        """Whether a reset ends the motion towards the zero and leaves the state there."""
+        moved = abs(before) > PLASTIC * self.fastest[number]
+        ends = moved and abs(after) <= PLASTIC * abs(before)
+        return ends and abs(self._value(t, state, number)) <= self._zero(number)
+
+    def _caused(
+        self, t: float, state: Array, before: Array, after: Array, largest: float, done: set[int]
+    ) -> int | None:
+        """Another event that is zero and about to be crossed, or one that the last reset lets
+        cross again."""
+        for number in self.numbers:
+            direction = self.finder.events[number].direction
+            if direction:
+                crosses = math.copysign(1.0, direction) * after[number] > SETTLED * largest
+            else:
+                crosses = number not in done and before[number] * after[number] > 0.0
+            if (
+                crosses
+                and not self._is_now(self.passed, number, t)
+                and self._touches(t, state, number, after[number])
+            ):
+                return number
+        return None
+
+    def _touches(self, t: float, state: Array, number: int, rate: float) -> bool:
+        """Whether an event is zero as far as the motion is known; what is clearly still to come is
+        found later."""
+        value, allowed = self._value(t, state, number), self._zero(number)
+        soon = 2.0 * located(t) * abs(rate)
+        return abs(value) <= soon or (value * rate > 0.0 and abs(value) <= allowed)
+
+    def _value(self, t: float, state: Array, number: int) -> float:
+        return evaluated(self.finder.events[number], t, state)
+
+    def _zero(self, number: int) -> float:
+        """What an event may be where it is zero as far as the motion is known."""
+        return TOUCHING * self.policy.rtol * self.finder.sizes[number]
+
+    def _sides(self, t: float, state: Array) -> list[float]:
+        """For each event the side on which its motion begins: +-1, or 0 where it is not zero."""
+        rates = self._rates_of_events(t, state)
+        return [
+            math.copysign(1.0, rate) if rate != 0.0 and self._touches(t, state, k, rate) else 0.0
+            for k, rate in enumerate(rates)
+        ]
+
+    def _rates_of_events(self, t: float, state: Array) -> Array:
+        """g' of every event with a reset, in the run's direction; 0 for others.
+
+        By central differences along the rates of the state.
+        """
+        system = self.system
+        rates = system.rates(state, self.values, t)
+        size = np.abs(state) + system.scale(self.values)
+        fastest = float((np.abs(rates) / size).max(initial=0.0))
+        step = CHANGE / fastest if fastest > 0.0 else CHANGE
+        found = np.zeros(len(self.finder.events))
+        for number in self.numbers:
+            event = self.finder.events[number]
+            ahead, behind = (evaluated(event, t + s, state + s * rates) for s in (step, -step))
+            found[number] = self.sense * (ahead - behind) / (2.0 * step)
+        return found
+
+    def _changed(self, t: float, state: Array, number: int) -> Array:
+        """The state that a reset gives, on the constraints."""
+        event = self.finder.events[number]
+        given = _given_by(event, t, state, len(self.system.coordinates))
+        try:
+            return onto_constraints(self.system, t, given, self.values)
+        except ValueError as error:
+            raise FunctionFailedError(
+                f"the reset of event {number} at t = {t:.9g} s gives a state that {error}"
+            ) from None
+
+
+def _given_by(event: Event, t: float, state: Array, split: int) -> Array:
+    assert event.reset is not None
+    name = getattr(event.reset, "__name__", repr(event.reset))
+    try:
+        q, u = event.reset(t, state[:split].copy(), state[split:].copy())
+        found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
+    except Exception as error:
+        raise FunctionFailedError(
+            f"the reset {name} failed at t = {t:.9g} s with {type(error).__name__}: {error}; it "
+            "takes t, q and u and returns q and u"
+        ) from error
+    if found.shape != state.shape or not np.isfinite(found).all():
+        raise FunctionFailedError(
+            f"the reset {name} gave at t = {t:.9g} s {len(found)} numbers, not the "
+            f"{len(state)} finite ones of q and u"
+        )
+    return found
+
+
+def onto_constraints(system: System, t: float, state: Array, values: Array) -> Array:
+    """A state whose coordinates close the loops, its speeds changed by the constraints' impulse.
+
+    The coordinates are the nearest ones that close the loops.  Speeds: M (u+ - u) = J^T p with
+    J u+ + b = 0, which takes the least kinetic energy in the difference.  Unchanged without
+    constraints.
+
+    Raises
+    ------
+    ValueError
+        If the loops cannot be closed or the mass matrix is singular; how, for the middle of a
+        sentence.
+    """
+    if not system.scene.rows:
+        return state
+    split = len(system.coordinates)
+    code, closed, _, _ = system.scene.project(t, state, values)
+    if code != RUNNING:
+        raise ValueError("does not close the loops")
+    closed[split:] = state[split:]
+    missing = system.velocity_constraints(closed, values, t)
+    rows = system.constraint_jacobian(closed, values, t)
+    try:
+        root = np.linalg.cholesky(system.mass_matrix(closed, values, t))
+    except np.linalg.LinAlgError:
+        raise ValueError("has no positive definite mass matrix, so no impulse") from None
+    weighted = np.linalg.solve(root, rows.T)  # J L^-T, transposed
+    share = np.linalg.lstsq(weighted.T, missing, rcond=None)[0]
+    closed[split:] -= np.linalg.solve(root.T, share)
+    found: Array = system.scene.project(t, closed, values)[1]
+    return found
+
+
+def resets_of(events: Any) -> bool:
+    """Whether any of the events has a reset."""
+    return any(isinstance(event, Event) and event.reset is not None for event in events)

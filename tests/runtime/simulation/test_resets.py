@@ -1,0 +1,286 @@
+"""Events with resets, against closed forms and conservation laws."""
+
+import pickle
+
+import numpy as np
+import pytest
+from sympy import Symbol
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+import mechc
+from mechc.errors import EventError, ValueOutOfBoundsError
+from mechc.simulation.resets import onto_constraints
+
+G = 9.81
+LENGTH = 1.0
+
+
+def points_on_a_line(name, count, force):
+    """Particles that move along a line, each under the force(q, u, m) on it."""
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    q = dynamicsymbols(f"q_:{count}")
+    u = dynamicsymbols(f"u_:{count}")
+    m = Symbol("m")
+    bodies, loads = [], []
+    for k in range(count):
+        point = origin.locatenew(f"P_{k}", q[k] * frame.x)
+        point.set_vel(frame, u[k] * frame.x)
+        bodies.append(Particle(f"body_{k}", point, m))
+        loads.append((point, force(q[k], u[k], m) * frame.x))
+    t = dynamicsymbols._t
+    kane = KanesMethod(frame, q, u, kd_eqs=[a.diff(t) - b for a, b in zip(q, u, strict=True)])
+    kane.kanes_equations(bodies, loads)
+    return mechc.compile(kane, name=name, defaults={"m": 1.0})
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+
+
+@pytest.fixture(scope="module")
+def five_springs():
+    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return mechc.load("pendulum")
+
+
+def bouncing(restitution, **given):
+    return mechc.Event(
+        lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -restitution * u), **given
+    )
+
+
+def impacts(restitution, count, height=1.0):
+    """Times of the impacts of a ball that falls from rest."""
+    fall = np.sqrt(2 * height / G)
+    flights = 2 * fall * restitution ** np.arange(1, count)
+    return fall + np.concatenate([[0.0], np.cumsum(flights)])
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853"])
+def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
+    sol = ball.simulate(
+        20.0, [1.0, 0.0], events=[bouncing(0.9, terminal=100)], rtol=1e-12, method=method
+    )
+    assert sol.status.code == "stopped by an event"
+    exact = impacts(0.9, 100)
+    np.testing.assert_allclose(sol.events[0].t, exact, rtol=0, atol=1e-12)
+    speeds = np.sqrt(2 * G) * 0.9 ** np.arange(100)
+    np.testing.assert_allclose(sol.events[0].y[:, 1], -speeds, atol=1e-11)
+    assert sol.y[-1, 1] == pytest.approx(0.9 * speeds[-1], rel=1e-9)
+    assert len(sol.segments) == 101
+
+
+def test_many_pieces_keep_within_the_memory_allowed(ball):
+    sol = ball.simulate(50.0, [1.0, 0.0], events=[bouncing(1.0)], max_bytes=1e5)
+    assert sol.status.code == "memory limit"
+    assert 2 < len(sol.segments) < 20
+
+
+def test_both_sides_of_each_jump(ball):
+    sol = ball.simulate(2.0, [1.0, 0.0], events=[bouncing(0.8)])
+    times = sol.events[0].t
+    assert len(sol.segments) == len(times) + 1 == 4
+    for t, before, after in zip(times, sol.segments, sol.segments[1:], strict=False):
+        assert before.t1 == after.t0 == t
+        assert after.y1[0] >= -1e-12
+        np.testing.assert_allclose(after.y0[1], -0.8 * before.y1[1])
+        np.testing.assert_array_equal(sol(t), after.y0)
+        np.testing.assert_array_equal(sol([t, t]), [before.y1, after.y0])
+        for side, state in ((-1e-7, before.y1), (1e-7, after.y0)):
+            near = np.array([state[0] + side * state[1], state[1] - G * side])
+            np.testing.assert_allclose(sol(t + side), near, atol=1e-12)
+    twice = sol.t[1:][np.diff(sol.t) == 0]
+    np.testing.assert_array_equal(twice, times)
+    np.testing.assert_allclose(sol(sol.t), sol.y, atol=1e-13)
+    assert (sol.y[:, 0] > -1e-12).all()
+    at = ball.simulate(2.0, [1.0, 0.0], events=[bouncing(0.8)], t_eval=np.linspace(0, 2, 50))
+    np.testing.assert_allclose(at.y, sol(at.t), atol=1e-9)
+
+
+def test_ever_shorter_flights_end_in_a_status(ball):
+    for restitution in (0.9, 0.5, 0.1):
+        sol = ball.simulate(20.0, [1.0, 0.0], events=[bouncing(restitution)])
+        last = np.sqrt(2 / G) * (1 + restitution) / (1 - restitution)
+        assert sol.status.code == "resets accumulate"
+        assert "Zeno" in str(sol.status)
+        assert sol.status.t == pytest.approx(last, abs=1e-6)
+        np.testing.assert_allclose(sol.y[-1], 0.0, atol=1e-6)
+        assert (sol.y[:, 0] > -1e-9).all()
+    plastic = ball.simulate(20.0, [1.0, 0.0], events=[bouncing(0.0)])
+    assert plastic.status.code == "resets accumulate"
+    assert plastic.status.t == pytest.approx(np.sqrt(2 / G))
+
+
+def test_a_pendulum_between_two_stops_loses_what_the_restitution_takes(pendulum):
+    """Its energy is constant between the impacts and falls by 1 - e^2 of the kinetic energy."""
+    e, (low, high) = 0.8, (-0.2, 0.3)
+    bottom = pendulum.equilibria()[0].y[0]
+    hit = lambda t, q, u: (q, -e * u)  # noqa: E731
+    stops = [
+        mechc.Event(lambda t, y: y[0] - bottom - low, direction=-1, reset=hit),
+        mechc.Event(lambda t, y: y[0] - bottom - high, direction=1, reset=hit),
+    ]
+    sol = pendulum.simulate(6.0, [bottom, 4.0], events=stops, rtol=1e-11)
+    assert sol.status.ok
+    assert len(sol.events[0].t) > 2
+    assert len(sol.events[1].t) > 2
+    angle = sol(np.linspace(0.0, 6.0, 3000))[:, 0] - bottom
+    assert angle.min() > low - 1e-9
+    assert angle.max() < high + 1e-9
+    for part, after in zip(sol.segments, sol.segments[1:], strict=False):
+        energies = [pendulum.energy(y) for y in (part.y0, part.y1, after.y0)]
+        kinetic = pendulum.kinetic_energy(part.y1)
+        assert energies[1] == pytest.approx(energies[0], abs=1e-9)
+        assert energies[2] - energies[1] == pytest.approx(-(1 - e**2) * kinetic, abs=1e-9)
+    assert (np.diff(sol.energy) < 1e-9).all()
+
+
+def cradle(e):
+    """Neighbours exchange speeds: masses are equal."""
+
+    def reset(k):
+        def collide(t, q, u):
+            mean, half = 0.5 * (u[k] + u[k + 1]), 0.5 * e * (u[k] - u[k + 1])
+            u[k], u[k + 1] = mean - half, mean + half
+            return q, u
+
+        return collide
+
+    return [
+        mechc.Event(lambda t, y, k=k: y[k + 1] - y[k], direction=-1, reset=reset(k))
+        for k in range(4)
+    ]
+
+
+def test_newtons_cradle_passes_the_motion_on(five_springs):
+    """Equal springs, so that all meet in the middle: the ball at one end swings, then the other."""
+    start = np.zeros(10)
+    start[0] = -0.1
+    sol = five_springs.simulate(10.0, start, events=cradle(1.0), rtol=1e-11)
+    assert sol.status.ok
+    period = np.pi  # of a spring of 4 N/m and 1 kg
+    meetings = period / 4 + period / 2 * np.arange(6)
+    for k, record in enumerate(sol.events):
+        met = record.t[np.abs(record.y[:, 6 + k] - record.y[:, 5 + k]) > 1e-6]
+        np.testing.assert_allclose(met, meetings, atol=1e-9)
+    for n, t in enumerate(meetings[:-1] + period / 4):
+        q = np.zeros(5)
+        q[-1 if n % 2 == 0 else 0] = 0.1 if n % 2 == 0 else -0.1
+        np.testing.assert_allclose(sol(t)[:5], q, atol=1e-8)
+    kinetic = 0.5 * (sol.y[:, 5:] ** 2).sum(axis=1) + 2.0 * (sol.y[:, :5] ** 2).sum(axis=1)
+    np.testing.assert_allclose(kinetic, 0.5 * 4 * 0.01, rtol=1e-9)
+
+
+def test_a_cradle_with_losses_never_gains_energy(five_springs):
+    start = np.zeros(10)
+    start[0] = -0.1
+    sol = five_springs.simulate(3.0, start, events=cradle(0.7), max_steps=3000)
+    energy = 0.5 * (sol.y[:, 5:] ** 2).sum(axis=1) + 2.0 * (sol.y[:, :5] ** 2).sum(axis=1)
+    assert energy[-1] < 0.9 * energy[0]
+    assert (np.diff(energy) < 1e-9).all()
+    gaps = np.diff(sol.y[:, :5], axis=1)
+    assert gaps.min() > -1e-8
+
+
+@pytest.mark.parametrize(("wall", "grazes"), [(0.1, True), (0.1 + 1e-12, True), (0.11, False),
+                                              (0.09, False)])  # fmt: skip
+def test_grazing_is_told(five_springs, wall, grazes):
+    """An oscillator of amplitude 0.1 and a wall there."""
+    hit = mechc.Event(lambda t, y: wall - y[0], direction=-1, reset=lambda t, q, u: (q, -0.9 * u))
+    start = np.zeros(10)
+    start[5] = 0.2
+    sol = five_springs.simulate(3.0, start, events=[hit])
+    assert ("grazing" in str(sol.status)) == grazes
+
+
+def test_a_switch_goes_on_through_its_zero(ball):
+    """A force that is turned off is a switch: the speed is changed, not turned back."""
+    faster = mechc.Event(lambda t, y: y[0] - 0.5, reset=lambda t, q, u: (q, 2 * u))
+    sol = ball.simulate(1.0, [1.0, 0.0], events=[faster])
+    assert sol.status.ok
+    assert sol.events[0].t == pytest.approx([np.sqrt(1 / G)])
+    assert len(sol.segments) == 2
+
+
+def test_speeds_are_put_onto_the_constraints_by_the_impulse_of_least_energy(model):
+    """The change of the speeds is orthogonal, in the mass metric, to all speeds allowed."""
+    y = model.assemble({"theta_0": 1.2}, speeds={"omega_0": 3.0})
+    system, values = model.system, model.system.parameter_set.resolve(None)
+    given = y.copy()
+    given[3:] += [0.5, -2.0, 1.0]
+    found = onto_constraints(system, 0.0, given, values)
+    np.testing.assert_allclose(model.velocity_constraints(found), 0.0, atol=1e-13)
+    np.testing.assert_allclose(found[:3], y[:3], atol=1e-14)
+    allowed = model.assemble({"theta_0": 1.2}, speeds={"omega_0": 1.0})[3:]
+    impulse = model.mass_matrix(y) @ (found[3:] - given[3:])
+    assert allowed @ impulse == pytest.approx(0.0, abs=1e-12)
+    lost = np.array([0.0, 0.0, 0.0, *(found[3:] - given[3:])])
+    total = model.kinetic_energy(found) + model.kinetic_energy(np.append(y[:3], lost[3:]))
+    assert model.kinetic_energy(np.append(y[:3], given[3:])) == pytest.approx(total)
+
+
+def test_a_linkage_hits_a_stop_and_stays_closed(model, regular):
+    params, start = regular
+    stop = mechc.Event(
+        lambda t, y: y[0] - 3.0, direction=1, reset=lambda t, q, u: (q, [-0.5 * u[0], u[1], u[2]])
+    )
+    sol = model.simulate(6.0, start, params, events=[stop])
+    assert sol.status.ok
+    assert len(sol.segments) > 2
+    assert sol.closure.max() < 1e-12
+    assert sol.velocity_closure.max() < 1e-11
+    assert sol.q[:, 0].max() < 3.0 + 1e-9
+    assert (np.diff(sol.energy) < 1e-7).all()
+
+
+def test_saved_pickled_and_continued(ball, tmp_path):
+    first = ball.simulate(1.0, [1.0, 0.0], events=[bouncing(0.8)])
+    whole = ball.simulate(3.0, [1.0, 0.0], events=[bouncing(0.8)])
+    on = first.continue_to(2.0).continue_to(3.0)
+    np.testing.assert_allclose(on.events[0].t, whole.events[0].t, atol=1e-9)
+    times = np.linspace(0, 3, 400)
+    np.testing.assert_allclose(on(times), whole(times), atol=1e-8)
+    assert len(on.segments) == len(whole.segments)
+    again = mechc.open(whole.save(tmp_path / "ball.nc"), model=ball)
+    for other in (again, pickle.loads(pickle.dumps(whole))):
+        np.testing.assert_allclose(other(times), whole(times), atol=1e-8)
+        np.testing.assert_array_equal(other.t, whole.t)
+        np.testing.assert_allclose(other.y, whole.y, atol=1e-8)
+        np.testing.assert_allclose(
+            [part.y0 for part in other.segments], [part.y0 for part in whole.segments]
+        )
+
+
+def test_a_run_whose_resets_accumulated_is_saved_and_opened(ball, tmp_path):
+    sol = ball.simulate(20.0, [1.0, 0.0], events=[bouncing(0.5)])
+    again = mechc.open(sol.save(tmp_path / "rest.nc"), model=ball)
+    assert again.status == sol.status
+    assert again.span == sol.span
+    np.testing.assert_allclose(again.y, sol.y, atol=1e-12)
+
+
+def test_pictures_show_jumps(ball):
+    sol = ball.simulate(1.0, [1.0, 0.0], events=[bouncing(0.8)])
+    from mechc.results.sampling import sample
+
+    run = sample(sol, 50, jumps=True)
+    (at,) = np.flatnonzero(np.diff(run.t) == 0)
+    assert run.t[at] == sol.events[0].t[0]
+    np.testing.assert_array_equal(run.y[[at, at + 1]], [sol.segments[0].y1, sol.segments[1].y0])
+    assert sol.plot() is not None
+    assert "html" in sol.animate()._repr_html_()
+
+
+def test_what_is_wrong_is_told(ball):
+    with pytest.raises(ValueOutOfBoundsError, match="reset"):
+        ball.simulate(1.0, [1.0, 0.0], events=[mechc.Event(lambda t, y: y[0], reset=3.0)])
+    for wrong in (lambda t, q, u: q, lambda t, q, u: (q, u * np.nan), lambda t, q, u: 1 / 0):
+        with pytest.raises(EventError, match="reset") as caught:
+            ball.simulate(1.0, [1.0, 0.0], events=[mechc.Event(lambda t, y: y[0], reset=wrong)])
+        assert caught.value.solution.span[1] == pytest.approx(np.sqrt(2 / G))

@@ -220,6 +220,16 @@ def test_one_function_gives_several_inputs() -> None:
     assert np.abs(sol.y[-1] - scipys(lambda t, y: 0.3)).max() < 1e-8
     with pytest.raises(mechc.InputError, match="need 2 numbers, not 3"):
         model.simulate(1.0, START, inputs={(T, F): lambda t: [1.0, 2.0, 3.0]})
+    each = {T: CubicSpline(TIMES, SAMPLES), F: CubicSpline(TIMES, 2 * SAMPLES)}
+    both = np.column_stack([SAMPLES, 2 * SAMPLES])
+    expected = model.simulate(1.0, START, inputs=each).y[-1]
+    for curves in (CubicSpline(TIMES, both), make_interp_spline(TIMES, both, 3)):
+        sol = model.simulate(1.0, START, inputs={(T, F): curves})
+        assert not sol.status.warnings  # signals, no Python functions
+        np.testing.assert_allclose(sol.y[-1], expected, rtol=0, atol=1e-12)
+    lines = model.simulate(1.0, START, inputs={T: (TIMES, SAMPLES), F: (TIMES, 2 * SAMPLES)})
+    sol = model.simulate(1.0, START, inputs={(T, F): (TIMES, both)})
+    assert np.array_equal(sol.y[-1], lines.y[-1])
 
 
 def test_a_system_of_pydy_is_compiled_with_all_that_it_holds() -> None:

@@ -54,6 +54,8 @@ def convert(
     source: Source, settings: ConversionSettings, read: Fingerprint | None = None
 ) -> Mechanism:
     """The mechanism that a Source describes."""
+    if any(isinstance(key, Symbol) for key in settings.inputs):
+        source, read = _with_bound_parameters(source, settings), None
     read = read or fingerprint(source)
     source, reactions = split_reactions(source, _reactions(source, settings, read))
     read = read.without({each.symbol for each in reactions})
@@ -200,9 +202,34 @@ def _inputs(
     found += _named_in((*settings.inputs.values(), *states.values()))
     chosen = dict[AppliedUndef, Expr | None].fromkeys(f for f in found if f not in known)
     for key, value in settings.inputs.items():
+        if isinstance(key, Symbol):
+            continue
         function = find_symbol(key, list(chosen), "inputs", "specified function of time")
         chosen[function] = None if value is None else sympify(value)
+    for function, value in chosen.items():
+        if value is None and function.args != (dynamicsymbols._t,):
+            raise MechanismError(
+                f"{function} is a function of {', '.join(map(printed_name, function.args))}: give "
+                f"it as an expression or as samples, inputs={{{function}: ...}}"
+            )
     return chosen
+
+
+def _with_bound_parameters(source: Source, settings: ConversionSettings) -> Source:
+    """Loads with the expressions that are given for parameters in them."""
+    bound = {k: sympify(x) for k, x in settings.inputs.items() if isinstance(k, Symbol)}
+    if not bound:
+        return source
+    elsewhere = fingerprint(replace(source, loads=())).leaves
+    for symbol, value in bound.items():
+        if symbol in elsewhere:
+            raise MechanismError(
+                f"inputs: {symbol} is in more than loads, where it was differentiated as a "
+                f"constant, so it cannot be {value}: make it a function of time (dynamicsymbols) "
+                "or, where it follows other parameters, give it in defaults"
+            )
+    loads = tuple((place, vector.xreplace(bound)) for place, vector in source.loads)
+    return replace(source, loads=loads)
 
 
 def _named_in(expressions: Iterable[Any]) -> list[AppliedUndef]:
@@ -257,6 +284,14 @@ def _parameters(
     states: Iterable[AppliedUndef],
 ) -> tuple[Parameter, ...]:
     defaults = _resolved(settings.defaults, "defaults", source, (*symbols, *states))
+    for symbol, value in defaults.items():
+        held = value.atoms(AppliedUndef) if isinstance(value, Expr) else ()
+        if held and symbol not in states:
+            raise MechanismError(
+                f"defaults: {printed_name(symbol)} follows {printed_name(min(held, key=str))}, but "
+                "a parameter follows parameters only; an expression of time, coordinates and "
+                f"speeds is given with inputs={{{printed_name(symbol)}: ...}}"
+            )
     return tuple(
         Parameter(symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""))
         for symbol in symbols

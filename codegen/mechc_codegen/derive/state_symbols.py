@@ -107,6 +107,9 @@ def specified_values(
         function = derivative.expr
         if function not in inputs:
             continue
+        if dynamicsymbols._t not in derivative.variables:  # a function of a coordinate, by it
+            values[derivative] = inputs[function].diff(*derivative.variables)
+            continue
         if inputs[function].atoms(AppliedUndef) - open_inputs:
             raise MechanismError(
                 f"the rate of {printed_name(function)} is needed, so {printed_name(function)} "

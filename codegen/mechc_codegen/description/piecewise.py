@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from functools import reduce
+from typing import Any
 
 from sympy import (
     And,
@@ -46,6 +47,9 @@ class Step(Function):  # type: ignore[misc]
     def fdiff(self, argindex: int = 1) -> Expr:
         return S.Zero
 
+    def _pythoncode(self, printer: Any) -> str:
+        return f"(1.0 if {printer._print(self.args[0])} > 0 else 0.0)"
+
 
 class Where(Function):  # type: ignore[misc]
     """The second argument where the first is not 0, else the third."""
@@ -62,6 +66,10 @@ class Where(Function):  # type: ignore[misc]
     def _eval_derivative(self, symbol: Symbol) -> Expr:
         chosen, one, other = self.args
         return Where(chosen, one.diff(symbol), other.diff(symbol))
+
+    def _pythoncode(self, printer: Any) -> str:
+        chosen, one, other = map(printer._print, self.args)
+        return f"({one} if {chosen} else {other})"
 
 
 def without_corners(expression: Basic) -> Basic:

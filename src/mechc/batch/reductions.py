@@ -164,6 +164,8 @@ def _output(system: System, name: str, indices: str | None, form: int) -> _Quant
     if name == "energy" and "kinetic_energy" in order:
         if indices is not None or form != COMPONENT:
             raise MechcError("energy is one number: write energy")
+        if "potential_energy" not in order:
+            system.refuse_output("potential_energy")
         kinetic, potential = order.index("kinetic_energy"), order.index("potential_energy")
         return _Quantity(COMPONENT, kinetic, potential, 0, told)
     if name not in order:

@@ -32,7 +32,8 @@ class Batch:
     arrays
         Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
-        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.
+        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.  Each is also an
+        attribute: ``batch.y0``, ``batch.steps``.
     """
 
     def __init__(
@@ -53,6 +54,12 @@ class Batch:
     def __getitem__(self, name: str) -> Array:
         """An array of ``arrays``, a reduction, or an output, by name."""
         return np.asarray(self.arrays[self._key(name_of(name))])
+
+    def __getattr__(self, name: str) -> Array:
+        """An array of ``arrays`` as an attribute: ``batch.y0``, ``batch.steps``."""
+        if name not in self.__dict__.get("arrays", ()):
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+        return self[name]
 
     def _key(self, name: str) -> str:
         keys = {key: key for key in self.arrays}

@@ -5,8 +5,9 @@ Input: a batch and its plan.  Output: PNG and SVG files, one a reduction.
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from mechc.batch.results import Batch
     from mechc.batch.sweep import Plan
 
+MOST_MAPS = 12
+Members: TypeAlias = "np.ndarray[Any, np.dtype[np.intp]]"
 WIDE = 1e3  # ratio of values beyond which the colour scale is logarithmic
 CANNOT, FAILED, CROSSING = "#d1d5db", "#dc2626", "#111827"
 
@@ -41,8 +44,9 @@ def save_maps(batch: Batch, chosen: Plan, folder: Path) -> list[Path]:
 
 
 def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
-    """One reduction against what varies: a line for one, a map for the first two of more.
+    """One reduction against what varies: a line for one, a map for two, several for more.
 
+    A grid of more than two has a map of the first two for each value of the others, twelve at most.
     Members that cannot be assembled are grey, failed ones red crosses, and members that met a
     change point black.
     """
@@ -53,11 +57,10 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     label = _plain(f"{shown} [{unit}]" if unit else shown)
     with _matplotlib().rc_context(STYLE):
         figure = _figure_class()(figsize=(7.4, 5.2), layout="constrained")
-        axes = figure.add_subplot()
-        draw = _draw_line if len(chosen.variations) == 1 else _draw_plane
-        draw(axes, batch, chosen, values, label)
-        _explain(axes, batch)
-        axes.set_title(_plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
+        draw = _draw_line if len(chosen.variations) == 1 else _draw_maps
+        draw(figure, batch, chosen, values, label)
+        _explain(figure, batch)
+        figure.suptitle(_plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
     return figure
 
 
@@ -69,7 +72,8 @@ def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
     return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
 
 
-def _draw_line(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+def _draw_line(figure: Figure, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    axes = figure.add_subplot()
     x, name = _axis(batch, chosen, 0)
     order = np.argsort(x, kind="stable")
     axes.plot(x[order], values[order], marker=".", markersize=3, color="#2563eb")
@@ -81,29 +85,79 @@ def _draw_line(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: str
     axes.plot(x[crossing], values[crossing], "o", color=CROSSING, markersize=4)
 
 
-def _draw_plane(axes: Axes, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+def _draw_maps(figure: Figure, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
+    maps = _maps(batch, chosen)
+    colours, extend = _colours(batch, values)
+    columns = math.ceil(math.sqrt(len(maps)))
+    places = figure.subplots(
+        math.ceil(len(maps) / columns), columns, sharex=True, sharey=True, squeeze=False
+    ).ravel()
+    for axes, (title, members) in zip(places, maps, strict=False):
+        drawn = _draw_plane(axes, batch, chosen, values, members, colours)
+        if title:
+            axes.set_title(title, fontsize="small")
+    for empty in range(len(maps), len(places)):
+        places[empty].set_visible(False)
+        places[empty - columns].tick_params(labelbottom=True)
+    figure.colorbar(drawn, ax=list(places[: len(maps)]), label=label, extend=extend)
+
+
+def _maps(batch: Batch, chosen: Plan) -> list[tuple[str, Members]]:
+    """Title and members of each map."""
+    everyone = np.arange(len(chosen))
+    if chosen.shape is None or len(chosen.shape) == 2:
+        return [("", everyone)]
+    by_others = everyone.reshape(*chosen.shape[:2], -1)
+    count = by_others.shape[2]
+    shown = np.unique(np.linspace(0, count - 1, min(count, MOST_MAPS)).round().astype(int))
+    return [(_others(batch, chosen, by_others[0, 0, k]), by_others[:, :, k]) for k in shown]
+
+
+def _others(batch: Batch, chosen: Plan, member: int) -> str:
+    """What varies besides the two axes of a map, with its values."""
+    told = []
+    for i, variation in enumerate(chosen.variations[2:], start=2):
+        values, _ = _axis(batch, chosen, i)
+        quantity = batch.system.quantities[variation.name]
+        unit = shown_in(quantity.kind, quantity.unit)[0]
+        told.append(f"{pretty_name(variation.name)} = {values[member]:.4g} {unit}")
+    return _plain(", ".join(told))
+
+
+def _draw_plane(
+    axes: Axes, batch: Batch, chosen: Plan, values: Array, members: Members, colours: Any
+) -> Any:
+    """One map of some members; what its colours belong to."""
     (x, x_name), (y, y_name) = _axis(batch, chosen, 0), _axis(batch, chosen, 1)
     axes.set(xlabel=x_name, ylabel=y_name)
+    axes.label_outer()
     axes.grid(visible=False)
     axes.set_facecolor(CANNOT)
-    colours, extend = _colours(batch, values)
-    if chosen.shape is not None and len(chosen.shape) == 2 and min(chosen.shape) > 1:
-        grid = [a.reshape(chosen.shape) for a in (x, y, values)]
-        drawn: Any = axes.pcolormesh(
-            *grid, shading="nearest", cmap="viridis", norm=colours, rasterized=True
-        )
-        size = 2.0
+    grid = chosen.shape[:2] if chosen.shape is not None and min(chosen.shape[:2]) > 1 else None
+    drawn: Any
+    if grid is not None:
+        drawn = axes.pcolormesh(
+            *(a[members].reshape(grid) for a in (x, y, values)),
+            shading="nearest", cmap="viridis", norm=colours, rasterized=True,
+        )  # fmt: skip
     else:
         axes.set_facecolor("white")
-        lost = batch["status"] == NOT_ASSEMBLED
+        lost = members[batch["status"][members] == NOT_ASSEMBLED]
         axes.scatter(x[lost], y[lost], s=9, color=CANNOT, linewidths=0)
         drawn = axes.scatter(
-            x, y, c=values, s=9, cmap="viridis", norm=colours, linewidths=0, rasterized=True
-        )
-        size = 4.0
-    axes.figure.colorbar(drawn, ax=axes, label=label, extend=extend)
-    _mark_failed(axes, batch, x, y)
-    crossing = batch["change_points"] > 0
+            x[members], y[members], c=values[members], s=9, cmap="viridis", norm=colours,
+            linewidths=0, rasterized=True,
+        )  # fmt: skip
+    _mark(axes, batch, x, y, members.ravel(), 4.0 if grid is None else 2.0)
+    return drawn
+
+
+def _mark(axes: Axes, batch: Batch, x: Array, y: Array, members: Members, size: float) -> None:
+    """Failed members, and those that met a change point."""
+    lost = batch["status"][members] == NOT_ASSEMBLED
+    failed = members[np.logical_not(batch.ok[members] | lost)]
+    axes.plot(x[failed], y[failed], "x", color=FAILED, markersize=4)
+    crossing = members[batch["change_points"][members] > 0]
     axes.plot(x[crossing], y[crossing], "s", color=CROSSING, markersize=size, markeredgewidth=0)
 
 
@@ -126,12 +180,7 @@ def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
     return (LogNorm if low > 0 and high > WIDE * low else Normalize)(low, high), extend
 
 
-def _mark_failed(axes: Axes, batch: Batch, x: Array, y: Array) -> None:
-    failed = np.logical_not(batch.ok) & (batch["status"] != NOT_ASSEMBLED)
-    axes.plot(x[failed], y[failed], "x", color=FAILED, markersize=4)
-
-
-def _explain(axes: Axes, batch: Batch) -> None:
+def _explain(figure: Figure, batch: Batch) -> None:
     """A legend of the marks that occur."""
     from matplotlib.lines import Line2D
 
@@ -152,4 +201,4 @@ def _explain(axes: Axes, batch: Batch) -> None:
         if shown
     ]
     if handles:
-        axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=3)
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)

@@ -10,7 +10,7 @@ from typing import Any
 import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.own_models import is_own, own_model, own_name
-from mechc.compilation.catalogue import LIBRARY
+from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
@@ -68,10 +68,32 @@ def model_of(chosen: argparse.Namespace) -> mechc.Model:
         return _own_model(chosen)
     name = known(chosen.name)
     options = checked_options(name, options_of(chosen.options))
+    _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
         model = mechc.load(name, **options)
         model.system.wait()
     return model
+
+
+def _refuse_unknown_names(chosen: argparse.Namespace, options: dict[str, Any]) -> None:
+    """Refuse names before a scene that would have to be compiled first."""
+    state = [*getattr(chosen, "start", ()), *getattr(chosen, "guess", ())]
+    parameters = chosen.parameters
+    if not (state or parameters) or (chosen.name in COMPILED_AT_INSTALL and not options):
+        return
+    from mechc.compilation.library import names_to_compile
+
+    names = names_to_compile(chosen.name, options)
+    if names is None:
+        return
+    both = (*names["coordinates"], *names["speeds"])
+    for typed, known, kind in (
+        (state, both, STATE),
+        (parameters, names["parameters"], "parameter"),
+    ):
+        for name, _ in map(split_assignment, typed):
+            if name not in known:
+                raise UnknownNameError(kind, name, known)
 
 
 def _own_model(chosen: argparse.Namespace) -> mechc.Model:
@@ -122,6 +144,27 @@ def values_of(
             raise MechcError(f"{name} is given twice")
         values[name] = read_value(value, model.quantities[name])
     return values
+
+
+def tolerance(chosen: argparse.Namespace) -> float:
+    """``--rtol``, checked before anything is compiled."""
+    rtol = number("--rtol", chosen.rtol)
+    if not 0 < rtol < 1:
+        raise MechcError(f"--rtol must be between 0 and 1, not {chosen.rtol}")
+    return rtol
+
+
+def page_ending(chosen: argparse.Namespace) -> str:
+    """The ending of the page that ``show --out`` writes, ``html`` or ``tex``."""
+    wanted = "tex" if chosen.latex else "html"
+    endings = {"html": (".html", ".htm"), "tex": (".tex",)}[wanted]
+    if chosen.out and Path(chosen.out).suffix.lower() not in endings:
+        raise MechcError(
+            f"--out {chosen.out}: the derivation is written as {wanted.upper()}, to a file that "
+            f"ends in {endings[0]}; "
+            + ("a browser prints it as PDF" if wanted == "html" else "pdflatex makes a PDF of it")
+        )
+    return wanted
 
 
 def number(option: str, text: str) -> float:

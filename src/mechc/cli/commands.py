@@ -19,11 +19,11 @@ from mechc.cli.arguments import (
     checked_options,
     known,
     model_of,
-    number,
     options_of,
     output_folder,
     seconds_of,
     start_state,
+    tolerance,
     values_of,
     whole,
 )
@@ -41,6 +41,7 @@ from mechc.cli.options import (
     sweep_options,
     variant_options,
 )
+from mechc.cli.own_models import is_own
 from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
@@ -134,9 +135,10 @@ def _list(_: argparse.Namespace) -> int:
 
 
 def _run(chosen: argparse.Namespace) -> int:
+    if not is_own(chosen.name):
+        known(chosen.name)
+    t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
-    t_end = seconds_of(chosen)
-    rtol = number("--rtol", chosen.rtol)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
     state = start_state(model, chosen, params)
     folder = output_folder(chosen)
@@ -162,6 +164,9 @@ def _sweep(chosen: argparse.Namespace) -> int:
     from mechc.batch.sweep import members, plan, read_variation, sweep_json, sweep_summary
     from mechc.batch.sweep_maps import save_maps
 
+    if not is_own(chosen.name):
+        known(chosen.name)
+    t_end, rtol = seconds_of(chosen), tolerance(chosen)
     model = model_of(chosen)
     count = None if chosen.count is None else whole("--count", chosen.count)
     threads = None if chosen.threads is None else whole("--threads", chosen.threads)
@@ -178,11 +183,11 @@ def _sweep(chosen: argparse.Namespace) -> int:
         guess=values_of(model, chosen.guess, model.coordinates, "coordinate"),
     )
     batch = model.simulate_batch(
-        seconds_of(chosen),
+        t_end,
         starts,
         params,
         reduce=chosen.reduce or [f"max({model.coordinates[-1]})"],
-        rtol=number("--rtol", chosen.rtol),
+        rtol=rtol,
         method=chosen.method,
         threads=threads,
         out=folder / "batch" if folder is not None and stored else None,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import mechc
-from mechc.cli.arguments import checked_options, known, options_of, values_of
+from mechc.cli.arguments import checked_options, known, options_of, page_ending, values_of
 from mechc.cli.own_models import is_own, own_description, own_model
 from mechc.results.durable import write_text
 
@@ -17,7 +17,7 @@ def show_command(chosen: argparse.Namespace) -> int:
     """Prints quantities, what follows from their values, and options; writes the page."""
     from mechc.compilation.library import derivation_notes, derivation_page
 
-    own = is_own(chosen.name)
+    own, ending = is_own(chosen.name), page_ending(chosen)
     options = {} if own else checked_options(known(chosen.name), options_of(chosen.options))
     model = own_model(chosen.name) if own else mechc.load(chosen.name, **options)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
@@ -31,7 +31,6 @@ def show_command(chosen: argparse.Namespace) -> int:
     if not own:
         _print_options(chosen.name)
     if not chosen.out:
-        ending = "tex" if chosen.latex else "html"
         print(f"\nits derivation, as a page: mechc show {chosen.name} --out {chosen.name}.{ending}")
         return 0
     page = Path(chosen.out)

@@ -38,12 +38,17 @@ def compile_known(
     digest: str, described: Described, reference: ModelReference, seconds: Seconds | None = None
 ) -> System:
     """Look up in the cache, where the key is known, before anything is derived."""
+    started, described = time.perf_counter(), lru_cache(described)
+    key = key_of(digest)
+    return _system(key, lambda: _built(described), described, reference, seconds or {}, started)
+
+
+def key_of(digest: str) -> str:
+    """The key in the cache of a request with this digest."""
     from mechc_codegen.frontend.cache_key import compiler_signature, files_digest, files_stamp
 
-    started, described = time.perf_counter(), lru_cache(described)
     files = cache.remembered("compiler", files_stamp(), files_digest)
-    key = compiler_signature(digest, *environment(), files)
-    return _system(key, lambda: _built(described), described, reference, seconds or {}, started)
+    return compiler_signature(digest, *environment(), files)
 
 
 def without_c(

@@ -6,7 +6,8 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from mechc.compilation.build import compile_described, compile_known, without_c
+from mechc.compilation import entries
+from mechc.compilation.build import compile_described, compile_known, key_of, without_c
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.errors import UnknownNameError
 from mechc.system.reference import ModelReference
@@ -58,6 +59,24 @@ def variant(
     if plain:
         return compile_known(_variant_digest(name, told), described, reference)
     return compile_described(described, reference)
+
+
+def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]] | None:
+    """Names of ``"coordinates"``, ``"speeds"``, ``"parameters"``, before these are compiled.
+
+    None where the scene is compiled: then the model has them.
+    """
+    from mechc_codegen.description.terms import printed_name
+
+    digest = _variant_digest(name, _told(beyond_default(name, options), {}))
+    if entries.found(key_of(digest)) is not None:
+        return None
+    mechanism = mechanism_of(name, options)
+    return {
+        "coordinates": tuple(map(printed_name, (*mechanism.q, *mechanism.x))),
+        "speeds": tuple(map(printed_name, mechanism.u)),
+        "parameters": tuple(p.symbol.name for p in mechanism.parameters),
+    }
 
 
 def described_as_asked(

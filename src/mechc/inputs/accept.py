@@ -38,19 +38,30 @@ def accepted(given: Any, orders: Mapping[str, int]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in given.items():
         if isinstance(key, tuple):
-            found |= _several([name_of(each) for each in key], value)
+            several = _several([name_of(each) for each in key], value)
+            found |= {name: _one(name, x, orders.get(name, 0)) for name, x in several.items()}
         else:
             name = name_of(key)
             found[name] = _one(name, value, orders.get(name, 0))
     return found
 
 
-def _one(name: str, value: Any, order: int) -> Any:
+def samples_or_signal(value: Any, order: int) -> Signal | None:
+    """Samples ``(times, values)``, signals and interpolants as a signal; None for anything else.
+
+    ``order``: the highest derivative that is needed of samples.
+    """
+    if isinstance(value, Signal):
+        return value
     if _samples(value):
         kind = "linear" if order == 0 else "cubic" if order <= 3 else "quintic"
         times, values = value
         return Signal(times, values, kind)
-    signal = Signal.of_interpolant(value)
+    return Signal.of_interpolant(value)
+
+
+def _one(name: str, value: Any, order: int) -> Any:
+    signal = samples_or_signal(value, order)
     if signal is not None:
         return signal
     return _with_state_apart(f"the input {name}", value) if callable(value) else value
@@ -92,16 +103,30 @@ def _binds(signature: inspect.Signature, count: int) -> bool:
 
 
 def _several(names: list[str], value: Any) -> dict[str, Any]:
-    """One function for several inputs, evaluated once for all of them."""
+    """Numbers, samples or interpolants for several inputs, or a function evaluated once for all."""
     what = f"the inputs {', '.join(names)}"
+    columns = _columns(value, len(names))
+    if columns is not None:
+        return dict(zip(names, columns, strict=True))
     if not callable(value):
-        if np.ndim(value) != 1 or len(value) != len(names):
+        if not isinstance(value, (tuple, list, np.ndarray)) or len(value) != len(names):
             raise ValueOutOfBoundsError(
-                f"{what} take a function that gives {len(names)} numbers, or {len(names)} numbers"
+                f"{what} take a function that gives {len(names)} numbers, {len(names)} numbers, or "
+                f"(times, values) with values (n, {len(names)})"
             )
         return dict(zip(names, value, strict=True))
     function = _Together(what, len(names), value)
     return {name: function.component(k) for k, name in enumerate(names)}
+
+
+def _columns(value: Any, count: int) -> list[Any] | None:
+    """The samples, or the interpolants, of each of several inputs; None for anything else."""
+    if isinstance(value, (tuple, list)) and len(value) == 2 and np.ndim(value[0]) == 1:
+        times, values = value
+        if np.shape(values) == (len(times), count):
+            return [(times, column) for column in np.asarray(values).T]
+    signals = Signal.of_interpolants(value)
+    return signals if signals is not None and len(signals) == count else None
 
 
 class _Together:

@@ -196,7 +196,7 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
     """Knots (n,) and coefficients (n, degree + 1)."""
     if isinstance(value, Signal):
         _check_smoothness(slot, value)
-        return value._knots, value._coefficients
+        return value.pieces
     number = isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
     if not number or not np.isfinite(float(value)):
         raise ValueOutOfBoundsError(

@@ -80,6 +80,22 @@ class Signal:
         signal._smoothness = signal._continuous_derivatives()
         return signal
 
+    @classmethod
+    def of_interpolants(cls, interpolant: Any) -> list[Signal] | None:
+        """The signals of an interpolant of SciPy of several values at each time (n, k)."""
+        scipy = sys.modules.get("scipy.interpolate")
+        if scipy is None:
+            return None
+        if isinstance(interpolant, scipy.BSpline) and interpolant.c.ndim == 2:
+            columns = [scipy.BSpline(interpolant.t, c, interpolant.k) for c in interpolant.c.T]
+        elif isinstance(interpolant, scipy.PPoly) and interpolant.c.ndim == 3:
+            x, outside = interpolant.x, interpolant.extrapolate
+            columns = [scipy.PPoly(c, x, outside) for c in np.moveaxis(interpolant.c, 2, 0)]
+        else:
+            return None
+        found = [signal for signal in map(cls.of_interpolant, columns) if signal is not None]
+        return found if len(found) == len(columns) else None
+
     def _continuous_derivatives(self) -> int:
         """By the jumps at the knots, to rounding."""
         widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
@@ -117,6 +133,11 @@ class Signal:
             jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
             roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
         return roughness
+
+    @property
+    def pieces(self) -> tuple[Array, Array]:
+        """Knots (n,) and coefficients (n, degree + 1) in powers of the time since the knot."""
+        return self._knots, self._coefficients
 
     @property
     def span(self) -> tuple[float, float]:

@@ -12,6 +12,8 @@ from mechc.simulation.trajectory import Trajectory
 from mechc.system.kinds import ANGULAR, Kind
 from mechc.system.system import System
 
+MOST_TOLD = 1000  # change points in JSON
+
 
 def model_html(system: System) -> str:
     """The model for a notebook: title, coordinates, speeds, parameters."""
@@ -137,7 +139,7 @@ def _shown(system: System, name: str, value: float) -> str:
 
 
 def json_summary(sol: Trajectory) -> dict[str, Any]:
-    """The output of ``--json``; angles in rad."""
+    """The output of ``--json``; angles in rad; the first 1000 change points."""
     stats = sol.stats
     width = len(sol.system.coordinates)
     return {
@@ -145,6 +147,8 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "t_end": float(sol.status.t),
         "rtol": sol.policy.rtol,
         "method": sol.policy.method,
+        "coordinates": list(sol.system.coordinates),
+        "speeds": list(sol.system.speeds),
         "q_end": sol.y[-1, :width].tolist(),
         "u_end": sol.y[-1, width:].tolist(),
         "energy_drift": sol.energy_drift if sol.system.knows_energy else None,
@@ -154,7 +158,8 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "rejected": stats["rejected"],
         "rhs_evaluations": stats["rhs_evaluations"],
         "wall_s": stats["wall_s"],
-        "change_points": [{"t": c.t, "q": list(c.q)} for c in sol.change_points],
+        "change_point_count": len(sol.change_points),
+        "change_points": [{"t": c.t, "q": list(c.q)} for c in sol.change_points[:MOST_TOLD]],
         "status": sol.status.code,
         "message": str(sol.status),
         "parameters": _as_mapping(sol),

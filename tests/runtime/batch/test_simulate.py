@@ -34,6 +34,13 @@ def batch(model, drawn, method):
     )
 
 
+def test_every_array_is_an_attribute_too(batch):
+    for name in ("y0", "y_eval", "steps", "rejected", "rhs_evaluations", "least_singular"):
+        assert np.array_equal(getattr(batch, name), batch[name], equal_nan=True)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        batch.nothing  # noqa: B018
+
+
 def one(params, member):
     return {n: float(v[member]) if np.ndim(v) else v for n, v in params.items()}
 

@@ -71,8 +71,7 @@ def test_drawn_members_fill_the_ranges_and_repeat_with_the_seed(sampling):
 
 
 def legend(figure):
-    shown = figure.axes[0].get_legend()
-    return {text.get_text() for text in shown.get_texts()} if shown else set()
+    return {text.get_text() for shown in figure.legends for text in shown.get_texts()}
 
 
 def swept(model, chosen, t_end, reduction, **policy):
@@ -93,6 +92,21 @@ def test_the_map_shows_what_cannot_be_assembled_and_change_points():
         np.ma.filled(drawn, np.nan).reshape(3, 3),
         np.degrees(np.where(batch.ok, batch["max(theta_2)"], np.nan)).reshape(3, 3),
     )
+
+
+def test_a_grid_of_three_has_a_map_for_each_value_of_the_third():
+    model = mechc.load("four_bar")
+    varied = ("l_3=3.4:3.6:3", "theta_0=60deg:70deg:2", "m_1=1kg:2kg:4")
+    chosen = plan([read_variation(model, text) for text in varied])
+    batch = swept(model, chosen, 0.5, "max(theta_2)", method="gauss8")
+    *maps, bar = draw_map(batch, chosen, "max(theta_2)").axes
+    expected = np.degrees(batch["max(theta_2)"]).reshape(3, 2, 4)
+    for k, axes in enumerate(maps):
+        drawn = np.ma.filled(axes.collections[0].get_array(), np.nan)
+        np.testing.assert_allclose(drawn.reshape(3, 2), expected[:, :, k])
+        assert f"= {np.linspace(1, 2, 4)[k]:.4g} kg" in axes.get_title(loc="left")
+    assert len(maps) == 4
+    assert "max(theta_2)" in bar.get_ylabel()
 
 
 def test_colours_span_the_members_that_met_no_change_point():

@@ -48,6 +48,8 @@ def test_json_is_one_object_with_the_promised_keys_and_writes_nothing(capsys, he
     assert told["method"] == "gauss8"
     assert told["status"] == "finished"
     assert told["change_points"] == []
+    assert told["change_point_count"] == 0
+    assert told["coordinates"] == ["theta_0", "theta_1", "theta_2"]
     assert told["closure_max"] < 1e-13
     np.testing.assert_allclose(told["q_end"], [1.494919254, 0.715671502, -0.878512790], atol=1e-6)
     np.testing.assert_allclose(told["u_end"], [0.319832066, -0.111142222, 0.074940564], atol=1e-6)
@@ -147,6 +149,27 @@ def test_show_tells_names_units_geometry_and_options(capsys, here):
     assert "<math" in page
     assert "://" not in page.replace("http://www.w3.org/", "")
     assert str(here / "four_bar.html") in said
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["show", "four_bar", "--out", "page.pdf"],
+        ["show", "four_bar", "--latex", "--out", "page.html"],
+        ["run", "windows", "--with", "count=13", "--rtol", "banana"],
+        ["run", "windows", "--with", "count=13", "--rtol", "2"],
+        ["run", "windows", "--with", "count=13", "--start", "nobody=1"],
+        ["sweep", "windows", "--with", "count=13", "--vary", "l=1:2:3", "--set", "nobody=1"],
+    ],
+)
+def test_what_is_refused_is_refused_before_anything_is_compiled(command, capsys, here, monkeypatch):
+    monkeypatch.setattr("mechc.compilation.build.compile_known", lambda *_: pytest.fail("compiled"))
+    monkeypatch.setattr(
+        "mechc.compilation.library.compile_known", lambda *_: pytest.fail("compiled")
+    )
+    assert main(command) == 2
+    assert capsys.readouterr().err.startswith("mechc: ")
+    assert list(here.iterdir()) == []
 
 
 def test_show_finds_the_change_points_of_the_default_lengths(capsys, here):

@@ -1,0 +1,102 @@
+"""Functions of a coordinate, as expressions and as data; parameters bound to expressions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from sympy import Function, Symbol, cos, sin
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+import mechc
+
+t = dynamicsymbols._t
+m, k, c = Symbol("m"), Symbol("k"), Symbol("c")
+h = Function("h")
+PLACES = np.linspace(-2.0, 2.0, 21)
+G = 9.81
+
+
+def cart(force):
+    """A mass on a line, pushed by a force of the coordinate."""
+    q, u = dynamicsymbols("q u")
+    frame, point = ReferenceFrame("N"), Point("P")
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    kane.kanes_equations([Particle("cart", point, m)], [(point, force(q) * frame.x)])
+    return kane, q
+
+
+def road():
+    """A mass on the profile y = h(x), by a constraint."""
+    x, y, v, w = dynamicsymbols("x y v w")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    place = origin.locatenew("P", x * frame.x + y * frame.y)
+    place.set_vel(frame, v * frame.x + w * frame.y)
+    kane = KanesMethod(
+        frame, [x], [v], kd_eqs=[x.diff(t) - v, y.diff(t) - w], q_dependent=[y], u_dependent=[w],
+        configuration_constraints=[y - h(x)], velocity_constraints=[(y - h(x)).diff(t)],
+    )  # fmt: skip
+    kane.kanes_equations([Particle("load", place, m)], [(place, -m * G * frame.y)])
+    return kane, x
+
+
+@pytest.mark.parametrize(
+    ("profile", "error"),
+    [
+        (cos, 1e-14),
+        (lambda x: (PLACES, np.cos(PLACES)), 2e-2),
+        pytest.param(lambda x: CubicSpline(PLACES, np.cos(PLACES)), 2e-2, marks=pytest.mark.slow),
+        pytest.param(
+            lambda x: mechc.Signal(PLACES, np.cos(PLACES), "quintic"), 1e-4, marks=pytest.mark.slow
+        ),
+    ],
+)
+def test_a_mass_on_a_road_is_accelerated_by_its_slope_and_bend(profile, error):
+    kane, x = road()
+    model = mechc.compile(kane, inputs={h(x): profile(x)}, defaults={m: 2.0}, backend="numpy")
+    assert model.inputs == ()
+    for at, v in ((0.51, 1.0), (-1.2, 0.4)):
+        y = model.assemble({"x": at}, {"v": v}, guess={"y": 1.0})
+        slope, bend = -np.sin(at), -np.cos(at)
+        expected = -(slope * bend * v**2 + G * slope) / (1 + slope**2)
+        assert model.rhs(0.0, y)[2] == pytest.approx(expected, abs=error)
+        assert y[1] == pytest.approx(np.cos(at), abs=error)
+
+
+def test_a_curve_has_the_values_of_its_data_and_goes_on_beyond_them():
+    kane, q = cart(lambda q: h(q))
+    curve = CubicSpline(PLACES, np.sin(3 * PLACES))
+    model = mechc.compile(kane, inputs={h(q): curve}, defaults={m: 1.0}, backend="numpy")
+    for at in (-2.5, -2.0, -0.37, 0.0, PLACES[12], 1.99, 2.0, 2.2):
+        assert model.rhs(0.0, [at, 0.0])[1] == pytest.approx(curve(at), abs=1e-13)
+
+
+def test_a_parameter_of_a_load_may_be_bound_to_an_expression():
+    kane, q = cart(lambda q: -k * q)
+    model = mechc.compile(kane, inputs={k: c * (1 + q**2)}, defaults={m: 2.0, c: 3.0},
+                          backend="numpy")  # fmt: skip
+    assert model.parameters == ("c", "m")
+    assert model.rhs(0.0, [0.5, 0.0])[1] == pytest.approx(-3.0 * 1.25 * 0.5 / 2.0, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("options", "match"),
+    [
+        ({"inputs": {}}, r"h\(q\(t\)\) is a function of q: give it as an expression"),
+        ({"inputs": {"h": 0, m: sin(t)}}, "m is in more than loads"),
+        ({"inputs": {"h": 0}, "defaults": {k: dynamicsymbols("q")}}, "a parameter follows param"),
+    ],
+)
+def test_what_is_not_known_or_would_be_wrong_is_refused(options, match):
+    kane, _ = cart(lambda q: k * h(q))
+    with pytest.raises(mechc.MechanismError, match=match):
+        mechc.compile(kane, **options, backend="numpy")
+
+
+def test_samples_of_time_belong_to_a_run():
+    force = dynamicsymbols("F")
+    kane, _ = cart(lambda q: force)
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="are given with a run"):
+        mechc.compile(kane, inputs={force: (PLACES, PLACES)}, backend="numpy")

@@ -133,6 +133,14 @@ setup(
             extra_compile_args=["-O3"],
             depends=[*SHARED, *headers("abi", "closing")],
         ),
+        Extension(
+            "mechc.native._variational",
+            ["src/mechc/native/_variational.pyx"],
+            include_dirs=[str(RUNTIME)],
+            define_macros=[("MECHC_LANES", "1")],
+            extra_compile_args=["-O3"],
+            depends=headers("variational", "run", "methods"),
+        ),
         *(Extension(SCENES + name, [f"{name}.pyx"]) for name in SHIPPED),
     ],
 )

@@ -19,6 +19,7 @@ from typing import Any
 from ..problems.data import DATA
 from .motions import REFERENCES, compute
 from .near_misses import near_misses
+from .sensitivities import sensitivities
 
 NEEDED = 30  # digits
 NEAR_MISSES = "four_bar_near_misses"
@@ -29,6 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         name: partial(_of_two_ways, name) for name in REFERENCES
     }
     ways[NEAR_MISSES] = near_misses
+    ways["sensitivities"] = sensitivities
     parser = argparse.ArgumentParser(
         prog="mechc bench references", description=__doc__,
         formatter_class=argparse.RawTextHelpFormatter,

@@ -113,6 +113,48 @@ def _parallelograms(starts: int, rtols: Sequence[float]) -> Iterator[Row]:
             yield from random_starts.judged(given, method, rtol)
 
 
+# -- lengths in pairs at the tightest tolerance, and lengths typed as decimals --------------------
+
+
+def equal_lengths(quick: bool) -> Iterator[Row]:
+    """Rhombi, parallelograms and kites at 1e-12, where rounding is all that is left."""
+    starts, rng = 8 if quick else 40, np.random.default_rng(3)
+    names, rows = [], []
+    for kind in ("rhombus", "parallelogram", "antiparallelogram", "kite", "other kite"):
+        for _ in range(starts):
+            lengths, signs = random_starts.special_lengths(rng, kind.replace("rhombus", "kite"))
+            equal = [lengths[0]] * 4, [1.0, 1.0, -1.0]
+            rows.append(equal if kind == "rhombus" else (lengths, signs))
+            names.append(kind)
+    yield from _four_bars(rng, names, rows, 20.0, (1e-12,))
+
+
+def decimal_lengths(quick: bool) -> Iterator[Row]:
+    """Lengths to a decimal that meet the condition as typed; as doubles, but for rounding."""
+    rng, rows = np.random.default_rng(4), []
+    while len(rows) < (40 if quick else 300):
+        l, s = np.round(rng.uniform(0.4, 9.0, 3), 1), rng.choice([-1.0, 1.0], 3)
+        ground = round(float(l @ s), 1)
+        a0, a1, a2 = l * s
+        bends = (a1 * a2 / a0) ** 2 - (a2 * a2 / a0 + a2) * (a1 * a1 / a0 + a1)
+        if ground > 0.3 and bends > 1e-3:
+            rows.append(([*l, ground], s))
+    yield from _four_bars(rng, ["decimal"] * len(rows), rows, 20.0, (1e-9, 1e-12))
+
+
+def _four_bars(
+    rng: np.random.Generator, names: list[str], rows: list[tuple[Sequence[float], Sequence[float]]],
+    t_end: float, rtols: Sequence[float],
+) -> Iterator[Row]:  # fmt: skip
+    lengths, signs = map(np.array, zip(*rows, strict=True))
+    translates = np.array([name in ("rhombus", "parallelogram") for name in names])
+    geometry = Geometry(lengths, signs, np.tile([1.0, 2.0, 3.0], (len(rows), 1)), translates)
+    given = random_starts.trials_of(rng, tuple(names), geometry, t_end)
+    for method in METHODS:
+        for rtol in rtols:
+            yield from random_starts.judged(given, method, rtol)
+
+
 # -- rows of windows: all couplers and uprights in line at once -----------------------------------
 
 

@@ -61,6 +61,14 @@ FAMILIES: dict[str, Family] = {
         "parallelograms, folding slider-cranks and rows of windows keep to their branch",
         crossings.other_mechanisms, 0.9,
     ),
+    "equal lengths": Family(
+        "rhombi, parallelograms and kites at 1e-12 pass their change points",
+        crossings.equal_lengths, 0.98,
+    ),
+    "decimal lengths": Family(
+        "lengths as 7.6, 3.8, 7.7 m that add up as typed make a change point",
+        crossings.decimal_lengths, 0.99,
+    ),
     "dead points": Family(
         "links in line without a change point are nothing special", geometry.dead_points
     ),

@@ -73,6 +73,8 @@ COMMANDS = {
     "closing": Command("microseconds that it takes to close loops", "costs.closing"),
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
+    "sensitivities": Command("run times with derivatives over those without",
+                             "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
                       "stability.states"),
     "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),

@@ -81,7 +81,8 @@ def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) ->
     parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
     program = clock.time("optimize", lambda: optimize(lowered))
-    program = clock.time("sensitivity", lambda: add_sensitivities(program, request))
+    defaults = equations.parameter_defaults
+    program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
     metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
     return OptimisedScene(program, equations, metadata)
 

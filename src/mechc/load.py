@@ -102,7 +102,8 @@ def compile(
         Outputs besides the equations of motion: of ``"energy"``,
         ``"momenta"``, ``"points"``, ``"multipliers"``, ``"accelerations"`` (of the points),
         ``"reactions"`` (of joints),
-        ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side), and
+        ``"state_jacobian"`` and ``"parameter_jacobian"`` (of the right-hand side),
+        ``"sensitivities"`` (derivatives of motions), and
         ``{name: expression}`` for expressions of time, coordinates, speeds, their rates,
         parameters and multipliers (``mechc.multiplier(row)``), for vectors (their components in
         the inertial frame), matrices and lists of these, which keep their shape.  By default the

@@ -241,6 +241,7 @@ class Model(Configurations):
         on_change_point: str = "continue",
         progress: Callable[[float], None] | None = None,
         inputs: Mapping[str, Any] | None = None,
+        sensitivities: Sequence[Any] = (),
     ) -> Solution:
         """Integrate the motion, every stage and every accepted state on the constraints.
 
@@ -288,6 +289,11 @@ class Model(Configurations):
             :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
             t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
             model driven by them.
+        sensitivities
+            Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
+            defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
+            the closing of the loops), inputs that are numbers, ``"y0"`` for every component of the
+            start.  The steps are those of the run without; see docs/sensitivities.md.
 
         Raises
         ------
@@ -295,6 +301,8 @@ class Model(Configurations):
             If y0 does not satisfy the constraints; the message has the gap.
         UnknownNameError, ValueOutOfBoundsError, ValueError
             For bad names, values and shapes.
+        UnavailableOutputError
+            For sensitivities of a model that was compiled without.
 
         Notes
         -----
@@ -309,14 +317,19 @@ class Model(Configurations):
         span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
-            max_steps=max_steps, dense=bool(dense) or times is not None or len(chosen) > 0,
+            max_steps=max_steps,
+            dense=bool(dense) or times is not None or len(chosen) > 0 or len(sensitivities) > 0,
             on_change_point=on_change_point, max_bytes=max_bytes,
         )  # fmt: skip
+        given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
-        return run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        if len(sensitivities):
+            sol.differentiate(names_of(sensitivities), given, params)
+        return sol
 
     def stepper(
         self,

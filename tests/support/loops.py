@@ -126,23 +126,49 @@ def parallel_cranks(count: int) -> Mechanism:
     )  # fmt: skip
 
 
-def double_window() -> Mechanism:
-    """Two four-bars in a row: cranks and couplers of 1 m, ground pivots at 0, g_1 and g_2."""
+def window_row(count: int) -> Mechanism:
+    """Four-bars in a row: cranks and couplers of 1 m, ground pivots at 0, g_1, g_2, ..."""
     ground = RigidBody("ground")
-    rods = [rod(f"rod_{k}", Integer(1)) for k in range(5)]
+    rods = [rod(f"rod_{k}", Integer(1)) for k in range(2 * count + 1)]
     near, far = [-r.x / 2 for r in rods], [r.x / 2 for r in rods]
-    on = [(ground, None), (rods[0], far[0]), *[(rods[1], far[1])] * 2, (rods[3], far[3])]
-    joints: list[PinJoint | Cut] = [
-        PinJoint(
-            f"pin_{k}", on[k][0], rods[k], *dynamicsymbols(f"q_{k} u_{k}"), on[k][1], near[k],
-            joint_axis=on[k][0].z,
+    joints: list[PinJoint | Cut] = []
+    for k in range(len(rods)):
+        on = k - 2 if k > 2 and k % 2 else k - 1  # couplers hang on couplers: 1, 3, 5, ...
+        parent, place = (rods[on], far[on]) if k else (ground, None)
+        joints.append(
+            PinJoint(
+                f"pin_{k}", parent, rods[k], *dynamicsymbols(f"q_{k} u_{k}"), place, near[k],
+                joint_axis=parent.z,
+            )
+        )  # fmt: skip
+    for k in range(1, count + 1):
+        place = symbols(f"g_{k}") * ground.x
+        joints.append(
+            Cut.pin(f"g_{k}", ground, rods[2 * k], place, far[2 * k], joint_axis=ground.z)
         )
-        for k in range(5)
-    ]  # fmt: skip
-    for name, k in (("g_1", 2), ("g_2", 4)):
-        place = symbols(name) * ground.x
-        joints.append(Cut.pin(name, ground, rods[k], place, far[k], joint_axis=ground.z))
     return from_joints(
-        "double_window", joints, gravity=-FREE_FALL * ground.y,
-        parameters={"g_1": 1.0, "g_2": 2.0}, ground=ground,
+        "window_row", joints, gravity=-FREE_FALL * ground.y,
+        parameters={f"g_{k}": float(k) for k in range(1, count + 1)}, ground=ground,
+    )  # fmt: skip
+
+
+def five_bar() -> Mechanism:
+    """Four moving rods of lengths a, b, c, d in a ring, ground pivots g apart: two freedoms."""
+    ground = at = RigidBody("ground")
+    place: Vector = 0 * ground.x
+    joints: list[PinJoint | Cut] = []
+    for k, length in enumerate(symbols("a b c d")):
+        body = rod(f"rod_{k}", length)
+        joints.append(
+            PinJoint(
+                f"pin_{k}", at, body, *dynamicsymbols(f"q_{k} u_{k}"), place,
+                -length / 2 * body.x, joint_axis=at.z,
+            )
+        )  # fmt: skip
+        at, place = body, length / 2 * body.x
+    far = symbols("g") * ground.x
+    joints.append(Cut.pin("end", ground, at, far, place, joint_axis=ground.z))
+    return from_joints(
+        "five_bar", joints, gravity=-FREE_FALL * ground.y,
+        parameters=dict.fromkeys("abcdg", 1.0), ground=ground,
     )  # fmt: skip

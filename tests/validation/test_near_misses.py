@@ -1,10 +1,12 @@
 """Near misses that a step's ends alone do not show; the ends of the motion were integrated by
 Gauss collocation in quadruple precision."""
 
+import numpy as np
 import pytest
 
 import mechc
-from tests.support.loops import double_window
+from benchmarks.stability import crossings
+from tests.support.loops import five_bar, window_row
 
 METHODS = ("dopri5", "dop853", "gauss8")
 
@@ -26,7 +28,7 @@ def test_two_near_misses_within_one_step_are_seen(method, rtol):
 
 @pytest.fixture(scope="module")
 def windows():
-    return mechc.compile(double_window())
+    return mechc.compile(window_row(2))
 
 
 @pytest.mark.slow
@@ -40,3 +42,59 @@ def test_a_second_weak_row_is_followed_behind_the_first(windows, method, rtol):
     sol = windows.simulate(2.5, start, params, rtol=rtol, method=method)
     assert sol.status.ok
     assert abs(sol["q_0"][-1] - 1.6966) < 2e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("method", "rtol", "grounds", "angles", "speed", "t_end", "exact"),
+    [
+        # behind a folded window, whose row stays weak, the other passes its near miss
+        (
+            "dopri5", 1e-6, (0.9999999985458838, 1.9999999985465882),
+            (2.1278470774111184, -2.1278470765054243, -1.0137455787974758, -1.0137455787966463,
+             1.0137455778905133), 2.505209175546714, 3.9671888338594936, 0.158792813,
+        ),
+        # both windows pass theirs, and back, between two nodes of one step
+        (
+            "gauss8", 1e-3, (1.0000000000823341, 2.0000000000785167),
+            (-0.17957464238550358, 0.17957464193194728, 2.9620180111968772, 4.7e-10,
+             2.962018010743664), -2.034790958547516, 1.8547763359267213, -7.54493e-05,
+        ),
+    ],
+)  # fmt: skip
+def test_what_turns_between_two_nodes_is_looked_for(
+    windows, method, rtol, grounds, angles, speed, t_end, exact
+):
+    params = dict(zip(("g_1", "g_2"), grounds, strict=True))
+    guess = {f"q_{k}": angles[k] for k in range(1, 5)}
+    start = windows.assemble({"q_0": angles[0]}, speeds={"u_0": speed}, params=params, guess=guess)
+    sol = windows.simulate(t_end, start, params, rtol=rtol, method=method)
+    assert sol.status.ok
+    assert abs(sol["q_0"][-1] - exact) < 100 * rtol
+
+
+@pytest.mark.parametrize("family", [crossings.equal_lengths, crossings.decimal_lengths])
+def test_neutral_four_bars_pass_their_change_points(family):
+    words = {row["case"]: row["word"] for row in family(True)}
+    assert set(words.values()) == {"right"}, words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["auto", "dop853"])
+def test_a_five_bar_goes_around_its_critical_configurations(method):
+    """Random lengths, some neutral; a leap onto another sheet would lose energy."""
+    model = mechc.compile(five_bar())
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        lengths = np.round(rng.uniform(0.5, 2.0, 4), 2)
+        neutral = abs(float(lengths @ rng.choice([-1.0, 1.0], 4)))
+        ground = neutral if 0.4 < neutral < 4.0 else 1.5
+        params = dict(zip("abcd", lengths.tolist(), strict=True)) | {"g": ground}
+        try:
+            angles = dict(zip(("q_0", "q_1"), rng.uniform(-3, 3, 2), strict=True))
+            start = model.assemble(angles, speeds={"u_0": 1.0, "u_1": -1.0}, params=params)
+        except mechc.MechcError:
+            continue  # these lengths do not reach
+        sol = model.simulate(10.0, start, params, rtol=1e-9, method=method)
+        assert sol.status.ok, (seed, str(sol.status))
+        assert sol.energy_drift < 1e-6, seed

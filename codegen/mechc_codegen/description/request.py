@@ -6,7 +6,7 @@ Mechanism and request define the scene; outputs that are not requested are not d
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from sympy import Expr, Symbol
@@ -14,7 +14,12 @@ from sympy import Expr, Symbol
 from mechc_codegen.errors import InternalError
 
 USUAL = ("energy", "momenta", "points", "multipliers")
-OPTIONAL = (*USUAL, "accelerations", "reactions", "state_jacobian", "parameter_jacobian")
+JACOBIANS = ("state_jacobian", "parameter_jacobian")
+OPTIONAL = (*USUAL, "accelerations", "reactions", *JACOBIANS, "sensitivities")
+DIFFERENTIATED = (  # with the motion, for sensitivities
+    *("kinetic_energy", "potential_energy", "linear_momenta", "angular_momenta", "points"),
+    *("point_velocities", "point_accelerations", "reaction_forces", "reaction_torques"),
+)
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -43,6 +48,8 @@ class OutputRequest:
     shapes: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if "sensitivities" in self.outputs:  # which are made of them
+            object.__setattr__(self, "outputs", self.outputs | frozenset(JACOBIANS))
         for label in self.expressions:
             if not _LABEL.fullmatch(label):
                 raise InternalError(f"an output has the label {label!r}")
@@ -53,6 +60,13 @@ class OutputRequest:
 
     def includes(self, output: str) -> bool:
         return output in self.outputs
+
+    def differentiated(self, present: Iterable[str]) -> tuple[str, ...]:
+        """Of the outputs present, besides the user's own, those that sensitivities follow."""
+        if not self.includes("sensitivities"):
+            return ()
+        found = {*present} - {*self.expressions}
+        return tuple(name for name in DIFFERENTIATED if name in found)
 
     @property
     def includes_jacobian(self) -> bool:

@@ -114,6 +114,11 @@ class SceneFunctions:
         """Those of :meth:`own_functions` that a user can evaluate by name."""
         return [o for o in self.own_functions() if o.name not in UNLISTED]
 
+    @property
+    def own_rows(self) -> int:
+        """Rows of the Jacobians of outputs: the user's own, and those of sensitivities."""
+        return next((self.outputs[name].shape[0] for name in OWN if name in self.outputs), 0)
+
     def solved(self) -> list[tuple[str, int]]:
         """Name and width of the outputs that the runtime computes from a solved motion."""
         size = len(self.program.symbols.q) + len(self.program.symbols.u)
@@ -127,7 +132,7 @@ class SceneFunctions:
 
     def jacobians(self) -> list[tuple[str, int]]:
         """Name and width of the Jacobians of the motion and of the user's own outputs."""
-        symbols, own = self.program.symbols, len(self.request.expressions)
+        symbols, own = self.program.symbols, self.own_rows
         size = len(symbols.q) + len(symbols.u)
         columns = (size, len(symbols.parameters), len(self.program.input_values()))
         found = list[tuple[str, int]]()

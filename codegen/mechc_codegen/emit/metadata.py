@@ -58,10 +58,11 @@ def scene_metadata(
         **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
         "start": dict(mechanism.start),
         "shapes": {request.name_of(o.name): list(o.shape) for o in program.outputs}
-        | _solved_shapes(mechanism, (len(parameters), len(program.input_values())), request)
+        | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
         "own": [request.name_of(label) for label in request.expressions],
         **({"arrays": {n: list(s) for n, s in request.shapes.items()}} if request.shapes else {}),
+        **_differentiated(program, request),
         "skipped": [*mechanism.skipped, *_unwanted(request)],
         "fixed": {printed_name(symbol): float(value) for symbol, value in request.fixed.items()},
         "unavailable": _unavailable(mechanism, request),
@@ -73,6 +74,13 @@ def scene_metadata(
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
+
+
+def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:
+    """The outputs, after the user's own, whose Jacobians follow theirs, with their sizes."""
+    names = request.differentiated(o.name for o in program.outputs if o.elements)
+    sizes = [[name, len(program.output(name).elements)] for name in names]
+    return {"differentiated": sizes} if request.includes("sensitivities") else {}
 
 
 TIME_ALONE = (  # computed without the speeds, or at other speeds than the state's
@@ -120,14 +128,16 @@ def _used(program: Program, names: Iterable[str]) -> set[Symbol]:
 
 
 def _solved_shapes(
-    mechanism: Mechanism, others: tuple[int, int], request: OutputRequest
+    mechanism: Mechanism, parameters: int, request: OutputRequest, program: Program
 ) -> dict[str, list[int]]:
-    """Shapes of outputs that the runtime computes; ``others``: numbers of parameters and inputs."""
+    """Shapes of outputs that the runtime computes."""
     size, rows = len(mechanism.speeds), len(mechanism.holonomic) + len(mechanism.motion_constraints)
     states = len(mechanism.coordinates) + len(mechanism.states) + size
     shapes = {"mass_matrix": [size, size], "forcing": [size]}
-    own = len(request.expressions)
-    for by, columns in zip(("state", "parameter", "input"), (states, *others), strict=True):
+    differentiated = _differentiated(program, request).get("differentiated", ())
+    own = len(request.expressions) + sum(size for _, size in differentiated)
+    widths = (states, parameters, len(program.input_values()))
+    for by, columns in zip(("state", "parameter", "input"), widths, strict=True):
         shapes[f"{by}_jacobian"] = [states, columns]
         shapes[f"own_{by}_jacobian"] = [own, columns]
     return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
@@ -145,6 +155,7 @@ OUTPUTS = {
         *("input_jacobian", "own_input_jacobian"),
     ),
     "parameter_jacobian": ("parameter_jacobian", "own_parameter_jacobian"),
+    "sensitivities": ("sensitivities",),
 }
 
 

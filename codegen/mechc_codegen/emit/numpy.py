@@ -74,6 +74,8 @@ def emit_numpy(
             "inputs that are given with a run need compiled code: with backend='numpy' give "
             "expressions, inputs={name: expression}"
         )
+    if request.includes("sensitivities"):
+        raise MechanismError("sensitivities need compiled code: compile without backend='numpy'")
     return _listing(SceneFunctions(program, equations, request), metadata)
 
 

@@ -24,7 +24,9 @@ RESERVED = frozenset(
         *("angular_momenta", "point_velocities", "point_accelerations", "own_state_jacobian"),
         *("own_parameter_jacobian", "velocity_gradient", "preference", "coordinate_rates"),
         *("kinematic_matrix", "input_jacobian", "own_input_jacobian", "reaction_forces"),
-        "reaction_torques",
+        *("reaction_torques", "default_slopes", "constraints_by_parameters"),
+        *("velocity_constraints_by_parameters", "constraints_by_inputs"),
+        "velocity_constraints_by_inputs",
     )
 )
 

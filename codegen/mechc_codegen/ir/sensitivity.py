@@ -30,17 +30,27 @@ from mechc_codegen.ir.program import (
 Gradient = Mapping[int, Expr]
 
 
-def add_sensitivities(program: Program, request: OutputRequest) -> Program:
-    """Add the derivatives that the requested Jacobians are solved from."""
-    own = tuple(request.expressions)
+def add_sensitivities(
+    program: Program, request: OutputRequest, defaults: Sequence[Expr | None] = ()
+) -> Program:
+    """Add the derivatives that the requested Jacobians are solved from.
+
+    ``defaults``: of the parameters; sensitivities follow them.
+    """
     if not request.includes_jacobian:
         return program
+    whole = request.includes("sensitivities")
+    named = [o.name for o in program.outputs if o.elements]
+    own = [*request.expressions, *request.differentiated(named)]
     if request.includes("state_jacobian"):
         program = _by_state(program, own)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
-        program = _by_parameters(program, own)
+        values = program.symbols.parameters
+        program = _by_others(program, own, "parameters", values, "e", constraints=whole)
+        program = _with_slopes(program, defaults) if whole else program
     if request.includes("state_jacobian") and program.input_values():
-        program = _by_inputs(program, own)
+        inputs = [value.symbol for value in program.input_values()]
+        program = _by_others(program, own, "inputs", inputs, "f", constraints=whole)
     return program.verify()
 
 
@@ -55,27 +65,39 @@ def _by_state(program: Program, own: Sequence[str]) -> Program:
     return forward.finished([*added, *_of_own("own_by_state", program, forward, own)])
 
 
-def _by_parameters(program: Program, own: Sequence[str]) -> Program:
-    return _by_others(program, own, "parameters", program.symbols.parameters, "e")
-
-
-def _by_inputs(program: Program, own: Sequence[str]) -> Program:
-    """By every value of inputs that a run is given, including their rates."""
-    values = [value.symbol for value in program.input_values()]
-    return _by_others(program, own, "inputs", values, "f")
-
-
 def _by_others(
-    program: Program, own: Sequence[str], by: str, others: Sequence[Symbol], prefix: str
+    program: Program,
+    own: Sequence[str],
+    by: str,
+    others: Sequence[Symbol],
+    prefix: str,
+    *,
+    constraints: bool,
 ) -> Program:
+    """By parameters, or by every value of inputs that a run is given, with their rates."""
     forward = _Forward(program, others, prefix)
     added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", _residual(program))]
     added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
+    for name in ("constraints", "velocity_constraints") if constraints else ():
+        added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
     return forward.finished([*added, *_of_own(f"own_by_{by}", program, forward, own)])
 
 
+def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
+    """With the derivatives of the defaults by the parameters that they follow."""
+    values = program.symbols.parameters
+    slopes = [S.Zero if d is None else _slope(d, p) for d in defaults for p in values]
+    if not any(slopes):
+        return program
+    size = len(values)
+    labels = tuple(f"default {i} by {k}" for i in range(size) for k in range(size))
+    equation = "derivative of the defaults by the parameters"
+    added = Output("default_slopes", equation, tuple(slopes), (size, size), labels)
+    return replace(program, outputs=(*program.outputs, added))
+
+
 def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) -> list[Output]:
-    """User-defined outputs: derivatives at a given motion, then by u' and lambda."""
+    """Outputs, element by element: derivatives at a given motion, then by u' and lambda."""
     if not own:
         return []
     elements = [e for each in own for e in program.output(each).elements]

@@ -76,6 +76,10 @@ class SegmentedRun:
         found: Array = self._run.times(first)
         return found
 
+    def methods(self) -> Array:
+        found: Array = self._run.methods()
+        return found
+
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self._run.change_points()
         return t, q, gap

@@ -48,6 +48,7 @@ cdef extern from "abi/model.h":
         double *t
         double *y
         double *dense
+        unsigned char *methods
         ptrdiff_t crossing_count
         double *crossings
 

@@ -228,6 +228,18 @@ cdef class Run:
             memcpy(&states[0, 0], record.y, record.count * self.width * sizeof(double))
         return t, y
 
+    def methods(self):
+        """The number of the method of each accepted step, where dense output was kept."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t steps = max(record.count - 1, 0), i
+        found = np.empty(steps, np.uint8)
+        cdef unsigned char[::1] view = found
+        if record.methods == NULL and steps:
+            raise ValueError("this run kept no dense output")
+        for i in range(steps):
+            view[i] = record.methods[i]
+        return found
+
     def tail(self, ptrdiff_t count):
         """The last accepted times and states, at most so many, copied."""
         cdef mechc_trajectory *record = &self.run.trajectory

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.sensitivities.history import Sensitivity
 
 
 class Solution(Trajectory):
@@ -38,6 +42,7 @@ class Solution(Trajectory):
 
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
+        self._sensitivity: Sensitivity | None = None
         super().__init__(*run)
 
     def __copy__(self) -> Solution:
@@ -97,6 +102,54 @@ class Solution(Trajectory):
             whole.__dict__.pop(name, None)
         whole._run = chain
         return whole
+
+    # -- derivatives ---------------------------------------------------------------------------
+
+    def differentiate(self, names: Sequence[str], y0: Any, params: Any) -> None:
+        """Compute ``sensitivity`` by these names; y0 and params as ``simulate`` was given them."""
+        from mechc.sensitivities.run import sensitivity_of_run
+
+        self._sensitivity = sensitivity_of_run(self, names, y0, params)
+
+    @property
+    def sensitivity(self) -> Sensitivity:
+        """Derivatives of the states: ``sol.sensitivity["l_3"]`` is (nt, nq + nu).
+
+        Raises
+        ------
+        MechcError
+            If the run was made without ``sensitivities``.
+        """
+        if self._sensitivity is None:
+            raise MechcError(
+                "this run has no derivatives: simulate with sensitivities=[...], the names of "
+                "what they are by"
+            )
+        return self._sensitivity
+
+    def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
+        """The derivative of an output by a name, (nt, ...), the output's shape after the times.
+
+        Parameters
+        ----------
+        output
+            A coordinate, a speed, ``"energy"``, or an output that the model was compiled with
+            (``"points"``, ``"kinetic_energy"``, a name of the user's own).
+        name
+            One of those in ``sensitivity.names``.
+        t
+            Times (nt,) in s; by default ``sol.t``.
+
+        Raises
+        ------
+        UnknownNameError
+            For an output or a name that there is not.
+        MechcError
+            If the run was made without ``sensitivities``.
+        """
+        from mechc.sensitivities.outputs import output_sensitivity
+
+        return output_sensitivity(self, self.sensitivity, output, name, t)
 
     # -- display ------------------------------------------------------------------------------
 

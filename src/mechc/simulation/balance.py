@@ -19,7 +19,7 @@ from mechc.system.system import System
 NEAR = 1e3  # times the tolerance, of the largest kinetic energy: nothing more is looked at
 FAR = 100.0  # times what changes of the size of the tolerance do to the energy, ...
 MANY = 1000  # ... for so many steps, and in proportion beyond
-FINEST = 1e-11  # tolerances below it are rounding
+FINEST = 1e-9  # tolerances below it are taken for it: differences of energies have rounding
 MOST_STEPS = 24  # of either kind, over which the work is integrated
 WORTH = 2000  # evaluations of the rates, of a run that is long enough to look at its energy, ...
 ENOUGH = 20_000  # ... and at its work

@@ -87,7 +87,7 @@ def explained(
         with np.errstate(all="ignore"):
             jump = _jump(last)
             limit = jump or _growth(last) or _not_accuracy(last)
-    except MechcError:  # of a function of the user's that is an input
+    except (MechcError, np.linalg.LinAlgError):  # a user's input fails; no number is finite
         return status
     if jump and code in (STEP_TOO_SMALL, NOT_CLOSED, UNDECIDED):
         return replace(status, code=CODES[DISCONTINUITY][0], cause=jump.what, advice=jump.advice)
@@ -186,9 +186,9 @@ def _smooth(last: _Last, degree: int) -> bool:
 
 def _off(t: Array, y: Array, degree: int) -> float:
     """How far states are from the polynomial nearest to them."""
-    t = (t - t[-1]) / abs(t[0] - t[-1])
-    fitted = np.polynomial.Polynomial.fit
-    return max(float(np.abs(fitted(t, x, degree)(t) - x).max()) for x in y.T)
+    powers = np.polynomial.legendre.legvander((2 * t - t[0] - t[-1]) / (t[-1] - t[0]), degree)
+    nearest = np.linalg.lstsq(powers, y, rcond=None)[0]
+    return float(np.abs(powers @ nearest - y).max())
 
 
 def _fastest(last: _Last) -> float:

@@ -82,17 +82,15 @@ def test_dry_friction_that_sticks_is_named(way):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
-def test_dry_friction_ends_every_method(method):
+def test_dry_friction_that_sticks_ends_every_method(method):
+    """At loose tolerances the bead may tremble within them instead."""
     model = mechc.compile(scenes.bead_with(-sign(u) - 4 * q), outputs=())
-    runs = [
-        model.simulate(15.0, {"q": 3.3, "u": 0.0}, rtol=rtol, method=method, max_steps=10**5)
-        for rtol in (1e-3, 1e-6, 1e-12)
-    ]
-    for sol in runs:
-        assert sol.status.t == pytest.approx(7 * np.pi / 2, abs=0.1)
-        assert "the equations jump here" in sol.status.cause
+    start = {"q": 3.3, "u": 0.0}
+    sol = model.simulate(15.0, start, rtol=1e-12, method=method, max_steps=10**5)
+    assert sol.status.t == pytest.approx(7 * np.pi / 2, abs=1e-3)
+    assert "the equations jump here" in sol.status.cause
     if method != "dopri5":
-        assert runs[-1].status.code == "discontinuity"
+        assert sol.status.code == "discontinuity"
 
 
 def test_jumps_that_are_passed_are_no_matter():

@@ -5,8 +5,8 @@
 #include "inputs.h"
 #include "run.h"
 
-#define MECHC_ABI 6
-#define MECHC_CAPSULE "mechc.model.6"
+#define MECHC_ABI 7
+#define MECHC_CAPSULE "mechc.model.7"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {

@@ -34,12 +34,14 @@ typedef struct {
     double rounding; /* largest relative error of a step that rounding near a crossing left */
 } mechc_stats;
 
-/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles.  Crossings of change
+/* Accepted states; dense holds count-1 blocks of dense_rows * width doubles, and methods the number
+ * of the method of each of these steps (both NULL where no dense output is kept).  Crossings of change
  * points are rows of 2 + coordinates doubles: time, closure gap there, configuration. */
 typedef struct {
     ptrdiff_t count, capacity;
     int width, dense_rows;
     double *t, *y, *dense;
+    unsigned char *methods;
     ptrdiff_t crossing_count, crossing_capacity;
     double *crossings;
 } mechc_trajectory;

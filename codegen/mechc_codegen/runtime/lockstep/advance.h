@@ -25,6 +25,7 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep *a, mechc_integration 
     double *dense = trajectory->dense + (trajectory->count - 1) * size;
     for (ptrdiff_t i = 0; i < size; i++)
         dense[i] = i < mechc_dop853_tableau.dense_rows * MECHC_NX ? rows[i][lane] : 0.0;
+    if (size) trajectory->methods[trajectory->count - 1] = MECHC_DOP853;
     for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
     return mechc_append(trajectory, a->t[lane], y);
 }

@@ -207,6 +207,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
             const int noise = change <= mechc_gauss_floor(run, h);
             if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
             if (!noise && iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
+            /* what stays the same is gaps of a rounding, closed to and fro */
+            if (!noise && iteration > 3) g->left = mechc_min(mechc_max(2.0 * g->left, 0.5), 8.0);
         }
         if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))
             return MECHC_RUNNING;

@@ -21,9 +21,12 @@ MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
     const ptrdiff_t width = trajectory->width;
     if (!mechc_grow(&trajectory->t, capacity) || !mechc_grow(&trajectory->y, capacity * width))
         return 0;
-    if (trajectory->dense_rows
-        && !mechc_grow(&trajectory->dense, capacity * width * trajectory->dense_rows))
-        return 0;
+    if (trajectory->dense_rows) {
+        unsigned char *methods = realloc(trajectory->methods, (size_t)capacity);
+        if (!methods) return 0;
+        trajectory->methods = methods;
+        if (!mechc_grow(&trajectory->dense, capacity * width * trajectory->dense_rows)) return 0;
+    }
     trajectory->capacity = capacity;
     return 1;
 }
@@ -59,10 +62,12 @@ MECHC_STATIC void mechc_free(mechc_trajectory *trajectory)
     free(trajectory->t);
     free(trajectory->y);
     free(trajectory->dense);
+    free(trajectory->methods);
     free(trajectory->crossings);
     trajectory->crossings = 0;
     trajectory->crossing_count = trajectory->crossing_capacity = 0;
     trajectory->t = trajectory->y = trajectory->dense = 0;
+    trajectory->methods = 0;
     trajectory->count = trajectory->capacity = 0;
 }
 

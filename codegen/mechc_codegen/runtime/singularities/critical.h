@@ -18,13 +18,14 @@ typedef struct {
     double gap;      /* g */
     double rounding; /* what g may be off by */
     double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
+    int curves;      /* curves cross there, or pass each other; 0: it is the tip of a cone */
 } mechc_critical;
 
-typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS } mechc_verdict;
+typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS, MECHC_UNKNOWN } mechc_verdict;
 
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
- * free do not move. */
-MECHC_STATIC void mechc_solve(double *a, double *b, int n)
+ * free, whose pivots are below a share of the first, do not move.  The rank. */
+MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
 {
     int order[MECHC_NU + MECHC_NH + 1];
     double x[MECHC_NU + MECHC_NH + 1], first = 0.0;
@@ -37,7 +38,7 @@ MECHC_STATIC void mechc_solve(double *a, double *b, int n)
                 if (fabs(a[i * n + j]) > fabs(a[row * n + column])) row = i, column = j;
         const double pivot = a[row * n + column];
         if (rank == 0) first = fabs(pivot);
-        if (!(fabs(pivot) > 1e-9 * first)) break;
+        if (!(fabs(pivot) > negligible * first)) break;
         for (int j = 0; j < n; j++) mechc_exchange(&a[rank * n + j], &a[row * n + j]);
         mechc_exchange(&b[rank], &b[row]);
         for (int i = 0; i < n; i++) mechc_exchange(&a[i * n + rank], &a[i * n + column]);
@@ -56,6 +57,7 @@ MECHC_STATIC void mechc_solve(double *a, double *b, int n)
         x[i] /= a[i * n + i];
     }
     for (int i = 0; i < n; i++) b[order[i]] = x[i];
+    return rank;
 }
 
 /* q moved by a displacement given in speeds. */
@@ -152,12 +154,25 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
 /* Times the spread of samples of the gap: where many rows meet, a sample moves few of them. */
 #define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
 
+/* The lengths that a gap is the sum of, as the speeds show them: lengths typed as decimals and
+ * their sum are each off by half an ulp. */
+MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
+{
+    double longest = 0.0;
+    for (int i = 0; i < MECHC_NH; i++) {
+        double sum = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);
+        longest = mechc_max(longest, sum);
+    }
+    return longest;
+}
+
 /* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
  * billionth around q* is rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
-    double low = HUGE_VAL, high = -HUGE_VAL, largest = 0.0;
+    double low = HUGE_VAL, high = -HUGE_VAL;
     for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
         double by[MECHC_NU] = {0}, moved[MECHC_NQ];
         if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
@@ -166,10 +181,70 @@ MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, m
         const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
         low = mechc_min(low, gap), high = mechc_max(high, gap);
     }
-    for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
-        largest = mechc_max(largest, fabs(place.jacobian[i]));
     c->gap = 0.5 * (low + high);
-    c->rounding = mechc_max(MECHC_EPS * largest, MECHC_SAMPLED * (high - low));
+    c->rounding =
+        mechc_max(MECHC_EPS * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
+}
+
+/* Unit vectors, in weighted speeds, that span the rows which do not vanish at q*; how many. */
+MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_critical *c,
+                                 double *rows)
+{
+    double largest = 0.0;
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int j = 0; j < MECHC_NU; j++)
+            rows[i * MECHC_NU + j] = place->jacobian[i * MECHC_NU + j] / c->speeds[j];
+    for (int found = 0; found < MECHC_NH; found++) {
+        double *row = rows + found * MECHC_NU, norm = 0.0;
+        for (int i = found; i < MECHC_NH; i++) {
+            const double *other = rows + i * MECHC_NU;
+            if (mechc_dot(other, other, MECHC_NU) <= norm) continue;
+            norm = mechc_dot(other, other, MECHC_NU);
+            for (int j = 0; j < MECHC_NU; j++) mechc_exchange(&row[j], &rows[i * MECHC_NU + j]);
+        }
+        norm = sqrt(norm);
+        largest = mechc_max(largest, norm);
+        if (!(norm > MECHC_GENERIC * largest)) return found;
+        for (int j = 0; j < MECHC_NU; j++) row[j] /= norm;
+        for (int i = found + 1; i < MECHC_NH; i++) {
+            const double part = mechc_dot(rows + i * MECHC_NU, row, MECHC_NU);
+            for (int j = 0; j < MECHC_NU; j++) rows[i * MECHC_NU + j] -= part * row[j];
+        }
+    }
+    return MECHC_NH;
+}
+
+/* With several freedoms: the gap along w is to second order a quadratic form of the moves that the
+ * other rows allow.  Of rank 2 it is the crossing of two sheets, which only turning over leads
+ * past; of more it is the tip of a cone, which a motion goes around. */
+MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
+                                    const mechc_critical *c)
+{
+    const double step = 1e-7;
+    double form[MECHC_NU * MECHC_NU], rows[MECHC_NH * MECHC_NU], zero[MECHC_NU] = {0};
+    double pull[MECHC_NU], moved[MECHC_NU];
+    mechc_scalar_place place;
+    mechc_place_at(t, c->q, given, &place);
+    const int count = mechc_span_rows(&place, c, rows);
+    mechc_pull(t, c->q, given, 0, 0.0, c->normal, pull);
+    for (int i = 0; i < MECHC_NU; i++) {
+        mechc_pull(t, c->q, given, i, step, c->normal, moved);
+        for (int j = 0; j < MECHC_NU; j++)
+            form[i * MECHC_NU + j] = (moved[j] - pull[j]) / (step * c->speeds[i] * c->speeds[j]);
+    }
+    for (int k = 0; k < count; k++) { /* projected from both sides */
+        const double *row = rows + k * MECHC_NU;
+        for (int i = 0; i < MECHC_NU; i++) {
+            const double part = mechc_dot(form + i * MECHC_NU, row, MECHC_NU);
+            for (int j = 0; j < MECHC_NU; j++) form[i * MECHC_NU + j] -= part * row[j];
+        }
+        for (int j = 0; j < MECHC_NU; j++) {
+            double part = 0.0;
+            for (int i = 0; i < MECHC_NU; i++) part += form[i * MECHC_NU + j] * row[i];
+            for (int i = 0; i < MECHC_NU; i++) form[i * MECHC_NU + j] -= part * row[i];
+        }
+    }
+    return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
 }
 
 /* Newton's method from q for the critical configuration of one direction, counted by falling
@@ -193,7 +268,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         }
         const double length = mechc_critical_equations(t, given, &place, &at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;
-        mechc_solve(a, b, MECHC_NU + at.rank + 1);
+        mechc_solve(a, b, MECHC_NU + at.rank + 1, 1e-9);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
         travelled += sqrt(square);
@@ -207,6 +282,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         c->gap += length * b[MECHC_NU + at.rank];
         if (sqrt(square) <= 1e-10 * reach) {
             mechc_measure_gap(t, given, c);
+            c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
             return 1;
         }
     }

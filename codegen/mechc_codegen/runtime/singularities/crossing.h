@@ -22,6 +22,9 @@
 /* An accepted state nearer than this to a crossing (conditioning there) is noise. */
 #define MECHC_TOO_NEAR 3e-4
 
+/* Middle of the widest gap between the nodes of the explicit pair of order 8. */
+#define MECHC_PAIR_GAP 0.4667
+
 /* The same beside a gap that cannot be told from rounding. */
 #define MECHC_LOST 1e-5
 
@@ -77,6 +80,25 @@ MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *
     return 0.5 * (left + right);
 }
 
+/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it leads away
+ * from it or past it. */
+MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *c)
+{
+    const double direction = span->h < 0.0 ? -1.0 : 1.0;
+    double away = 0.0, square = 0.0, bend = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const double weight = mechc_weight(c, i), rate = direction * span->start_rates[i];
+        away += weight * (c->q[i] - span->start[i]) * rate;
+        square += weight * rate * rate;
+#if MECHC_IDENTITY_KINEMATICS
+        bend += 0.5 * weight * span->start_rates[MECHC_NQ + i] * rate;
+#endif
+    }
+    if (!(away > 0.0 && square > 0.0)) return HUGE_VAL;
+    const double discriminant = square * square + 4.0 * bend * away;
+    return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
+}
+
 /* Does q* lie between the two ends, seen along the faster one's direction? */
 MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical *c)
 {
@@ -123,16 +145,30 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
+/* A step that ends too near a crossing to stand, and shortened would only creep up to it: the one
+ * that straddles it instead, where the explicit pair has its widest gap.  1 where it is longer. */
+MECHC_STATIC int mechc_straddle(const mechc_span *span, const mechc_critical *c,
+                                mechc_decision *out)
+{
+    const double step = mechc_time_to(span, c) / MECHC_PAIR_GAP;
+    if (!(step > fabs(span->h) && step < HUGE_VAL)) return 0;
+    mechc_retry(out, step / fabs(span->h), 1);
+    out->to_pair = 1;
+    return 1;
+}
+
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor,
-                                         int between, int turned, int too_near,
-                                         mechc_decision *out)
+                                         const mechc_critical *critical, int between, int turned,
+                                         int too_near, mechc_decision *out)
 {
     /* Shrinking alone would only approach the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || (too_near && !span->last)) {
         monitor->ahead = HUGE_VAL;
         if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
-        else mechc_retry(out, factors[monitor->tries % 8], 0);
+        else if (turned != between || monitor->tries % 4 != 2
+                 || !mechc_straddle(span, critical, out))
+            mechc_retry(out, factors[monitor->tries % 8], 0);
         return;
     }
     if (span->looks_ahead) {
@@ -202,18 +238,20 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         else mechc_retry(out, 0.5, 0);
         return;
     }
+    if (!critical.curves) return;
     const int between = mechc_lies_between(span, &critical);
     memcpy(out->q, critical.q, sizeof out->q);
     out->gap = critical.gap;
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
-        mechc_examine_crossing(span, monitor, between, turned, after.ratio < MECHC_TOO_NEAR, out);
+        mechc_examine_crossing(span, monitor, &critical, between, turned,
+                               after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
         break;
-    case MECHC_NEAR_MISS:
+    default:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
         break;
     }

@@ -11,25 +11,6 @@
 #include "singularities/weakest.h"
 
 #if MECHC_NH > 0
-/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it leads away
- * from it or past it. */
-MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *c)
-{
-    const double direction = span->h < 0.0 ? -1.0 : 1.0;
-    double away = 0.0, square = 0.0, bend = 0.0;
-    for (int i = 0; i < MECHC_NQ; i++) {
-        const double weight = mechc_weight(c, i), rate = direction * span->start_rates[i];
-        away += weight * (c->q[i] - span->start[i]) * rate;
-        square += weight * rate * rate;
-#if MECHC_IDENTITY_KINEMATICS
-        bend += 0.5 * weight * span->start_rates[MECHC_NQ + i] * rate;
-#endif
-    }
-    if (!(away > 0.0 && square > 0.0)) return HUGE_VAL;
-    const double discriminant = square * square + 4.0 * bend * away;
-    return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
-}
-
 /* Steps within which the conditioning, falling on as it does, would be gone. */
 #define MECHC_SOON 4.0
 
@@ -53,6 +34,7 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
         mechc_max(2.0 * mechc_reach(span, place.mass), mechc_beside(&weakest, place.mass));
     if (!mechc_find_near(span->t, span->start, span->given, monitor, reach, &critical))
         return HUGE_VAL;
+    if (!critical.curves) return HUGE_VAL;
     const double ahead = mechc_time_to(span, &critical);
     if (mechc_judge(&critical) == MECHC_CROSSING) return ahead;
     const int bend = fabs(critical.gap) < MECHC_SHARP * critical.rounding / MECHC_EPS;

@@ -35,6 +35,7 @@ typedef struct {
     int action;
     double factor;   /* MECHC_RETRY: of the step */
     int bridge;      /* MECHC_RETRY: with the table that bridges change points */
+    int to_pair;     /* MECHC_RETRY: the explicit pair goes on from here */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_decision;
@@ -45,6 +46,7 @@ MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
     out->action = MECHC_RETRY;
     out->factor = factor;
     out->bridge = bridge;
+    out->to_pair = 0;
 }
 
 MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,

@@ -14,11 +14,11 @@
 
 #if MECHC_NH > 0
 
-/* Two neighbouring nodes of a step. */
+/* A configuration of a step, and its weak directions. */
 typedef struct {
-    int after; /* the later one */
-    const mechc_weakest *at[2];
-} mechc_piece;
+    double fraction, q[MECHC_NQ];
+    mechc_weakest weakest;
+} mechc_seen;
 
 /* The share of the singular value after that u . J v must be, to count. */
 #define MECHC_SURE 0.3
@@ -86,6 +86,12 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
  * of rounding: more is the gap of another row. */
 #define MECHC_CLOSED_BESIDE 4.0
 
+/* A step that leaves in doubt what the weak directions did is shortened so often. */
+#define MECHC_DOUBTS 16
+
+/* How often a piece between two nodes is halved to look closer. */
+#define MECHC_HALVINGS 3
+
 /* Is it one, with every gap closed but the one along its normal? */
 MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc_critical *c)
 {
@@ -101,34 +107,113 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
 
 /* What direction k passed there, seen from the node at which it is weaker.  Where no critical
  * configuration explains that it surely turned, the step is too long to follow the motion. */
-MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_piece *piece, int k,
-                                           double reach, int surely)
+MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_seen *before,
+                                           const mechc_seen *after, int k, double reach, int surely)
 {
-    const int node = piece->after - (piece->at[0]->values[k] <= piece->at[1]->values[k]);
-    const double *q = span->path->q[node], t = span->t + span->path->fraction[node] * span->h;
+    const int first = before->weakest.values[k] <= after->weakest.values[k];
+    const mechc_seen *node = first ? before : after;
+    const double t = span->t + node->fraction * span->h;
     mechc_critical found;
     const int is_one =
-        mechc_find_critical_of(t, q, span->given, piece->at[0]->rank, k, reach, &found)
+        mechc_find_critical_of(t, node->q, span->given, node->weakest.rank, k, reach, &found)
         && mechc_is_critical(span, t, &found);
-    return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_CROSSING;
+    if (is_one && !found.curves) return MECHC_CROSSING;
+    return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_UNKNOWN;
 }
 
 /* The worst that a weak direction passed between two nodes; *turned counts those that surely turned
  * over. */
-MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc_piece *piece,
-                                             double reach, int *turned)
+MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc_seen *before,
+                                             const mechc_seen *after, double reach, int *turned)
 {
-    const mechc_weakest *before = piece->at[0], *after = piece->at[1];
-    mechc_verdict worst = MECHC_CROSSING;
-    *turned = 0;
-    if (mechc_surely_kept(before, after)) return worst;
-    for (int k = before->rank - 1; k >= 0 && worst == MECHC_CROSSING; k--) {
-        if (before->values[k] > MECHC_CLEAR * before->values[0]) break;
-        if (!mechc_surely_turned(before, after, k)) continue;
-        worst = mechc_judge_row(span, piece, k, reach, 1);
+    const mechc_weakest *from = &before->weakest, *to = &after->weakest;
+    int first = from->rank, turned_here = 0;
+    if (mechc_surely_kept(from, to)) return MECHC_CROSSING;
+    while (first > 0 && from->values[first - 1] <= MECHC_CLEAR * from->values[0]) first--;
+    for (int k = from->rank - 1; k >= first; k--) {
+        if (!mechc_surely_turned(from, to, k)) continue;
+        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 1);
+        turned_here++;
         ++*turned;
+        if (found != MECHC_CROSSING) return found;
     }
-    return *turned ? worst : mechc_judge_row(span, piece, before->rank - 1, reach, 0);
+    for (int k = from->rank - 1; k >= first && !turned_here; k--) {
+        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 0);
+        if (found != MECHC_UNKNOWN) return found;
+    }
+    return turned_here ? MECHC_CROSSING : MECHC_UNKNOWN;
+}
+
+#if MECHC_NH > 2
+/* Could a direction have turned over twice between two places?  Singular values move no more than
+ * the rows do: Weyl (1912). */
+MECHC_STATIC int mechc_may_hide(const mechc_weakest *before, const mechc_weakest *after)
+{
+    const int last = before->rank - 1;
+    double square = 0.0;
+    for (int k = 0; k < MECHC_NH; k++) {
+        square += before->values[k] * before->values[k] + after->values[k] * after->values[k];
+        for (int l = 0; l < MECHC_NH; l++)
+            square -= 2.0 * mechc_dot(before->basis + k * MECHC_NH, after->basis + l * MECHC_NH,
+                                      MECHC_NH)
+                    * mechc_dot(before->rows + k * MECHC_NU, after->rows + l * MECHC_NU, MECHC_NU);
+    }
+    return sqrt(mechc_max(square, 0.0)) > before->values[last] + after->values[last];
+}
+
+/* A place of the step after node i - 1, on the cubic through the four nodes around it, its loops
+ * closed where they can be. */
+MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fraction, int rank,
+                                    mechc_seen *out)
+{
+    const mechc_path *path = span->path;
+    const int first = i < 2 ? 0 : i > path->count - 2 ? path->count - 4 : i - 2;
+    double closed[MECHC_NQ] = {0};
+    long unused = 0;
+    mechc_scalar_place place;
+    for (int j = first; j < first + 4; j++) {
+        double weight = 1.0;
+        for (int k = first; k < first + 4; k++)
+            if (k != j)
+                weight *= (fraction - path->fraction[k]) / (path->fraction[j] - path->fraction[k]);
+        for (int c = 0; c < MECHC_NQ; c++) closed[c] += weight * path->q[j][c];
+    }
+    const double t = span->t + fraction * span->h;
+    out->fraction = fraction;
+    memcpy(out->q, closed, sizeof closed);
+    if (mechc_scalar_close_loops(t, closed, span->given, &place, &unused) == MECHC_RUNNING)
+        memcpy(out->q, closed, sizeof closed);
+    mechc_weakest_at(t, out->q, span, rank, &out->weakest);
+}
+#endif
+
+/* The same, looked at in halves where it may hide more than it shows. */
+MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mechc_seen *before,
+                                              const mechc_seen *after, int i, int halvings,
+                                              double reach, int *turned)
+{
+#if MECHC_NH > 2
+    if (halvings > 0 && mechc_may_hide(&before->weakest, &after->weakest)) {
+        mechc_seen middle;
+        mechc_see_between(span, i, 0.5 * (before->fraction + after->fraction),
+                          before->weakest.rank, &middle);
+        const mechc_verdict found =
+            mechc_judge_halves(span, before, &middle, i, halvings - 1, reach, turned);
+        if (found != MECHC_CROSSING) return found;
+        return mechc_judge_halves(span, &middle, after, i, halvings - 1, reach, turned);
+    }
+#else
+    (void)i, (void)halvings;
+#endif
+    return mechc_judge_piece(span, before, after, reach, turned);
+}
+
+/* A node of the step. */
+MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, int rank, mechc_seen *out)
+{
+    out->fraction = span->path->fraction[i];
+    memcpy(out->q, span->path->q[i], sizeof out->q);
+    mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
 }
 
 /* Follow the step's nodes: 1 where `out` says that the step cannot stand.  A direction that turned
@@ -138,19 +223,23 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
                                     double reach, mechc_decision *out)
 {
     const double *fraction = span->path->fraction;
-    mechc_weakest places[2];
-    int crossed = 0, turned;
-    mechc_weakest_at(span->t, span->path->q[0], span, monitor->rank, &places[0]);
+    mechc_seen nodes[2];
+    int crossed = 0;
+    mechc_see_node(span, 0, monitor->rank, &nodes[0]);
     for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
-        const mechc_piece piece = {i, {&places[(i - 1) % 2], &places[i % 2]}};
-        mechc_weakest_at(span->t + fraction[i] * span->h, span->path->q[i], span, monitor->rank,
-                         &places[i % 2]);
-        switch (mechc_judge_piece(span, &piece, reach, &turned)) {
+        int turned = 0;
+        mechc_see_node(span, i, monitor->rank, &nodes[i % 2]);
+        switch (mechc_judge_halves(span, &nodes[(i - 1) % 2], &nodes[i % 2], i, MECHC_HALVINGS,
+                                   reach, &turned)) {
         case MECHC_TOO_CLOSE_TO_CALL:
             out->action = MECHC_CANNOT_TELL;
             return 1;
         case MECHC_NEAR_MISS:
             mechc_retry(out, turned ? 0.3 : 0.5, 0);
+            return 1;
+        case MECHC_UNKNOWN:
+            if (monitor->tries >= MECHC_DOUBTS) out->action = MECHC_CANNOT_TELL;
+            else mechc_retry(out, 0.5, 0);
             return 1;
         case MECHC_CROSSING:
             break;

@@ -44,8 +44,10 @@ MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const doubl
                                                   : MECHC_RUNNING;
     if (status != MECHC_RUNNING || !wanted) return status;
     const int count = trajectory->dense_rows ? trajectory->dense_rows : run->most_dense;
-    if (trajectory->dense_rows)
+    if (trajectory->dense_rows) {
         rows = trajectory->dense + (trajectory->count - 1) * trajectory->width * count;
+        trajectory->methods[trajectory->count - 1] = (unsigned char)run->current->number;
+    }
     run->current->dense(run, h, end, count, rows);
     return crosses ? mechc_record_crossing(run, h, rows) : MECHC_RUNNING;
 }

@@ -17,6 +17,7 @@
 #include "singularities/monitor.h"
 #include "singularities/span.h"
 #include "singularities/weakest.h"
+#include "stepping/control.h"
 
 #if MECHC_NH > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
@@ -114,6 +115,17 @@ MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
     mechc_use_method(run, run->methods[MECHC_DOP853]);
 }
 
+/* Over a crossing so near that a step's error is nothing but rounding, as magnified there. */
+MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
+{
+    if (run->method->reach) {
+        run->resumed = run->method;
+        mechc_use_method(run, run->methods[MECHC_DOP853]);
+    }
+    run->allowed =
+        mechc_max(run->allowed, MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol));
+}
+
 /* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
  * rounding more than an explicit step does.  1 where the pair is to go on. */
 MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
@@ -194,6 +206,7 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
         stats->rejected++;
         run->step = fabs(h) * run->decision.factor;
         run->refused = run->monitor.wanted == 0.0;
+        if (run->decision.to_pair) mechc_straddle_with_pair(run);
         run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
     }
 #else

@@ -1,0 +1,205 @@
+"""Derivatives of motions to some 28 digits, from forms that share nothing with the runtime's.
+
+Each motion is computed in 50 digits (extrapolation.py) from four values beside the one that it is
+differentiated by; their central difference of fourth order is off by 1e-32.  The pendulum has
+Lagrange's equation by hand, the regular four-bar its tangent form (tangent.py), the one with a
+change point the rational curve of its closure (a coordinate that runs straight through the
+crossing), the bicycle Kane's equations with dependent speeds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+from mechc_codegen.library.spatial.bicycle import bicycle, values
+from mpmath import mpc, mpf
+
+from ..formulations.described import described
+from ..formulations.equations import derive
+from .extrapolation import DIGITS, Vector, by_extrapolation
+from .motions import DEPENDENT, bicycle_reduced
+from .tangent import PAIRS, TangentBar
+
+STEP = mpf(10) ** -8
+WRITTEN = 28
+Given = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Family:
+    """A motion's end as a function of what is given; the derivatives wanted of it."""
+
+    source: str
+    given: Given
+    end: Callable[[Given], Vector]
+    t: float
+    by: tuple[str, ...]
+
+
+def derivative(family: Family, name: str) -> Vector:
+    """By the central difference of fourth order."""
+    exact = {key: mpf(value) for key, value in family.given.items()}
+    ends = [family.end(exact | {name: exact[name] + k * STEP}) for k in (-2, -1, 1, 2)]
+    return [(a - 8 * b + 8 * c - d) / (12 * STEP) for a, b, c, d in zip(*ends, strict=True)]
+
+
+def sensitivities() -> dict[str, Any]:
+    """Of every family: what is given, the end, and its derivatives, as text."""
+    found = {}
+    for name, family in FAMILIES.items():
+        made = family()
+        exact = {key: mpf(value) for key, value in made.given.items()}
+        found[name] = {
+            "source": made.source, "t": made.t, "given": dict(made.given),
+            "end": _texts(made.end(exact)),
+            "by": {each: _texts(derivative(made, each)) for each in made.by},
+        }  # fmt: skip
+        print(f"{name}: done", flush=True)
+    return found
+
+
+def _texts(values: Vector) -> list[str]:
+    return [mpmath.nstr(x, WRITTEN, strip_zeros=False) for x in values]
+
+
+# -- pendulum -------------------------------------------------------------------------------------
+
+
+def pendulum() -> Family:
+    def end(given: Given) -> Vector:
+        pull = given["g"] / given["l_0"]
+        start = [given["theta_0"], given["omega_0"]]
+        t = 3.0
+        return by_extrapolation(lambda y: [y[1], -pull * mpmath.sin(y[0])], start, (t,), "0.2")[-1]
+
+    given = {"theta_0": 1.0, "omega_0": 0.5, "l_0": 1.25, "g": 9.81}
+    return Family("a point mass on a massless link", given, end, 3.0, tuple(given))
+
+
+# -- four-bars ------------------------------------------------------------------------------------
+
+LENGTHS, MASSES = (1.0, 2.0, 3.0), (1.0, 2.0, 3.0)
+
+
+def _dyad(theta: Any, lengths: Vector) -> Vector:
+    """All angles, elbow up: the coupler's and the rocker's by the triangle of their lengths."""
+    l0, l1, l2, l3 = lengths
+    open_side = l3 - l0 * mpmath.expj(theta)  # = l1 z1 + l2 z2
+    d = abs(open_side)
+    corner = mpmath.acos((l1**2 + d**2 - l2**2) / (2 * l1 * d))
+    z1 = open_side / d * mpmath.expj(corner)
+    return [theta, mpmath.arg(z1), mpmath.arg((open_side - l1 * z1) / l2)]
+
+
+def regular_four_bar() -> Family:
+    t = 2.0
+
+    def end(given: Given) -> Vector:
+        lengths = [mpf(x) for x in LENGTHS] + [given["l_3"]]
+        masses = [mpf(MASSES[0]), given["m_1"], mpf(MASSES[2])]
+        arithmetic = {"number": mpf, "sin": mpmath.sin, "cos": mpmath.cos}
+        bar = TangentBar(lengths, masses, given["g"], **arithmetic)
+        q = _dyad(given["theta_0"], lengths)
+        pace = given["omega_0"] / bar.normal(q)[0]
+        return bar.state(by_extrapolation(bar.rates, [*q, pace], (t,), "0.1")[-1])
+
+    given = {"theta_0": 1.4835, "omega_0": 0.3, "l_3": 3.5, "m_1": 2.0, "g": 9.81}
+    return Family("four-bar of thin rods, 1, 2, 3 and 3.5 m", given, end, t, tuple(given))
+
+
+def change_point_four_bar() -> Family:
+    t = 2.0
+
+    def end(given: Given) -> Vector:
+        masses = [mpf(MASSES[0]), given["m_1"], mpf(MASSES[2])]
+        bar = TangentBar([mpf(x) for x in LENGTHS], masses, given["g"], number=mpf)
+        begun = _psi(given["theta_0"])
+        psi, rate = by_extrapolation(lambda y: _on_curve(bar, y), [begun, mpf(0)], (t,), "0.05")[-1]
+        z, n, _ = _curve(psi)
+        return [*(mpmath.arg(x) for x in z), *(rate * x for x in n)]
+
+    given = {"theta_0": 1.4835298641951802, "m_1": 2.0, "g": 9.81}
+    source = "four-bar of thin rods, 1, 2, 3 and 4 m, from rest through its first change point"
+    return Family(source, given, end, t, tuple(given))
+
+
+def _curve(psi: Any) -> tuple[Vector, Vector, Vector]:
+    """The links' directions as complex numbers, and their angles' first two derivatives."""
+    turn = mpmath.sqrt(mpf(2) / 3) * mpmath.expj(psi)
+    kappa, first, second = turn - 1, mpc(0, 1) * turn, -turn
+    N, D = 1 + 6 * kappa + 3 * kappa**2, 4 * kappa + 6 * kappa**2
+    dN, dD = 6 + 6 * kappa, 4 + 12 * kappa
+    q, dq = dN * D - N * dD, 6 * D - 12 * N
+    p, dp, ddp = -N / D, -q / D**2, -(dq * D - 2 * q * dD) / D**3
+    by_kappa = [(p, dp, ddp), (kappa * p, p + kappa * dp, 2 * dp + kappa * ddp)]
+    z = [(1 + f, df * first, ddf * first**2 + df * second) for f, df, ddf in by_kappa]
+    crank = tuple((4 if k == 0 else 0) - 2 * z[0][k] - 3 * z[1][k] for k in range(3))
+    z = [crank, *z]
+    n = [mpmath.im(df / f) for f, df, _ in z]
+    dn = [mpmath.im(ddf / f - (df / f) ** 2) for f, df, ddf in z]
+    return [f for f, *_ in z], n, dn
+
+
+def _on_curve(bar: TangentBar, y: Vector) -> Vector:
+    """psi' and psi'' of A psi'' + A' psi'^2 / 2 + V' = 0."""
+    psi, rate = y
+    z, n, dn = _curve(psi)
+    A = sum(d * x * x for d, x in zip(bar.diagonal, n, strict=True))
+    slope = sum(2 * d * x * dx for d, x, dx in zip(bar.diagonal, n, dn, strict=True))
+    for size, (i, j) in zip(bar.coupled, PAIRS, strict=True):
+        between = z[i] * mpmath.conj(z[j])
+        c, s = mpmath.re(between), mpmath.im(between)
+        A += 2 * size * n[i] * n[j] * c
+        slope += 2 * size * ((dn[i] * n[j] + n[i] * dn[j]) * c - n[i] * n[j] * s * (n[i] - n[j]))
+    force = sum(w * mpmath.re(f) * x for w, f, x in zip(bar.weight, z, n, strict=True))
+    return [rate, -(rate**2 * slope / 2 + force) / A]
+
+
+def _psi(theta: Any) -> Any:
+    """Where the crank has this angle, with the elbow up."""
+    wanted = _dyad(theta, [mpf(x) for x in (*LENGTHS, 4.0)])
+
+    def miss(psi: Any) -> Any:
+        return sum(abs(z - mpmath.expj(x)) for z, x in zip(_curve(psi)[0], wanted, strict=True))
+
+    near = min((2 * mpmath.pi * k / 720 for k in range(720)), key=miss)
+    off = lambda psi: mpmath.im(_curve(psi)[0][0] * mpmath.expj(-theta))  # noqa: E731
+    return mpmath.findroot(off, (near, near + mpf("1e-3")), tol=mpf(10) ** (8 - 2 * DIGITS))
+
+
+# -- bicycle --------------------------------------------------------------------------------------
+
+
+def rolling_bicycle() -> Family:
+    method, t = bicycle(), 0.5
+    constraints = derive(described(method, values()), {})
+    closing = constraints.constraints().function("mpmath")
+    names = [p.name for p in constraints.parameters]
+    rates = bicycle_reduced(method)
+    places = {"roll": 3, "roll_rate": 0, "steer_rate": 2}
+
+    def end(given: Given) -> Vector:
+        q = [mpf(x) for x in (0.0, 0.0, 0.3, 0.1, 0.0, 0.15, 0.0)]
+        u = [mpf(x) for x in (0.5, -4.6 / 0.3, -0.4)]
+        for name, value in given.items():
+            (u if name.endswith("rate") else q)[places[name]] = value
+        parameters = [mpf(values()[name]) for name in names]
+        residual = lambda pitch, *others: closing(*q, pitch, *u, *others, *parameters)  # noqa: E731
+        guess = [mpmath.pi / 10, *([mpf(0)] * DEPENDENT)]
+        pitch, *others = mpmath.findroot(residual, guess, tol=mpf(10) ** (10 - 2 * DIGITS))
+        return by_extrapolation(rates, [*q, pitch, *u, *others], (t,), "0.1")[-1]
+
+    source = "the bicycle of benchmarks/problems/bicycle.py; states in the order of its NAMES"
+    given = {"roll": 0.1, "roll_rate": 0.5, "steer_rate": -0.4}
+    return Family(source, given, end, t, ("roll", "steer_rate"))
+
+
+FAMILIES = {
+    "pendulum": pendulum,
+    "four_bar_regular": regular_four_bar,
+    "four_bar_change_point": change_point_four_bar,
+    "bicycle": rolling_bicycle,
+}

@@ -1,0 +1,139 @@
+"""The columns of a sensitivity: what each name asked for is a derivative by.
+
+Every column is a direction: of the parameters (with those whose defaults follow), of the inputs'
+values, or of the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
+from mechc.inputs.bind import InputSlot
+from mechc.system.names import by_name
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+START = "y0"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Attributes
+    ----------
+    names
+        As asked for; ``"y0"`` has one column for each component of the state, others have one.
+    places
+        Name -> its column, or columns.
+    parameters : (np, k)
+        How the parameters change with each column.
+    inputs : (ni, k)
+        How the values of inputs do.
+    """
+
+    names: tuple[str, ...]
+    places: Mapping[str, int | slice]
+    parameters: Array
+    inputs: Array
+
+    @property
+    def count(self) -> int:
+        return int(self.parameters.shape[1])
+
+    def of(
+        self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: Any
+    ) -> Array | None:
+        """An array's derivative along the columns, (n, rows, k); None where none changes it."""
+        parts = [
+            system.evaluate(name, y, values, t) @ directions
+            for name, directions in ((by_parameters, self.parameters), (by_inputs, self.inputs))
+            if directions.any() and name in system.scene.outputs
+        ]
+        return sum(parts[1:], parts[0]) if parts else None
+
+
+def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:
+    """The columns of the names asked for; ``given``: parameters as the user gave them.
+
+    Raises
+    ------
+    UnavailableOutputError
+        If the model was compiled without sensitivities.
+    UnknownNameError
+        For what is neither parameter, coordinate, speed nor input of the model.
+    MechcError
+        For an input that is no number.
+    """
+    if "differentiated" not in system.data:
+        raise UnavailableOutputError(
+            f"{system.name} was compiled without sensitivities: compile or load it with "
+            "outputs=(..., 'sensitivities')"
+        )
+    places: dict[str, int | slice] = {}
+    count, width = 0, system.scene.width
+    for name in names:
+        places[name] = slice(count, count + width) if name == START else count
+        count += width if name == START else 1
+    along = np.zeros((len(system.parameters), count))
+    pushed = np.zeros((int(system.scene.inputs), count))
+    for name, place in places.items():
+        if name in system.parameters:
+            along[:, place] = _followed(system, name, values, given)
+        elif name in system.inputs:
+            pushed[_input_place(system, name), place] = 1.0
+        elif name != START:
+            _refuse_unknown(system, name)
+    return Columns(tuple(places), places, along, pushed)
+
+
+def _refuse_unknown(system: System, name: str) -> None:
+    known = (*system.parameters, *system.coordinates, *system.speeds, *system.inputs, START)
+    if name not in known:
+        raise UnknownNameError("parameter, coordinate, speed or input", name, known)
+
+
+def _followed(system: System, name: str, values: Array, given: Any) -> Array:
+    """How all parameters change with one: those not given follow as their defaults do."""
+    size = len(system.parameters)
+    changes = np.zeros(size)
+    index = system.parameters.index(name)
+    changes[index] = 1.0
+    if "default_slopes" not in system.scene.outputs or not _by_name(given):
+        return changes
+    y = np.zeros(system.scene.width)
+    slopes = system.evaluate("default_slopes", y, values, 0.0).copy()
+    held = {name, *system.reference.defaults, *by_name(given or {}, "params")}
+    slopes[[system.parameters.index(n) for n in held if n in system.parameters]] = 0.0
+    for _ in range(size):  # a default may follow one that follows
+        further = slopes @ changes
+        further[index] = 1.0
+        if (further == changes).all():
+            break
+        changes = further
+    return changes
+
+
+def _by_name(given: Any) -> bool:
+    return given is None or isinstance(given, Mapping)
+
+
+def _input_place(system: System, name: str) -> int:
+    """The place of an input's value among all values; refused unless it is a number."""
+    assert system.driven is not None
+    held = system.driven.given.get(name)
+    if not isinstance(held, (int, float, np.integer, np.floating)):
+        raise MechcError(
+            f"the derivative by {name} needs a number for it: {name} is given as "
+            f"{type(held).__name__}"
+        )
+    place = 0
+    for slot in (InputSlot.from_metadata(data) for data in system.data["inputs"]):
+        for order in slot.orders:
+            if slot.name == name and order == 0:
+                return place
+            place += 1
+    raise MechcError(f"the equations contain derivatives of {name} alone: no number moves them")

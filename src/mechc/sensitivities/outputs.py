@@ -1,0 +1,80 @@
+"""Derivatives of outputs along a run: by the chain rule, out_y S + out_p."""
+
+from __future__ import annotations
+
+from math import prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.errors import UnknownNameError
+from mechc.sensitivities.history import Sensitivity
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from mechc.simulation.trajectory import Trajectory
+
+SUMS = {"energy": ("kinetic_energy", "potential_energy")}
+
+
+def output_sensitivity(
+    sol: Trajectory, sensitivity: Sensitivity, output: Any, name: Any, t: Array | None
+) -> Array:
+    """The derivative of an output by a name, (nt, ...), at the run's times or others.
+
+    Raises
+    ------
+    UnknownNameError
+        For an output or a name that there is not.
+    """
+    label, key = name_of(output), name_of(name)
+    place = sensitivity.columns.places.get(key)
+    if place is None:
+        raise UnknownNameError("sensitivity", key, sensitivity.names)
+    times = sol.t if t is None else np.atleast_1d(np.asarray(t, dtype=np.float64))
+    y = sol.y if t is None else sol(times)
+    columns = sensitivity.at(times, y)
+    found = sum(
+        _one(sol, sensitivity, each, times, y, columns)[..., place]
+        for each in SUMS.get(label, (label,))
+    )
+    return np.asarray(found)
+
+
+def _one(
+    sol: Trajectory, sensitivity: Sensitivity, label: str, t: Array, y: Array, columns: Array
+) -> Array:
+    """All columns of the derivative of one output, (nt, *shape, k)."""
+    system = sol.system
+    states = (*system.coordinates, *system.speeds)
+    if label in states:
+        return np.asarray(columns[:, states.index(label)])
+    rows, shape = _rows(sol, label)
+    slopes = system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows]
+    found = slopes @ columns
+    names = ("own_parameter_jacobian", "own_input_jacobian")
+    forced = sensitivity.columns.of(system, *names, y, sol.params, t)
+    if forced is not None:
+        found = found + forced[:, rows]
+    return np.asarray(found.reshape(len(t), *shape, columns.shape[-1]))
+
+
+def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:
+    """Where an output's elements are among the rows of the Jacobians, and its shape."""
+    system = sol.system
+    own = list(system.data["own"])
+    places: dict[str, range] = {name: range(k, k + 1) for k, name in enumerate(own)}
+    first = len(own)
+    for name, size in system.data["differentiated"]:
+        places[name] = range(first, first + size)
+        first += size
+    if label in system.array_outputs:
+        elements = [own.index(each) for each in system.array_elements(label)]
+        return elements, tuple(system.array_outputs[label])
+    if label not in places:
+        known = (*system.coordinates, *system.speeds, *SUMS, *places, *system.array_outputs)
+        raise UnknownNameError("output with derivatives", label, known)
+    shape = () if label in own else tuple(system.data["shapes"][label])
+    assert prod(shape) == len(places[label])
+    return list(places[label]), shape

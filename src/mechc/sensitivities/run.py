@@ -1,0 +1,148 @@
+"""The sensitivities of a finished run: from the start through every piece of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.history import Sensitivity
+from mechc.sensitivities.start import start_columns
+from mechc.sensitivities.steps import Piece, follow
+from mechc.sensitivities.tangent import gradient, tangent
+from mechc.simulation.segments import Segments, Until
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.parameters import Array
+
+WEAK = 1e-5  # of the largest singular value: at a crossing the weakest row is weaker
+OPENS = 1e-7  # of a row's derivative: the part of it that opens the loop
+
+
+def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: Any) -> Sensitivity:
+    """Derivatives of the run; ``y0`` and ``params`` as the user gave them.
+
+    Raises
+    ------
+    UnavailableOutputError, UnknownNameError, MechcError
+        As :func:`columns_of` and :func:`start_columns` say.
+    """
+    system = sol.system
+    columns = columns_of(system, names, sol.params, params)
+    t, y = sol._run.states()
+    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    notes += _without_closure(sol, columns, start, float(t[0]), y[0])
+    pieces = _pieces(sol, sol._run, columns, start)
+    notes += _past_crossings(sol, columns, pieces)
+    return Sensitivity(sol, columns, pieces, notes)
+
+
+def _pieces(sol: Trajectory, run: Any, columns: Columns, start: Array) -> list[Piece]:
+    """The pieces of a run that may consist of several."""
+    if isinstance(run, Segments):
+        if any(run.jumps):
+            raise MechcError(
+                "an event of this run resets the state: derivatives over a reset are not computed; "
+                "end the run there (terminal=True), or ask for none"
+            )
+        found: list[Piece] = []
+        for part in run.pieces:
+            found += _pieces(sol, part, columns, start)
+            start = _end(sol, part, found, columns)
+        return found
+    if isinstance(run, Until):
+        return _pieces(sol, run.piece, columns, start)
+    return follow(sol.system, run, sol.params, columns, start)
+
+
+def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -> Array:
+    """The columns at the end of a run, which may be within its last step."""
+    (t, y) = (each[-1:] for each in run.states())
+    last = next(p for p in reversed(pieces) if abs(p.t[0] - t[0]) <= abs(p.t[0] - p.t[-1])
+                and (p.t[0] - t[0]) * (p.t[0] - p.t[-1]) >= 0)  # fmt: skip
+    found = last.at(t)
+    projected = tangent(sol.system, y, sol.params, t, columns)
+    whole = found if projected is None else projected[0] @ found + projected[1]
+    return np.ascontiguousarray(whole[0])
+
+
+# -- where there is no derivative -----------------------------------------------------------------
+
+
+def _without_closure(
+    sol: Trajectory, columns: Columns, start: Array, t: float, y: Array
+) -> tuple[str, ...]:
+    """Columns along which the loops do not stay closed become NaN: redundant rows forbid it."""
+    opened = _opening(sol, columns, t, y)
+    if opened is None:
+        return ()
+    rows = sol.system.constraint_jacobian(y, sol.params, t)
+    slopes = gradient(sol.system, y, sol.params, t, rows)
+    left = np.abs(slopes @ start[: slopes.shape[1]] + opened).max(axis=0)
+    size = np.abs(opened).max(axis=0)
+    bad = (size > 0) & (left > OPENS * size)
+    start[:, bad] = np.nan
+    return tuple(
+        f"by {name}: none, for the constraints are redundant and with another {name} the loops do "
+        "not close at all"
+        for name in columns.names
+        if np.any(bad[columns.places[name]])
+    )
+
+
+def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
+    """Columns that open a crossing, which is one of these lengths only, end there."""
+    notes = []
+    alive = np.ones(columns.count, dtype=bool)
+    for point in sol.change_points:
+        y = np.array(sol(point.t))
+        y[: len(point.q)] = point.q
+        opened = _opening(sol, columns, point.t, y)
+        if opened is None:
+            continue
+        gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
+        bad = alive & (gaps > OPENS * np.abs(opened).max())
+        alive &= ~bad
+        _end_at(pieces, point.t, bad)
+        notes += [
+            f"by {name}: none from t = {point.t:.9g} s on, for there is a change point of exactly "
+            f"these lengths: with another {name} the motion turns off or back (the gap there "
+            f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
+            for name in columns.names
+            if np.any(bad[columns.places[name]])
+        ]
+    return tuple(notes)
+
+
+def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:
+    """How the configuration constraints change with the columns, (nh, k)."""
+    if not sol.system.scene.holonomic:
+        return None
+    names = ("constraints_by_parameters", "constraints_by_inputs")
+    found = columns.of(sol.system, *names, y[None], sol.params, t)
+    return None if found is None else found[0]
+
+
+def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:
+    """The combinations (m, nh) of the configuration constraints that no motion changes at y."""
+    system = sol.system
+    rows = system.constraint_jacobian(y, sol.params, t)[: system.scene.holonomic]
+    left, sizes, _ = np.linalg.svd(rows)
+    sizes = np.append(sizes, np.zeros(len(rows) - len(sizes)))
+    weak = sizes <= WEAK * sizes[0]
+    weak[np.argmin(sizes)] = True
+    return np.asarray(left.T[weak])
+
+
+def _end_at(pieces: Sequence[Piece], t: float, bad: Array) -> None:
+    """From the step that holds t on these columns are NaN."""
+    if not bad.any():
+        return
+    for piece in pieces:
+        forwards = 1.0 if piece.t[-1] >= piece.t[0] else -1.0
+        step = max(int(np.searchsorted(forwards * piece.t, forwards * t, side="right")) - 1, 0)
+        if step < len(piece.rates):
+            piece.rates[step:, :, :, bad] = np.nan
+            piece.ends[step + 1 :, :, bad] = np.nan

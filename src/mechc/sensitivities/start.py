@@ -1,0 +1,156 @@
+"""The columns at the start of a run: through the closing of the loops, by the implicit function
+theorem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.sensitivities.columns import START, Columns
+from mechc.sensitivities.tangent import gradient, tangent
+from mechc.system.names import by_name
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+SINGULAR = 1e-7  # of the largest singular value: below, no derivative
+
+
+def start_columns(
+    system: System, columns: Columns, given: Any, state: Array, values: Array, t: float
+) -> tuple[Array, tuple[str, ...]]:
+    """S (nx, k) at the start, and notes on columns that have none; ``given``: y0 as it was given.
+
+    A mapping is assembled: what it holds stays, the rest follows.  A state is moved onto the
+    constraints, as :meth:`mechc.Model.simulate` does.
+
+    Raises
+    ------
+    MechcError
+        For a coordinate or speed that was not given by itself.
+    """
+    projected = tangent(system, state[None], values, t, columns)
+    whole = np.eye(system.scene.width) if projected is None else projected[0][0]
+    found = np.zeros((system.scene.width, columns.count))
+    notes: tuple[str, ...] = ()
+    if isinstance(given, Mapping):
+        held = list(by_name(given, "y0"))
+        found, notes = _assembled(system, columns, held, state, values, t)
+    else:
+        if projected is not None:
+            found = projected[1][0]
+        for name in _of_state(system, columns):
+            if projected is not None:
+                raise MechcError(
+                    f"y0 is a whole state, in which the constraints tie {name} to the others: ask "
+                    f"for sensitivities by {START!r}, or give a mapping, "
+                    f"y0={{{name!r}: ...}}, which is assembled"
+                )
+            found[system.state_index(name), columns.places[name]] = 1.0
+    if START in columns.places:
+        found[:, columns.places[START]] = whole
+    return np.ascontiguousarray(found), notes
+
+
+def _of_state(system: System, columns: Columns) -> list[str]:
+    states = (*system.coordinates, *system.speeds)
+    return [name for name in columns.names if name in states]
+
+
+def _assembled(
+    system: System, columns: Columns, held: Sequence[str], y: Array, values: Array, t: float
+) -> tuple[Array, tuple[str, ...]]:
+    """With the coordinates and speeds held that the mapping has."""
+    for name in _of_state(system, columns):
+        if name not in held:
+            raise MechcError(
+                f"{name} is not given: it follows from the others. Put it into y0, or ask for "
+                f"sensitivities by {', '.join(held) or 'parameters'}"
+            )
+    nq, width = len(system.coordinates), system.scene.width
+    found = np.zeros((width, columns.count))
+    for name in _of_state(system, columns):
+        found[system.state_index(name), columns.places[name]] = 1.0
+    if not system.scene.rows:
+        return found, ()
+    kept = [system.state_index(name) for name in held]
+    rows = system.constraint_jacobian(y, values, t)
+    free = system.unknowns([i for i in kept if i < nq])
+    notes = _close(system, columns, free, found, rows, y, values, t)
+    free = [i for i in range(len(system.speeds)) if nq + i not in kept]
+    _steady(system, columns, free, found, rows, y, values, t)
+    return found, notes
+
+
+def _close(
+    system: System, columns: Columns, free: list[int], found: Array, rows: Array, y: Array,
+    values: Array, t: float,
+) -> tuple[str, ...]:  # fmt: skip
+    """Fill in the free coordinates: Phi_q dq = -Phi_p dp."""
+    nq = len(system.coordinates)
+    slopes = gradient(system, y, values, t, rows)
+    if not free or not len(slopes):
+        return ()
+    names = ("constraints_by_parameters", "constraints_by_inputs")
+    opened = columns.of(system, *names, y[None], values, t)
+    gap = slopes @ found[:nq] + (0.0 if opened is None else opened[0])
+    if _rank(slopes[:, free]) < len(free):
+        moved = np.abs(gap).max(axis=0) > 0
+        found[:, moved] = np.nan
+        return tuple(
+            f"by {name}: none, for the loops just close with the coordinates given: those that "
+            "follow change infinitely fast, or the start is a change point"
+            for name in columns.names
+            if np.any(moved[columns.places[name]])
+        )
+    found[free] = -np.linalg.lstsq(slopes[:, free], gap, rcond=SINGULAR)[0]
+    return ()
+
+
+def _steady(
+    system: System, columns: Columns, free: list[int], found: Array, rows: Array, y: Array,
+    values: Array, t: float,
+) -> None:  # fmt: skip
+    """Fill in the free speeds: those of least size for which J u + b = 0."""
+    nq = len(system.coordinates)
+    if not free:
+        return
+    faster = _velocity_change(system, columns, found, y, values, t)
+    opened = faster + rows @ found[nq:]
+    own, u = rows[:, free], y[nq:][free]
+    back = np.linalg.pinv(own, rcond=SINGULAR)
+    turned = -back @ opened
+    multiples = back.T @ u  # of the rows, that make up the least speeds
+    if _rank(own) < len(free) and multiples.any():
+        still = _velocity_change(system, columns, found, _moving(y, nq, None), values, t)
+        for place, i in enumerate(free):
+            one = _velocity_change(system, columns, found, _moving(y, nq, i), values, t)
+            slope = multiples @ (one - still)  # of J^T times the multiples
+            turned += np.outer(np.eye(len(free))[:, place] - back @ own[:, place], slope)
+    found[nq + np.array(free)] = turned
+
+
+def _rank(rows: Array) -> int:
+    return int(np.linalg.matrix_rank(rows, rtol=SINGULAR)) if rows.size else 0
+
+
+def _moving(y: Array, nq: int, speed: int | None) -> Array:
+    """The configuration of y with one speed, 1, or none."""
+    moving = y.copy()
+    moving[nq:] = 0.0
+    if speed is not None:
+        moving[nq + speed] = 1.0
+    return moving
+
+
+def _velocity_change(
+    system: System, columns: Columns, found: Array, y: Array, values: Array, t: float
+) -> Array:
+    """How J u + b changes with the configuration and the parameters, (nc, k)."""
+    nq = len(system.coordinates)
+    names = ("velocity_constraints_by_parameters", "velocity_constraints_by_inputs")
+    faster = columns.of(system, *names, y[None], values, t)
+    pushed = system.evaluate("velocity_gradient", y, values, t) @ found[:nq]
+    return np.asarray(pushed if faster is None else pushed + faster[0])

@@ -7,6 +7,8 @@ from scipy.integrate import solve_ivp
 import mechc
 from tests.support.loops import bennett, bricard, parallel_cranks
 
+pytestmark = pytest.mark.slow  # scenes that take long to compile
+
 T_END = 10.0
 METHODS = ("dopri5", "dop853", "gauss8", "radau5")
 
@@ -49,7 +51,6 @@ def test_parallel_cranks_move_as_a_pendulum(cranks, method, rtol):
     moves_as(cranks, start, crank_angles(cranks, pendulum(3, 1.0)), rtol, method)
 
 
-@pytest.mark.slow
 def test_five_parallel_cranks_move_as_a_pendulum():
     model = mechc.compile(parallel_cranks(5))
     exact = crank_angles(model, pendulum(5, 1.0))
@@ -177,14 +178,12 @@ def six_bar():
     return mechc.compile(bricard())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9, 1e-12])
 @pytest.mark.parametrize("method", ["dop853", "gauss8"])
 def test_bricards_linkage_moves_as_on_its_closed_curve(six_bar, method, rtol):
     moves_as(six_bar, bricard_start(), BRICARD_END, rtol, method)
 
 
-@pytest.mark.slow
 def test_the_row_of_bricards_linkage_that_is_redundant_is_named(six_bar):
     (found,) = six_bar.redundant_constraints()
     assert found.name in six_bar.constraint_names
@@ -192,7 +191,6 @@ def test_the_row_of_bricards_linkage_that_is_redundant_is_named(six_bar):
     assert f"  {found}" in six_bar.report()
 
 
-@pytest.mark.slow
 def test_bennetts_linkage_moves_as_on_its_closed_curve():
     assert np.allclose(exact_bennett(), BENNETT_END, rtol=0, atol=2e-11)
     model = mechc.compile(bennett())
@@ -201,6 +199,5 @@ def test_bennetts_linkage_moves_as_on_its_closed_curve():
             moves_as(model, bennett_start(), BENNETT_END, rtol, method)
 
 
-@pytest.mark.slow
 def test_the_end_of_bricards_linkage_is_that_of_its_closed_curve():
     assert np.allclose(exact_bricard(), BRICARD_END, rtol=0, atol=2e-11)

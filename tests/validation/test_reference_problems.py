@@ -14,6 +14,7 @@ from mechc_codegen.library.planar.andrews import ANGLES
 
 import mechc
 from tests.support import DATA
+from tests.support.marks import slow_among
 
 EVERY_TOLERANCE = (1e-6, 1e-8, 1e-10, 1e-12)
 MARGIN = 30.0  # of the tolerance times the condition; most runs stay below 10
@@ -119,6 +120,12 @@ PROBLEMS = {
 CONSERVATIVE = ("pendulum_1", "pendulum_2", "pendulum_5", "heavy_top", "rigid_body", "windows_2")
 CONSTRAINED = ("slider_crank", "andrews", "car_axis", "windows_2")
 BEFORE_THE_CROSSING = 0.7
+LONG_TO_COMPILE = {"andrews", "car_axis", "flyball_governor", "pendulum_5", "windows_2"}
+
+
+def cases(names):
+    """Names of problems, those slow that take long to compile."""
+    return slow_among(names, LONG_TO_COMPILE & {*names})
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +169,7 @@ def rows_of(name):
 
 
 @pytest.mark.parametrize("method", ["dopri5", "dop853"])
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", cases(PROBLEMS))
 def test_the_error_follows_rtol_down_to_rounding(model_of, name, method):
     """No plateau: within rtol times the condition at each tolerance, and falling."""
     model, rows, problem = model_of(name), rows_of(name), PROBLEMS[name]
@@ -176,7 +183,7 @@ def test_the_error_follows_rtol_down_to_rounding(model_of, name, method):
         before = error
 
 
-@pytest.mark.parametrize("name", CONSTRAINED)
+@pytest.mark.parametrize("name", cases(CONSTRAINED))
 def test_closure_is_kept_to_rounding_on_the_dense_output(model_of, name):
     model, rows = model_of(name), rows_of(name)
     sol = run(model, name, rows, rtol=1e-8)
@@ -188,7 +195,7 @@ def test_closure_is_kept_to_rounding_on_the_dense_output(model_of, name):
     assert sol.velocity_closure.max() < 1e-12
 
 
-@pytest.mark.parametrize("name", CONSERVATIVE)
+@pytest.mark.parametrize("name", cases(CONSERVATIVE))
 def test_energy_is_kept_as_tightly_as_asked(model_of, name):
     model, rows = model_of(name), rows_of(name)
     for rtol in (1e-7, 1e-11):
@@ -197,7 +204,7 @@ def test_energy_is_kept_as_tightly_as_asked(model_of, name):
 
 @pytest.mark.parametrize(("name", "angle", "torque"), [
     ("slider_crank", "theta", 10.0),
-    ("andrews", "beta", 0.033),
+    pytest.param("andrews", "beta", 0.033, marks=pytest.mark.slow),
 ])  # fmt: skip
 def test_energy_grows_by_the_work_of_the_torque(model_of, name, angle, torque):
     """The spring's pair of forces has the potential it is given, and closure does no work."""
@@ -211,6 +218,7 @@ def test_slider_crank_at_one_second(model_of):
     assert sol["x"][-1] == pytest.approx(1.3550640434287042, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_andrews_mechanism_to_ten_digits(model_of):
     """Angles, rates, accelerations and forces at 0.03 s, each to 1e-10 of its own size."""
     rows = rows_of("andrews")
@@ -220,6 +228,7 @@ def test_andrews_mechanism_to_ten_digits(model_of):
     np.testing.assert_allclose(got, rows[-1, 1:], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_andrews_mechanism_is_assembled_from_one_angle(model_of):
     """The published start, from Theta = 0 and a rough guess; four ways to close in all."""
     model = model_of("andrews")
@@ -231,6 +240,7 @@ def test_andrews_mechanism_is_assembled_from_one_angle(model_of):
     assert np.abs(model.constraints(ways)).max() < 1e-15
 
 
+@pytest.mark.slow
 def test_car_axis_is_continued_and_runs_backwards(model_of):
     """A constraint that depends on time holds from any time, in either direction."""
     model, rows = model_of("car_axis"), rows_of("car_axis")
@@ -245,6 +255,7 @@ def test_car_axis_is_continued_and_runs_backwards(model_of):
         model.simulate((1.0, 3.0), start)
 
 
+@pytest.mark.slow
 def test_car_axis_is_nearer_to_the_reference_than_the_published_solution(model_of):
     data = reference("car_axis")
     model = model_of("car_axis")
@@ -254,6 +265,7 @@ def test_car_axis_is_nearer_to_the_reference_than_the_published_solution(model_o
     assert error < published / 10
 
 
+@pytest.mark.slow
 def test_both_rods_of_the_governor_move_alike(model_of):
     """Their angles are independent coordinates; symmetry is a result."""
     sol = run(model_of("flyball_governor"), "flyball_governor", rows_of("flyball_governor"),
@@ -288,6 +300,7 @@ def test_a_length_does_not_loosen_the_tolerance_of_plain_numbers(model_of):
     np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("turn", [0.0, 0.3, 2.0, -1.1])
 @pytest.mark.parametrize("rtol", [1e-6, 1e-8])
 def test_windows_pass_the_crossings_however_the_scene_is_turned(model_of, turn, rtol):
@@ -305,6 +318,7 @@ def test_windows_pass_the_crossings_however_the_scene_is_turned(model_of, turn, 
     np.testing.assert_allclose([c.t for c in sol.change_points], expected, atol=100 * rtol)
 
 
+@pytest.mark.slow
 def test_windows_at_tight_tolerance_are_right_or_flagged(model_of):
     """Where doubles make it hard, a run that ends well is right; none is silently wrong."""
     model, data = model_of("windows_2"), reference("windows_2")

@@ -95,8 +95,15 @@ IN_SYMPYS_TESTS = {
 }
 
 
+SLOW = {
+    "quaternion", "rolling disc, speeds without mass", "rolling disc, six coordinates",
+    "rolling disc, by Lagrange", "inertia about another point", "pendulum of two coordinates",
+    "constrained cart and pendulum as a System", "speeds of their own",
+}  # fmt: skip
+
+
 @pytest.mark.filterwarnings("ignore::sympy.utilities.exceptions.SymPyDeprecationWarning")
-@pytest.mark.parametrize("name", slow_among(IN_SYMPYS_TESTS, {"quaternion"}))
+@pytest.mark.parametrize("name", slow_among(IN_SYMPYS_TESTS, SLOW))
 def test_what_sympys_own_tests_form(name):
     check(sympy_models.caught(*IN_SYMPYS_TESTS[name]))
 

@@ -9,13 +9,15 @@ import pytest
 import mechc
 from benchmarks.problems.windows_motion import first_upright, upright_start
 
+pytestmark = pytest.mark.slow  # scenes that take long to compile
+
 TILT = {"tilt": 0.3}
 FIRST_HALF = 6.0  # seconds: six times through the flat position
 # Where all rows lose rank together, rounding is magnified into the motion; see docs/growth.md.
 FLOOR = 1e-6
 
 
-@pytest.fixture(scope="module", params=[2, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.fixture(scope="module", params=[2, 5])
 def row(request):
     return request.param, mechc.load("windows", count=request.param)
 

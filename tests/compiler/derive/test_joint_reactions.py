@@ -339,6 +339,7 @@ def test_a_load_of_which_it_is_not_known_what_it_acts_on_is_named():
 # -- peaks ----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_peak_of_a_joint_force_is_a_reduction_of_a_batch():
     model = mechc.load("four_bar", outputs=("energy", "reactions"))
     y = model.assemble({"theta_0": 1.4835}, params={"l_3": 3.5})

@@ -71,7 +71,7 @@ def exact_jacobian(rates: Rates, x: list[Any], columns: range) -> Any:
     return np.array(found).T
 
 
-@pytest.mark.parametrize("scene", slow_among(SCENES, {"four_bar", "everything"}))
+@pytest.mark.parametrize("scene", slow_among(SCENES, {"four_bar", "everything", "guided swing"}))
 def test_jacobians_are_the_derivatives_of_the_rates(scene: str) -> None:
     made, rng = model(scene), np.random.default_rng(5)
     size, parameters = len(made.coordinates) + len(made.speeds), len(made.parameters)
@@ -95,6 +95,7 @@ def test_jacobians_are_the_derivatives_of_the_rates(scene: str) -> None:
             np.testing.assert_allclose(found, by_parameters, atol=3e-12 * scale, rtol=0)
 
 
+@pytest.mark.slow
 def test_the_first_unit_has_the_same_jacobians() -> None:
     rng = np.random.default_rng(2)
     y, asked = rng.normal(0, 1, (5, 6)), {"outputs": JACOBIANS, "fix": {"g": 9.5}}

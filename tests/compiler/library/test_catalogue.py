@@ -19,7 +19,9 @@ SIZED = {"pendulum": ("links", 5), "windows": ("count", 3), "planar_chain": ("li
          "spatial_chain": ("links", 4)}  # fmt: skip
 CONSERVATIVE = ("four_bar", "heavy_top", "pendulum", "planar_chain", "rigid_body",
                 "spatial_chain", "windows")  # fmt: skip
-CHAINS = ("planar_chain", "spatial_chain")  # which no other test compiles
+LONG_TO_COMPILE = (  # or compiled by no other test
+    "planar_chain", "spatial_chain", "andrews", "car_axis", "flyball_governor", "windows",
+)  # fmt: skip
 DRIVEN = {"andrews": ("beta", "T"), "slider_crank": ("theta", "T")}  # angle, torque on it
 
 
@@ -103,7 +105,7 @@ def test_a_wrong_option_is_told_the_right_ones():
 # -- what they do ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", slow_among(COMPILED, {*CHAINS, "andrews"}))
+@pytest.mark.parametrize("name", slow_among(COMPILED, LONG_TO_COMPILE))
 def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     sol = run(name)
     assert sol.status.ok, str(sol.status)
@@ -113,11 +115,12 @@ def test_each_runs_from_its_own_start_and_stays_closed(run, name):
     assert np.ptp(sol.q, axis=0).max() > 0.05
 
 
-@pytest.mark.parametrize("name", slow_among(CONSERVATIVE, {*CHAINS, "andrews"} & {*CONSERVATIVE}))
+@pytest.mark.parametrize("name", slow_among(CONSERVATIVE, {*LONG_TO_COMPILE} & {*CONSERVATIVE}))
 def test_energy_is_kept_where_nothing_takes_it(run, name):
     assert run(name).energy_drift < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", DRIVEN)
 def test_energy_grows_by_the_work_of_the_torque(run, name):
     angle, torque = DRIVEN[name]
@@ -165,6 +168,7 @@ def test_another_crank_angle_of_andrews_mechanism_is_assembled_as_it_is_publishe
     np.testing.assert_allclose(y0[:7], later, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_start_follows_the_parameters():
     """Only as many coordinates are kept as there are freedoms; the loops close by the others."""
     model = mechc.load("slider_crank")

@@ -120,6 +120,7 @@ print(model.build["key"], len(derived), *model.rhs(0.0, [0.1] * 6, [1.0] * 6))
 """
 
 
+@pytest.mark.slow
 def test_many_processes_with_one_kane_object_derive_it_once_whatever_their_hash_seed(fresh):
     running = [
         subprocess.Popen(

@@ -253,6 +253,7 @@ def start(model):
     return model.assemble({"x": 0.5}, {"u_x": 0.0}, guess={"y": -0.8})
 
 
+@pytest.mark.slow
 def test_prescribed_motion_by_functions_is_that_of_the_expression(driven, expected):
     model = driven.with_inputs({"r": MOVED})
     y0 = start(model)
@@ -263,6 +264,7 @@ def test_prescribed_motion_by_functions_is_that_of_the_expression(driven, expect
     assert sol.velocity_closure.max() < 1e-13
 
 
+@pytest.mark.slow
 def test_prescribed_motion_by_splines_converges_to_it(driven, expected):
     times = np.linspace(-0.5, 4.5, 501)
     for kind, error in (("cubic", 1e-7), ("quintic", 1e-10)):

@@ -42,7 +42,7 @@ SCENES = {
     "windows_2": lambda: windows(2),
     "windows_4": lambda: windows(4),
 }
-LARGE = ("closed_chain", "spatial_chain", "windows_4")
+LARGE = ("andrews", "closed_chain", "spatial_chain", "windows_2", "windows_4")
 STATES = 25
 REGULAR = {"l_3": 3.5}
 
@@ -173,6 +173,7 @@ def test_jacobians_and_outputs_that_hold_the_motion():
 # -- what needs more than outputs ---------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_assembly_limits_and_equilibria_are_those_of_the_compiled_model():
     model, compiled = four_bar(), mechc.load("four_bar")
     y = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 2.0}, params=REGULAR)
@@ -215,6 +216,7 @@ def test_no_compiler_is_run_or_needed_and_the_error_offers_this(monkeypatch):
 # -- runs -------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_regular_four_bar_follows_its_exact_motion():
     data = json.loads((DATA / "four_bar_regular.json").read_text("utf-8"))["states"]
     times = [t for t in sorted(map(float, data)) if t <= 4]

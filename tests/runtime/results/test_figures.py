@@ -265,6 +265,7 @@ def test_a_run_that_left_the_numbers_is_drawn_up_to_there() -> None:
     assert low < expected.min() < expected.max() < high < expected.max() + np.ptp(expected)
 
 
+@pytest.mark.slow
 def test_files_have_fixed_names_and_the_same_bytes_every_time(tmp_path: Path) -> None:
     sol = fake_linkage.run(steps=9)
     first = plot.save_all(sol, tmp_path / "new" / "a", samples=50, dpi=40)

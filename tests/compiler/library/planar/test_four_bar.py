@@ -41,6 +41,7 @@ def gain(sol):
     return sol.energy[-1] - sol.energy[0]
 
 
+@pytest.mark.slow
 def test_options_bring_their_parameters_at_zero(loaded):
     new = ("c_0", "c_1", "c_2", "c_3", "x_C", "y_C")
     assert set(loaded.parameters) - set(mechc.load("four_bar").parameters) == set(new)
@@ -111,6 +112,7 @@ def driven():
     return mechc.load("four_bar", crank_speed=True, crank_torque=True)
 
 
+@pytest.mark.slow
 def test_a_prescribed_speed_is_held_and_the_loop_stays_closed(driven):
     params = {"l_0": 1.0, "l_1": 3.0, "l_2": 3.0, "l_3": 3.5, "Omega_0": 4.0}
     start = driven.assemble({"theta_0": 0.5}, params=params)

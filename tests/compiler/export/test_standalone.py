@@ -1,6 +1,7 @@
 """Exported C against the model, SymPy's numbers and the compiled integrators."""
 
 import ctypes
+import re
 import shutil
 import subprocess
 
@@ -159,7 +160,7 @@ def test_what_users_name_is_no_code(tmp_path):
     mechc.export_c(kane, tmp_path, name="cart", outputs=({hostile: theta},))
     subprocess.run(["gcc", *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
     text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
-    assert "*/ int system" not in text
+    assert "*/ int system" not in re.sub(r'"[^"\n]*"', "", text)  # but in strings of C
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@
 
 #define MECHC_CLOSE_ITERATIONS 60
 #define MECHC_CLOSE_POLISHES 40
-#define MECHC_CLOSE_LEAST 500 /* steps to the least gap */
+#define MECHC_CLOSE_LEAST 20000 /* steps to the least gap */
 #ifndef MECHC_CLOSE_STEP
 #define MECHC_CLOSE_STEP 0.7 /* the longest, rad or lengths */
 #endif

@@ -28,6 +28,7 @@ def states_of(model, count=4, seed=1):
     )
 
 
+@pytest.mark.slow
 def test_a_four_bar_of_pins_moves_as_the_shipped_one():
     model, shipped = mechc.compile(four_bar()), mechc.load("four_bar")
     start = shipped.assemble({"theta_0": 1.4835}, speeds={"omega_0": 0.4})
@@ -132,10 +133,10 @@ def spatial_pair(make):
     [
         ("pin", 5),
         ("spherical", 3),
-        ("weld", 6),
-        ("prismatic", 5),
-        ("cylindrical", 4),
-        ("planar", 3),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (("weld", 6), ("prismatic", 5), ("cylindrical", 4), ("planar", 3))
+        ),
     ],
 )
 def test_a_cut_in_space_leaves_the_motion_that_its_kind_leaves(kind, held):

@@ -15,7 +15,9 @@ SCENES = {
 }
 
 
-@pytest.fixture(scope="module", params=slow_among(SCENES, {"windows_4", "ring_of_8"}))
+@pytest.fixture(
+    scope="module", params=slow_among(SCENES, {"windows_4", "ring_of_8", "planar_ring_of_9"})
+)
 def model(request):
     return mechc.compile(SCENES[request.param](), outputs=("energy", "multipliers"))
 

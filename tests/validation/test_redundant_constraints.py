@@ -9,6 +9,8 @@ from tests.support.marks import slow_among
 
 T_END = 5.0
 TILT = {"tilt_0": 0.3, "tilt_1": 0.7}
+pytestmark = pytest.mark.slow  # scenes that take long to compile
+
 MAKERS = {"spatial": (spatial, TILT, 2), "two_rockers": (two_rockers, {}, 3)}
 
 

@@ -92,6 +92,7 @@ def reference(kane, states, excitation, values):
     return right_hand_side
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("formulation", "start"),
     [

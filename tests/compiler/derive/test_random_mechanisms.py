@@ -130,6 +130,7 @@ def test_lagranges_equations_are_the_textbooks_after_every_pass(case: Case) -> N
     assert {"mass_matrix", "forcing"} <= set(check(case, by_lagrangian, derive)[-1])
 
 
+@pytest.mark.slow
 @examples(15)
 @given(case=cases(6))
 def test_equations_by_links_are_the_textbooks_after_every_pass(case: Case) -> None:

@@ -66,6 +66,7 @@ def test_a_system_with_a_constraint_too_many_moves_as_it_does_without(four_bar):
     np.testing.assert_allclose(forces, jacobian.T @ four_bar.multipliers(y, VALUES), rtol=1e-11)
 
 
+@pytest.mark.slow
 def test_fixed_parameters_fall_away_and_take_operations_with_them(four_bar):
     fixed = mechc.compile(four_bar_kane(), fix={"g": 0, "l_3": 3.5}, outputs=())
     assert fixed.parameters == ("l_0", "l_1", "l_2", "rho")

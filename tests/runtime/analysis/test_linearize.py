@@ -63,6 +63,7 @@ def test_eigenvalues_at_an_equilibrium_do_not_depend_on_what_is_independent(four
         assert bool(abs(spectra[0].real).max() < 1e-6) is equilibrium.stable
 
 
+@pytest.mark.slow
 def test_inputs_and_outputs_act_as_the_simulated_mechanism_does(four_bar, torque):
     """A small torque from the stable equilibrium: the motion, and what is measured of it."""
     y = four_bar.equilibria(REGULAR)[0].y
@@ -142,6 +143,7 @@ def test_constraints_on_the_speeds_alone_leave_all_coordinates_independent():
     np.testing.assert_allclose(lin.A, np.transpose(columns), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_shipped_mechanism_is_linearized_when_asked_for_its_jacobian(four_bar):
     asked = {"outputs": ["state_jacobian"], "fix": {"g": 9.81}}
     model = mechc.load("four_bar", **asked)

@@ -155,6 +155,7 @@ def outcome(running):
     return int(made), float(rate)
 
 
+@pytest.mark.slow
 def test_processes_at_once_compile_once_and_later_ones_load(fresh):
     with process(3.0) as first, process(3.0) as second:
         cold = outcome(first), outcome(second)

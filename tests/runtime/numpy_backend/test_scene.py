@@ -244,7 +244,7 @@ def test_a_pendulum_is_back_after_one_period():
     np.testing.assert_allclose(sol.y[-1], y0, atol=1e-9)
 
 
-@pytest.mark.parametrize("scene", ["rigid_body", "swing"])
+@pytest.mark.parametrize("scene", ["rigid_body", pytest.param("swing", marks=pytest.mark.slow)])
 def test_runs_of_other_kinds_are_those_of_the_compiled_pair(scene):
     """Quaternions whose rates are no speeds; a constraint on the motion that moves with time."""
     model, compiled = without_c(scene), mechc.compile(SCENES[scene]())

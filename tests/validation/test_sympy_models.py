@@ -34,7 +34,10 @@ def test_masses_with_springs_and_dampers(n, gravity, force):
     check(multi_mass_spring_damper(n, gravity, force))
 
 
-@pytest.mark.parametrize(("n", "force", "torques"), [*product((1, 2, 4), *[YES_OR_NO] * 2)])
+@pytest.mark.parametrize(("n", "force", "torques"), [
+    *product((1, 2), *[YES_OR_NO] * 2),
+    *(pytest.param(4, *case, marks=pytest.mark.slow) for case in product(*[YES_OR_NO] * 2)),
+])  # fmt: skip
 def test_pendulums_on_a_cart(n, force, torques):
     check(n_link_pendulum_on_cart(n, force, torques))
 

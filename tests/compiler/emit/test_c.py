@@ -122,7 +122,7 @@ def symbols_of(compiled: Path) -> tuple[set[str], set[str]]:
     ("scene", "source"),
     [
         pytest.param("guided swing", "scene_baseline.c", marks=pytest.mark.slow),
-        ("swing", "scene_avx2.c"),
+        pytest.param("swing", "scene_avx2.c", marks=pytest.mark.slow),
         pytest.param("everything", "scene_avx512.c", marks=pytest.mark.slow),
         ("bead", "scene_baseline.c"),
     ],

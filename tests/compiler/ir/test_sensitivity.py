@@ -71,7 +71,9 @@ def exact_jacobian(rates: Rates, x: list[Any], columns: range) -> Any:
     return np.array(found).T
 
 
-@pytest.mark.parametrize("scene", slow_among(SCENES, {"four_bar", "everything", "guided swing"}))
+@pytest.mark.parametrize(
+    "scene", slow_among(SCENES, {"four_bar", "everything", "guided swing", "swing"})
+)
 def test_jacobians_are_the_derivatives_of_the_rates(scene: str) -> None:
     made, rng = model(scene), np.random.default_rng(5)
     size, parameters = len(made.coordinates) + len(made.speeds), len(made.parameters)

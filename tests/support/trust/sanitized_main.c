@@ -132,7 +132,8 @@ static int breadth_of(const mechc_unit *unit, int output)
 static mechc_closure closure_of(const mechc_unit *unit)
 {
     const char *names[MECHC_CLOSURE_OUTPUTS] = {"constraints", "constraint_gradient",
-                                                "velocity_constraints", "constraint_jacobian"};
+                                                "velocity_constraints", "constraint_jacobian",
+                                                "preference"};
     mechc_closure closure;
     memset(&closure, 0, sizeof closure);
     for (int what = 0; what < MECHC_CLOSURE_OUTPUTS; what++) {

@@ -14,8 +14,7 @@
 
 #define MECHC_CLOSE_ITERATIONS 60
 #define MECHC_CLOSE_POLISHES 40
-#define MECHC_CLOSE_LEAST 500 /* steps to the least gap, and for few unknowns, whose steps */
-#define MECHC_CLOSE_LEAST_WORK 160000 /* cost little, as many more as cost so many operations */
+#define MECHC_CLOSE_LEAST 500 /* steps to the least gap */
 #ifndef MECHC_CLOSE_STEP
 #define MECHC_CLOSE_STEP 0.7 /* the longest, rad or lengths */
 #endif
@@ -156,7 +155,9 @@ mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, d
 
 static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, int k)
 {
-    const double damping = closer->seeker[k].size / (closer->length * closer->length);
+    const double square = closer->seeker[k].size / (closer->length * closer->length);
+    /* a gap that stays bends the residual by its own size, not by its square: Fan & Yuan (2005) */
+    const double damping = closer->phase == MECHC_PHASE_LEAST ? sqrt(square) : square;
     if (job->unknowns == 2 && job->rows == 2) /* one planar loop: sizes the compiler knows */
         mechc_close_solve_sized(job, closer, k, damping, 2, 2);
     else
@@ -235,13 +236,12 @@ static int mechc_close_is_known(const mechc_closing *job, const mechc_closer *cl
 }
 
 /* Whether a start has come to where it leads: closed to rounding, or no longer gaining. */
-static int mechc_close_arrived(const mechc_closing *job, const mechc_closer *closer, int k)
+static int mechc_close_arrived(const mechc_closer *closer, int k)
 {
-    const long n = job->unknowns;
     const mechc_seeker *seeker = closer->seeker + k;
     const double square = closer->length * closer->length, rounding = 2.0 * DBL_EPSILON;
     const int near = seeker->size <= 1e-6 * square, last = closer->phase == MECHC_PHASE_LEAST;
-    const int most = last ? MECHC_CLOSE_LEAST + (int)(MECHC_CLOSE_LEAST_WORK / (n * n * n))
+    const int most = last ? MECHC_CLOSE_LEAST
                           : MECHC_CLOSE_ITERATIONS + (near ? MECHC_CLOSE_POLISHES : 0);
     /* far off, it has found the least gap; close by, it stalls only at rounding */
     return seeker->size <= rounding * rounding * square || seeker->steps > most
@@ -314,7 +314,7 @@ static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
             mechc_close_hit(job, closer);
             return 0;
         }
-        over = seeker->steps++ && mechc_close_arrived(job, closer, k);
+        over = seeker->steps++ && mechc_close_arrived(closer, k);
         if (!over) mechc_close_solve(job, closer, k);
     } else { /* cut the step until it lowers the gap */
         seeker->factor *= 0.25;

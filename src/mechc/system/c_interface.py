@@ -34,7 +34,7 @@ class CFunction:
         ``scipy.LowLevelCallable``.
     stack
         Bytes that a call takes at most of the stack of the thread that makes it: half a MiB for
-        states of fewer than 90 components, 16 MiB and more beyond.  Give threads that call it such
+        states of fewer than 64 components, 16 MiB and more beyond.  Give threads that call it such
         a stack, and what they need themselves: the operating system ends a program whose stack is
         too small.
     signature

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.support import ROOT
+from tests.support.trust import preloadable
 
 pytestmark = pytest.mark.slow
 
@@ -50,11 +50,7 @@ for output in ("rates", *model.system.scene.outputs):
 @pytest.fixture(scope="module")
 def counter(tmp_path_factory):
     """The library that counts what is touched of a stack."""
-    target = tmp_path_factory.mktemp("stacks") / "stacks.so"
-    source = str(ROOT / "tests" / "support" / "trust" / "stacks.c")
-    command = ["gcc", "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", source, "-ldl"]
-    subprocess.run([*command, "-o", str(target)], check=True)
-    return target
+    return preloadable("stacks", tmp_path_factory.mktemp("stacks"))
 
 
 @pytest.mark.parametrize(

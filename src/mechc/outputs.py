@@ -9,7 +9,6 @@ import numpy as np
 
 from mechc.analysis.jacobians import input_values, jacobian
 from mechc.errors import ValueOutOfBoundsError, brief
-from mechc.native._driver import Ode
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table
@@ -161,12 +160,13 @@ class Outputs(Description):
         Without projection: an integrator that uses it drifts from closure and, near a change
         point, takes a wrong branch at any tolerance.  :meth:`simulate` does neither.
         """
+        from mechc.system.c_interface import right_hand_side
+
         values = self.system.parameter_set.resolve(params)
-
-        def general(t: Time, y: Array) -> Array:
-            return self.system.rates(self._checked_states(y), values, t)
-
-        return Ode(self.system, values, general) if values.ndim == 1 else general
+        return right_hand_side(
+            self.system, values,
+            lambda t, y: self.system.rates(self._checked_states(y), values, t),
+        )  # fmt: skip
 
     def mass_matrix(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""

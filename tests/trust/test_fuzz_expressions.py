@@ -44,7 +44,7 @@ def expression(draw, depth=0):
 
 
 def exactly(text, scale=1.0, digits=40):
-    """With so many digits, of a text that this file wrote; None where it has no real value in doubles.
+    """The value of a text that this file wrote, with so many digits; None where none is real.
 
     ``scale``: of t and of all decimal numbers.
     """

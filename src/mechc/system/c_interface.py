@@ -107,5 +107,5 @@ def _place(system: System, name: str) -> int:
 def right_hand_side(
     system: System, p: Array, general: Callable[[float, Array], Array]
 ) -> Callable[[float, Array], Array]:
-    """f(t, y) as an integrator calls it: ``general``, or compiled code that does the same at once."""
+    """f(t, y) as integrators call it: ``general``, or compiled code that does the same at once."""
     return Ode(system, p, general) if p.ndim == 1 else general

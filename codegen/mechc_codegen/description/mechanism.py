@@ -32,12 +32,14 @@ from mechc_codegen.errors import MechanismError
 class Parameter:
     """A constant of the mechanism with its default, which may follow other parameters.
 
-    Without a default (None) its value has to be given with every use.
+    Without a default (None) its value has to be given with every use, or, where it is ``preset``,
+    when the compiled scene is loaded.
     """
 
     symbol: Symbol
     default: Expr | float | None
     quantity: Quantity
+    preset: bool = False
 
 
 @dataclass(frozen=True)

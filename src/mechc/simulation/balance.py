@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mechc.simulation.settings import Policy
+from mechc.simulation.work import NODES, WEIGHTS, power_at
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -23,8 +24,6 @@ FINEST = 1e-9  # tolerances below it are taken for it: differences of energies h
 MOST_STEPS = 24  # of either kind, over which the work is integrated
 WORTH = 2000  # evaluations of the rates, of a run that is long enough to look at its energy, ...
 ENOUGH = 20_000  # ... and at its work
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
-DIFFERENCE = 2e-3  # of each component's scale, between states of which the energy is differenced
 
 
 def energy_note(
@@ -90,20 +89,8 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     chosen = np.concatenate([even, odd])
     middle, half = 0.5 * (t[chosen] + t[chosen + 1]), 0.5 * (t[chosen + 1] - t[chosen])
     inner = (middle[:, None] + half[:, None] * NODES).ravel()
-    power = _power(system, values, inner, run.interpolate(inner)).reshape(len(chosen), -1)
-    missing = gained[chosen] - half * (power @ WEIGHTS)
+    lengths = np.repeat(np.abs(2.0 * half), len(NODES))
+    power = power_at(system, values, inner, run.interpolate(inner), lengths).value
+    missing = gained[chosen] - half * (power.reshape(len(chosen), -1) @ WEIGHTS)
     spread = np.abs(np.cumsum(missing[: len(even)])).max() * count / len(even)
     return float(max(spread, np.abs(np.cumsum(missing[len(even) :])).max()))
-
-
-def _power(system: System, values: Array, t: Array, y: Array) -> Array:
-    """dE/dt along the motion (n,), by differences of fourth order."""
-    rates = system.rates(y, values, t)
-    size = np.maximum(system.scale(values), np.abs(y).max(axis=0))
-    step = DIFFERENCE / np.maximum(np.abs(rates / size).max(axis=1), 1e-300)
-    ways = np.array([-2.0, -1.0, 1.0, 2.0])
-    moved = y[:, None] + (ways * step[:, None])[:, :, None] * rates[:, None]
-    at = t[:, None] + ways * step[:, None]
-    energy = system.energy(moved, values, at)
-    slope: Array = energy @ np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * step)
-    return slope

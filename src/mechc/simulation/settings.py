@@ -127,7 +127,13 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
 def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
     if atol is None:
         return None
-    values = np.broadcast_to(doubles(atol, "atol"), (system.scene.width,))
+    given, width = doubles(atol, "atol"), system.scene.width
+    if given.shape not in ((), (1,), (width,)):
+        raise ValueOutOfBoundsError(
+            f"atol is one number, or one for each of the {width} components of a state "
+            f"({', '.join((*system.coordinates, *system.speeds))}), not of shape {given.shape}"
+        )
+    values = np.broadcast_to(given, (width,))
     if not (np.isfinite(values) & (values > 0)).all():
         raise ValueOutOfBoundsError("atol must be positive and finite in every component")
     return np.ascontiguousarray(values)

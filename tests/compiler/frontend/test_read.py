@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
-from sympy import Symbol, sin
-from sympy.physics.mechanics import dynamicsymbols
+from sympy import Symbol, sin, symbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Lagrangian,
+    LagrangesMethod,
+    Particle,
+    PrismaticJoint,
+    RigidBody,
+    System,
+    dynamicsymbols,
+)
 
 import mechc
 from mechc.compilation import build, cache
@@ -125,3 +134,70 @@ def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path)
     y = [0.0, 0.0, 3.0, 0.0]
     assert again.rhs(0.0, y)[2] == first.rhs(0.0, y)[2] == pytest.approx(-0.75)
     assert set(again.build["seconds"]) == {"read", "load"}
+
+
+# -- equations that are not formed ------------------------------------------------------------
+
+
+def spring_system(speed):
+    """A mass on a spring, by its potential energy, and a damper."""
+    q, (m, k, b) = dynamicsymbols("q"), symbols("m k b")
+    wall, bob = RigidBody("wall"), Particle("bob", mass=m)
+    system = System.from_newtonian(wall)
+    bob.potential_energy = k * q**2 / 2
+    system.add_joints(PrismaticJoint("slide", wall, bob, q, speed(q)))
+    system.add_loads((bob.masscenter, -b * speed(q) * system.x))
+    return system
+
+
+def own_speed(q):
+    return dynamicsymbols("u")
+
+
+def rates(thing, form=None):
+    defaults = {"m": 2.0, "k": 5.0, "b": 0.5}
+    model = mechc.compile(thing, form=form, defaults=defaults, backend="numpy")
+    return model.rhs(0.0, [0.4, 0.7]).tolist()
+
+
+@pytest.mark.filterwarnings("ignore::mechc.UnusedValueWarning")
+def test_a_system_that_is_not_formed_is_taken_by_the_method_asked_for():
+    system = spring_system(lambda q: q.diff(t))
+    assert rates(system, "lagrange") == pytest.approx([0.7, -(5 * 0.4 + 0.5 * 0.7) / 2], rel=1e-14)
+    assert rates(system, "kane") == pytest.approx([0.7, -0.5 * 0.7 / 2], rel=1e-14)
+    assert system.eom_method is None
+    system.form_eoms(LagrangesMethod)
+    assert rates(system) == rates(system, "lagrange")
+    assert rates(spring_system(own_speed), "kane") == rates(system, "kane")
+
+
+@pytest.mark.filterwarnings("ignore::mechc.UnusedValueWarning")
+def test_methods_whose_equations_are_not_formed_are_taken_when_asked():
+    formed = spring_system(own_speed)
+    expected = rates(formed, "kane")
+    formed.form_eoms()
+    made = formed.eom_method
+    kane = KanesMethod(
+        formed.frame, made.q, made.u, list(formed.kdes), bodies=made.bodies, forcelist=made.loads
+    )
+    assert rates(kane, "kane") == expected
+    system = spring_system(lambda q: q.diff(t))
+    bodies, loads = system.bodies, system.loads
+    lagrangian = Lagrangian(system.frame, *bodies)
+    lagrange = LagrangesMethod(lagrangian, system.q, loads, bodies, system.frame)
+    assert rates(lagrange, "lagrange") == rates(system, "lagrange")
+
+
+@pytest.mark.parametrize(
+    ("thing", "form", "words"),
+    [
+        (lambda: spring_system(own_speed), None, r"form='kane' or form='lagrange'"),
+        (lambda: spring_system(own_speed), "lagrange", "has u: make its joints"),
+        (lambda: spring_system(own_speed), "newton", "form is 'kane' or 'lagrange'"),
+        (lambda: LagrangesMethod(1, [dynamicsymbols("q")]), None, "form='lagrange'"),
+        (lambda: LagrangesMethod(1, [dynamicsymbols("q")]), "kane", "not for a LagrangesMethod"),
+    ],
+)
+def test_the_method_that_is_missing_or_does_not_fit_is_named(thing, form, words):
+    with pytest.raises(mechc.MechanismError, match=words):
+        mechc.compile(thing(), form=form, backend="numpy")

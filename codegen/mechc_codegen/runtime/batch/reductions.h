@@ -6,38 +6,13 @@
 #pragma once
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include "abi/codes.h"
 #include "abi/model.h"
+#include "batch/looks.h"
 
-#define MECHC_LOOKS 8 /* a step */
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
-
 #define MECHC_LEVEL 1e-12
-
-/* One reduction of one quantity: a component of the state, or of an output. */
-typedef struct {
-    int reduction, form;
-    int output, second; /* -1: the state; second: added to it, or -1 */
-    int component;
-    int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
-    int terminal;       /* the run ends at this crossing */
-    double level;
-} mechc_quantity;
-
-typedef struct {
-    const mechc_unit *unit;
-    int width, widest, quantities;
-    const mechc_quantity *quantity;
-    const double *p;
-    const mechc_inputs *inputs;
-    double t0;
-    double stop;    /* when a terminal crossing came, or NaN */
-    double *value;  /* a quantity each: the result so far */
-    int *known;
-    double *states, *outputs; /* for the looks of one step */
-} mechc_reducer;
 
 /* The step at hand, and what is looked at in it. */
 typedef struct {
@@ -49,89 +24,9 @@ typedef struct {
     double sign; /* extremes are sought as minima of sign * quantity */
 } mechc_look;
 
-static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, int width,
-                              int quantities, const mechc_quantity *quantity)
-{
-    const size_t some = (size_t)(quantities > 0 ? quantities : 1), looks = MECHC_LOOKS + 1;
-    reducer->unit = unit;
-    reducer->width = width;
-    reducer->quantities = quantities;
-    reducer->quantity = quantity;
-    reducer->widest = 1;
-    for (int i = 0; i < unit->output_count; i++)
-        if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
-    reducer->value = malloc(some * sizeof(double));
-    reducer->known = malloc(some * sizeof(int));
-    reducer->states = malloc(looks * (size_t)width * sizeof(double));
-    reducer->outputs = malloc(2 * looks * (size_t)reducer->widest * sizeof(double));
-    return reducer->value && reducer->known && reducer->states && reducer->outputs;
-}
-
-static void mechc_reducer_free(mechc_reducer *reducer)
-{
-    free(reducer->value);
-    free(reducer->known);
-    free(reducer->states);
-    free(reducer->outputs);
-}
-
-static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
-{
-    reducer->p = options->p;
-    reducer->inputs = options->inputs;
-    reducer->t0 = options->t0;
-    reducer->stop = NAN;
-    for (int i = 0; i < reducer->quantities; i++) {
-        reducer->known[i] = 0;
-        reducer->value[i] = 0.0;
-    }
-}
-
-/* Output `output` of `count` states. */
-static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
-                                const double *t, const double *states, double *out)
-{
-    const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {reducer->p, 0};
-    reducer->unit->outputs[output].evaluate(count, times, rows, p, reducer->inputs, out);
-}
-
-/* One number from the values of an output at one state. */
-static double mechc_reduce_form(const mechc_quantity *quantity, const double *values, int width)
-{
-    double square = 0.0;
-    if (quantity->form != MECHC_NORM) {
-        const double value = values[quantity->component];
-        return quantity->form == MECHC_ABSOLUTE ? fabs(value) : value;
-    }
-    for (int i = 0; i < width; i++) square += values[i] * values[i];
-    return sqrt(square);
-}
-
-/* The quantity at `count` <= MECHC_LOOKS + 1 states. */
-static void mechc_reduce_states(const mechc_reducer *reducer, const mechc_quantity *quantity,
-                                ptrdiff_t count, const double *t, const double *states,
-                                double *out)
-{
-    const double *values = states;
-    int width = reducer->width;
-    if (quantity->output >= 0) {
-        width = reducer->unit->outputs[quantity->output].width;
-        values = reducer->outputs;
-        mechc_reduce_output(reducer, quantity->output, count, t, states, reducer->outputs);
-    }
-    for (ptrdiff_t i = 0; i < count; i++)
-        out[i] = mechc_reduce_form(quantity, values + i * width, width);
-    if (quantity->second < 0) return;
-    double *others = reducer->outputs + (MECHC_LOOKS + 1) * reducer->widest;
-    width = reducer->unit->outputs[quantity->second].width;
-    mechc_reduce_output(reducer, quantity->second, count, t, states, others);
-    for (ptrdiff_t i = 0; i < count; i++) out[i] += others[i * width + quantity->component];
-}
-
 static double mechc_look_time(const mechc_look *look, double s)
 {
-    const double *t = look->steps->t + look->step;
-    return s <= 0.0 ? t[0] : s >= 1.0 ? t[1] : t[0] + s * (t[1] - t[0]);
+    return mechc_time_in(look->steps, look->step, s);
 }
 
 /* One component on the polynomial of the step, unprojected: within the tolerance of the run. */
@@ -155,7 +50,7 @@ static void mechc_look_many(const mechc_look *look, ptrdiff_t count, const doubl
     const mechc_reducer *reducer = look->reducer;
     const mechc_quantity *quantity = look->quantity;
     double t[MECHC_LOOKS + 1];
-    if (quantity->output < 0 && quantity->form != MECHC_NORM) {
+    if (mechc_is_component(quantity)) {
         for (ptrdiff_t i = 0; i < count; i++) {
             out[i] = mechc_look_component(look, s[i]);
             if (quantity->form == MECHC_ABSOLUTE) out[i] = fabs(out[i]);
@@ -165,6 +60,9 @@ static void mechc_look_many(const mechc_look *look, ptrdiff_t count, const doubl
     for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_look_time(look, s[i]);
     reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, count, t,
                                reducer->states);
+    for (ptrdiff_t i = 0; i < count; i++)
+        if (s[i] >= 1.0)
+            mechc_take_end(look->steps, look->step, reducer->states + i * reducer->width);
     mechc_reduce_states(reducer, quantity, count, t, reducer->states, out);
 }
 
@@ -184,6 +82,7 @@ static double mechc_look_projected(const mechc_look *look, double s)
     double value;
     reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, 1, &t,
                                reducer->states);
+    if (s >= 1.0) mechc_take_end(look->steps, look->step, reducer->states);
     mechc_reduce_states(reducer, look->quantity, 1, &t, reducer->states, &value);
     return value;
 }
@@ -251,13 +150,18 @@ static void mechc_keep_least(const mechc_look *look, int i, double value)
     }
 }
 
+/* Whether a minimum whose parabola has the value `foreseen` may be less than what is known. */
+static int mechc_may_be_least(const mechc_look *look, int i, double least, double foreseen)
+{
+    return !(least - 3.0 * fabs(least - foreseen) > look->sign * look->reducer->value[i]);
+}
+
 /* Refine a minimum between the looks at low and high, unless what is known is less than it can
  * be. */
 static void mechc_refine_extreme(const mechc_look *look, int i, double low, double middle,
                                  double high, double least, double foreseen)
 {
-    const double known = look->sign * look->reducer->value[i];
-    if (least - 3.0 * fabs(least - foreseen) > known) return;
+    if (!mechc_may_be_least(look, i, least, foreseen)) return;
     if (fabs(least - foreseen) <= MECHC_LEVEL * fabs(least)) { /* nothing but rounding to find */
         mechc_keep_least(look, i, look->sign * least);
         return;
@@ -288,11 +192,13 @@ static void mechc_reduce_extreme(const mechc_look *look, int i, const double *s,
     /* beside an end, where the neighbour within the step is higher still */
     const double first = mechc_vertex(f[0], f[1], f[2], s[1], d);
     const double last = mechc_vertex(f[n - 2], f[n - 1], f[n], s[n - 1], d);
-    if (f[0] < f[1] && first > 0.0 && first < s[1]) {
+    if (f[0] < f[1] && first > 0.0 && first < s[1]
+        && mechc_may_be_least(look, i, f[0], mechc_foreseen(f[0], f[1], f[2]))) {
         const double value = mechc_look_once(look, first);
         if (value < f[0]) mechc_refine_extreme(look, i, 0.0, first, s[1], value, value);
     }
-    if (f[n] < f[n - 1] && last > s[n - 1] && last < look->end) {
+    if (f[n] < f[n - 1] && last > s[n - 1] && last < look->end
+        && mechc_may_be_least(look, i, f[n], mechc_foreseen(f[n], f[n - 1], f[n - 2]))) {
         const double value = mechc_look_once(look, last);
         if (value < f[n]) mechc_refine_extreme(look, i, s[n - 1], last, look->end, value, value);
     }
@@ -329,20 +235,28 @@ static void mechc_reduce_first(const mechc_look *look, int i, const double *s, c
     look->reducer->known[i] = 1;
 }
 
+/* The quantity at the places of the step; those of all of it are looked up. */
+static void mechc_look_all(const mechc_look *look, int i, const double *s, double *out)
+{
+    const int nodes = mechc_set_of(look->quantity) == MECHC_AT_NODES;
+    const ptrdiff_t count = nodes ? MECHC_LOOKS : MECHC_LOOKS + 1;
+    const int looked_up = look->end == 1.0 && !mechc_is_component(look->quantity);
+    if (looked_up) memcpy(out, mechc_seen(look->reducer, look->steps, look->step, i),
+                          (size_t)count * sizeof(double));
+    else mechc_look_many(look, count, s, out);
+}
+
 /* Gauss-Legendre of order 16 over the step. */
 static void mechc_reduce_mean(const mechc_look *look, int i)
 {
-    static const double node[8] = {
-        0.019855071751231884, 0.10166676129318664, 0.2372337950418355,  0.4082826787521751,
-        0.5917173212478249,   0.7627662049581645,  0.8983332387068134,  0.9801449282487681};
-    static const double weight[8] = {
+    static const double weight[MECHC_LOOKS] = {
         0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.18134189168918100,
         0.18134189168918100, 0.15685332293894363, 0.11119051722668724, 0.05061426814518813};
-    const double *t = look->steps->t + look->step;
-    double values[8], s[8], sum = 0.0;
-    for (int j = 0; j < 8; j++) s[j] = look->end * node[j];
-    mechc_look_many(look, 8, s, values);
-    for (int j = 0; j < 8; j++) sum += weight[j] * values[j];
+    const double *t = look->steps->t + look->step, *node = mechc_fractions(MECHC_AT_NODES);
+    double values[MECHC_LOOKS], s[MECHC_LOOKS], sum = 0.0;
+    for (int j = 0; j < MECHC_LOOKS; j++) s[j] = look->end * node[j];
+    mechc_look_all(look, i, s, values);
+    for (int j = 0; j < MECHC_LOOKS; j++) sum += weight[j] * values[j];
     look->reducer->value[i] += look->end * (t[1] - t[0]) * sum;
     look->reducer->known[i] = 1;
 }
@@ -362,7 +276,7 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
         return;
     }
     for (int j = 0; j <= MECHC_LOOKS; j++) s[j] = end * j / MECHC_LOOKS;
-    mechc_look_many(&look, MECHC_LOOKS + 1, s, seen);
+    mechc_look_all(&look, i, s, seen);
     if (quantity->reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(&look, i, s, seen);
     else mechc_reduce_extreme(&look, i, s, seen);
 }
@@ -386,6 +300,7 @@ static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajecto
 /* Take in the steps at hand, up to a terminal crossing. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps)
 {
+    mechc_forget_looks(reducer);
     for (ptrdiff_t step = 0; step + 1 < steps->count && isnan(reducer->stop); step++) {
         const double end = mechc_reduce_terminal(reducer, steps, step);
         for (int i = 0; i < reducer->quantities; i++)

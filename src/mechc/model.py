@@ -276,8 +276,8 @@ class Model(Configurations):
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
-            ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times and
-            states are in ``sol.events``.
+            ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times
+            and states are in ``sol.events``.
             One with a ``reset`` changes the state, and the run goes on: ``sol.segments``.
         on_change_point
             At a configuration where branches of the motion cross: ``"continue"`` straight on along

@@ -160,8 +160,13 @@ class Outputs(Description):
         Without projection: an integrator that uses it drifts from closure and, near a change
         point, takes a wrong branch at any tolerance.  :meth:`simulate` does neither.
         """
+        from mechc.system.c_interface import right_hand_side
+
         values = self.system.parameter_set.resolve(params)
-        return lambda t, y: self.system.rates(self._checked_states(y), values, t)
+        return right_hand_side(
+            self.system, values,
+            lambda t, y: self.system.rates(self._checked_states(y), values, t),
+        )  # fmt: skip
 
     def mass_matrix(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""

@@ -5,8 +5,8 @@ import pytest
 from sympy import Symbol, sin, symbols
 from sympy.physics.mechanics import (
     KanesMethod,
-    Lagrangian,
     LagrangesMethod,
+    Lagrangian,
     Particle,
     PrismaticJoint,
     RigidBody,

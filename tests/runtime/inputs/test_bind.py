@@ -6,15 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from sympy import Rational, Symbol, sin
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    dynamicsymbols,
-)
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
+from tests.support.pendulums import pushed_mass
 
 t = dynamicsymbols._t
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
@@ -22,24 +17,9 @@ VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 MASS, END = 2.0, 3.1
 
 
-def slider():
-    """A mass on a spring, pushed by the input F."""
-    q, u, push = dynamicsymbols("q u F")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    load = (push - Symbol("k") * q) * frame.x
-    body = Particle("body", point, Symbol("m"))
-    body.potential_energy = Symbol("k") * q**2 / 2
-    kane.kanes_equations([body], [(point, load)])
-    return kane, {"power": push * u}
-
-
 @pytest.fixture(scope="module")
 def pushed():
-    kane, power = slider()
+    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
     defaults = {"m": MASS, "k": 0.0}
     return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
@@ -408,4 +388,4 @@ def test_batches_and_c_functions_refuse_what_is_given_with_a_run(pushed):
 
 def test_without_compiled_code_inputs_must_be_expressions():
     with pytest.raises(mechc.MechcError, match="given with a run need compiled code"):
-        mechc.compile(slider()[0], backend="numpy")
+        mechc.compile(pushed_mass(), backend="numpy")

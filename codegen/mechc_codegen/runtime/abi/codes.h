@@ -3,7 +3,7 @@
 
 /* Components of a state up to which work space is below half a megabyte and a step takes a moment:
  * beyond, work has a stack of its own, and a step that is under way can be given up. */
-#define MECHC_WIDE 90
+#define MECHC_WIDE 64
 
 /* How a run, or the projection of one state, ended. */
 typedef enum {

@@ -376,6 +376,7 @@ MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integratio
 MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
+    memset(g, 0, sizeof *g);
     for (int j = 0; j < MECHC_STAGES; j++)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};

@@ -21,8 +21,8 @@ def test_the_states_of_before_are_found_again_and_another_bit_is_named(tmp_path,
     assert "5 equal, 1 differ: four_bar auto" in capsys.readouterr().out
 
 
-def test_runs_begin_at_the_earlier_start_and_a_start_assembled_otherwise_is_named(tmp_path):
-    model, file = mechc.load("four_bar"), tmp_path / "before.json"
+def test_runs_begin_at_the_earlier_start_and_a_start_assembled_otherwise_is_named():
+    model = mechc.load("four_bar")
     other = [x.hex() for x in model.assemble({"theta_0": 1.0}).tolist()]
     found = states.last_states(["four_bar"], {"four_bar start": other})
     ours = states.last_states(["four_bar"], {})

@@ -76,6 +76,8 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
 def _shaped(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
+    if state.shape == (system.scene.width, 1):  # a Matrix of SymPy
+        state = np.ascontiguousarray(state[:, 0])
     if state.shape != (system.scene.width,):
         raise ValueError(
             f"y0 must have the shape ({system.scene.width},): "

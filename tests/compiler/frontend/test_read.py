@@ -39,7 +39,30 @@ def test_parameters_without_a_value_are_asked_for_by_name(four_bar):
         four_bar.rhs(0.0, np.zeros(6))
     given = {k: v for k, v in VALUES.items() if k not in ("rho", "g")}
     with pytest.raises(MissingParameterError, match=r"need a value: g, rho\. Give them"):
-        four_bar.assemble({"q_0": 1.0}, params=given)
+        four_bar.simulate(1.0, np.zeros(6), given)
+
+
+def test_closing_the_loops_needs_the_lengths_only(four_bar):
+    lengths = {k: v for k, v in VALUES.items() if k not in ("rho", "g")}
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=lengths)
+    np.testing.assert_allclose(
+        y, four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES), atol=1e-13
+    )
+    assert four_bar.limits("q_0", lengths) == four_bar.limits("q_0", VALUES)
+    del lengths["l_3"]
+    with pytest.raises(MissingParameterError, match=r"need a value: l_3\. Give"):
+        four_bar.assemble({"q_0": 1.0}, params=lengths)
+
+
+def test_what_a_needed_default_follows_is_needed_too():
+    k = Symbol("k")
+    model = mechc.compile(four_bar_kane(), defaults={"l_3": 7 * k, "rho": k}, backend="numpy")
+    assert set(model.system.data["closing"]) == {"l_0", "l_1", "l_2", "l_3", "k"}
+    lengths = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0}
+    with pytest.raises(MissingParameterError, match=r"need a value: k, l_3\. Give"):
+        model.assemble({"q_0": 1.0}, params=lengths)
+    y = model.assemble({"q_0": 1.0}, params=lengths | {"k": 0.5})
+    assert np.abs(model.constraints(y, lengths | {"k": 0.5, "rho": 1.0, "g": 9.81})).max() < 1e-14
 
 
 def test_energy_power_and_momenta_balance(four_bar):

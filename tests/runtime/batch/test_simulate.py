@@ -200,6 +200,14 @@ def test_reductions_together_are_those_that_each_is_by_itself(model, drawn, meth
             assert np.array_equal(alone[name], together[name], equal_nan=True), name
 
 
+def test_a_reduction_may_be_a_pair_by_name(model, regular):
+    params, start = regular
+    single = model.simulate_batch(1.0, start, params, reduce=("max", "theta_2"))
+    two = model.simulate_batch(1.0, start, params, reduce=("max(theta_2)", "min(theta_2)"))
+    assert single["max(theta_2)"] == two["max(theta_2)"]
+    assert two["min(theta_2)"] < two["max(theta_2)"]
+
+
 def test_extremes_and_means_of_the_energies_are_those_of_the_motion(model, regular, method):
     params, start = regular
     asked = ("max(kinetic_energy)", "mean(kinetic_energy)", "range(energy)")

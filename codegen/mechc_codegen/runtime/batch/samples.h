@@ -1,6 +1,6 @@
-/* Quantities of which a trajectory is reduced to numbers, and their values at places in every step.
+/* Samples of the quantities of which a trajectory is reduced to numbers: values within every step.
  *
- * Many steps are looked at together, so that parameters are prepared once and outputs are evaluated
+ * Many steps are sampled together, so that parameters are prepared once and outputs are evaluated
  * in full lanes; quantities of the same output share its values.
  */
 #pragma once
@@ -11,8 +11,8 @@
 #include "abi/codes.h"
 #include "abi/model.h"
 
-#define MECHC_LOOKS 8 /* a step */
-#define MECHC_MOST_AHEAD 16 /* steps that are looked at together, */
+#define MECHC_SAMPLES 8 /* of a step */
+#define MECHC_MOST_AHEAD 16 /* steps that are sampled together, */
 #define MECHC_MOST_VALUES 16384 /* and numbers of an output there, where it is wide */
 
 /* One reduction of one quantity: a component of the state, or of an output. */
@@ -25,15 +25,15 @@ typedef struct {
     double level;
 } mechc_quantity;
 
-/* Where in a step quantities are looked at: a set of fractions for extremes and crossings, another
- * one for means.  The first place of a block of steps is its start; then each step has its own. */
+/* Where in a step quantities are sampled: one set of fractions for extremes and crossings, another
+ * for means.  The first sample of a block of steps is at its start. */
 enum { MECHC_EVENLY, MECHC_AT_NODES, MECHC_SETS };
 
 typedef struct {
     double *values;  /* a row a quantity */
-    ptrdiff_t first; /* of the steps that were looked at */
+    ptrdiff_t first; /* of the steps that were sampled */
     int count;       /* how many; 0: none yet */
-} mechc_looks;
+} mechc_samples;
 
 typedef struct {
     const mechc_unit *unit;
@@ -46,9 +46,9 @@ typedef struct {
     double *value;  /* a quantity each: the result so far */
     int *known;
     int *shared;    /* a quantity each: the first one that has the same values */
-    int ahead, rows; /* steps that are looked at together, and places in them */
-    mechc_looks looks[MECHC_SETS];
-    double *t, *states, *outputs; /* at these places, for one set after the other */
+    int ahead, rows; /* steps that are sampled together, and samples in them */
+    mechc_samples samples[MECHC_SETS];
+    double *t, *states, *outputs; /* at the samples of one set at a time */
 } mechc_reducer;
 
 static int mechc_set_of(const mechc_quantity *quantity)
@@ -57,7 +57,7 @@ static int mechc_set_of(const mechc_quantity *quantity)
 }
 
 /* Whether two quantities need the same values as long as either needs any. */
-static int mechc_looks_alike(const mechc_quantity *a, const mechc_quantity *b)
+static int mechc_sampled_alike(const mechc_quantity *a, const mechc_quantity *b)
 {
     const int first = a->reduction == MECHC_FIRST_CROSSING;
     return mechc_set_of(a) == mechc_set_of(b) && a->form == b->form && a->output == b->output
@@ -65,11 +65,11 @@ static int mechc_looks_alike(const mechc_quantity *a, const mechc_quantity *b)
         && b->reduction != MECHC_FIRST_CROSSING && b->reduction != MECHC_LAST;
 }
 
-/* The first quantity that looks alike. */
+/* The first quantity with the same samples. */
 static int mechc_reducer_shared(const mechc_reducer *reducer, int i)
 {
     for (int j = 0; j < i; j++)
-        if (mechc_looks_alike(reducer->quantity + i, reducer->quantity + j)) return j;
+        if (mechc_sampled_alike(reducer->quantity + i, reducer->quantity + j)) return j;
     return i;
 }
 
@@ -84,9 +84,9 @@ static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, in
     reducer->widest = 1;
     for (int i = 0; i < unit->output_count; i++)
         if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
-    const int fit = MECHC_MOST_VALUES / (MECHC_LOOKS * reducer->widest);
+    const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);
     reducer->ahead = fit < 1 ? 1 : fit < MECHC_MOST_AHEAD ? fit : MECHC_MOST_AHEAD;
-    reducer->rows = 1 + MECHC_LOOKS * reducer->ahead;
+    reducer->rows = 1 + MECHC_SAMPLES * reducer->ahead;
     reducer->value = malloc(some * sizeof(double));
     reducer->known = malloc(some * sizeof(int));
     reducer->shared = malloc(some * sizeof(int));
@@ -97,8 +97,8 @@ static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, in
     int made = reducer->value && reducer->known && reducer->shared && reducer->t
             && reducer->states && reducer->outputs;
     for (int set = 0; set < MECHC_SETS; set++) {
-        reducer->looks[set].values = malloc(rows * some);
-        made = made && reducer->looks[set].values;
+        reducer->samples[set].values = malloc(rows * some);
+        made = made && reducer->samples[set].values;
     }
     for (int i = 0; made && i < quantities; i++)
         reducer->shared[i] = mechc_reducer_shared(reducer, i);
@@ -113,7 +113,7 @@ static void mechc_reducer_free(mechc_reducer *reducer)
     free(reducer->t);
     free(reducer->states);
     free(reducer->outputs);
-    for (int set = 0; set < MECHC_SETS; set++) free(reducer->looks[set].values);
+    for (int set = 0; set < MECHC_SETS; set++) free(reducer->samples[set].values);
 }
 
 static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
@@ -176,7 +176,7 @@ static int mechc_is_component(const mechc_quantity *quantity)
 }
 
 /* Whether its values are still needed in a set. */
-static int mechc_needs_looks(const mechc_reducer *reducer, int i, int set)
+static int mechc_needs_samples(const mechc_reducer *reducer, int i, int set)
 {
     const mechc_quantity *quantity = reducer->quantity + i;
     const int over = quantity->reduction == MECHC_FIRST_CROSSING && reducer->known[i];
@@ -187,7 +187,7 @@ static int mechc_needs_looks(const mechc_reducer *reducer, int i, int set)
 /* The fractions of a step in one of the sets. */
 static const double *mechc_fractions(int set)
 {
-    static const double fractions[MECHC_SETS][MECHC_LOOKS] = {
+    static const double fractions[MECHC_SETS][MECHC_SAMPLES] = {
         {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0},
         {0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
          0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681}};
@@ -206,45 +206,45 @@ static void mechc_take_end(const mechc_trajectory *steps, ptrdiff_t step, double
     memcpy(state, steps->y + (step + 1) * steps->width, (size_t)steps->width * sizeof(double));
 }
 
-/* The values of all quantities that are looked at in this set, in the steps from `first` on. */
-static void mechc_look_ahead(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t first,
-                             int set)
+/* The values of all quantities that are sampled in this set, in the steps from `first` on. */
+static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t first,
+                         int set)
 {
-    mechc_looks *looks = reducer->looks + set;
+    mechc_samples *samples = reducer->samples + set;
     const double *fractions = mechc_fractions(set);
     const ptrdiff_t left = steps->count - 1 - first, width = reducer->width;
-    looks->first = first;
-    looks->count = left < reducer->ahead ? (int)left : reducer->ahead;
-    const ptrdiff_t rows = 1 + MECHC_LOOKS * (ptrdiff_t)looks->count;
+    samples->first = first;
+    samples->count = left < reducer->ahead ? (int)left : reducer->ahead;
+    const ptrdiff_t rows = 1 + MECHC_SAMPLES * (ptrdiff_t)samples->count;
     reducer->t[0] = steps->t[first];
     for (ptrdiff_t row = 0; row + 1 < rows; row++)
-        reducer->t[row + 1] = mechc_time_in(steps, first + row / MECHC_LOOKS,
-                                            fractions[row % MECHC_LOOKS]);
+        reducer->t[row + 1] = mechc_time_in(steps, first + row / MECHC_SAMPLES,
+                                            fractions[row % MECHC_SAMPLES]);
     reducer->unit->interpolate(0, steps, reducer->p, reducer->inputs, rows, reducer->t,
                                reducer->states);
     if (set == MECHC_EVENLY)
-        mechc_take_end(steps, first + looks->count - 1, reducer->states + (rows - 1) * width);
+        mechc_take_end(steps, first + samples->count - 1, reducer->states + (rows - 1) * width);
     for (int i = 0; i < reducer->quantities; i++)
-        if (mechc_needs_looks(reducer, i, set))
+        if (mechc_needs_samples(reducer, i, set))
             mechc_reduce_states(reducer, reducer->quantity + i, rows, reducer->t, reducer->states,
-                                looks->values + i * (ptrdiff_t)reducer->rows);
+                                samples->values + i * (ptrdiff_t)reducer->rows);
 }
 
-/* A quantity at the places of a step; at the step's start before them, where these include its
- * end. */
+/* The samples of a quantity in a step, preceded by its value at the step's start where they include
+ * that at its end. */
 static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *steps,
                                 ptrdiff_t step, int i)
 {
     const int set = mechc_set_of(reducer->quantity + i);
-    const mechc_looks *looks = reducer->looks + set;
-    if (step < looks->first || step >= looks->first + looks->count)
-        mechc_look_ahead(reducer, steps, step, set);
-    const ptrdiff_t row = MECHC_LOOKS * (step - looks->first) + (set == MECHC_AT_NODES);
-    return looks->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
+    const mechc_samples *samples = reducer->samples + set;
+    if (step < samples->first || step >= samples->first + samples->count)
+        mechc_sample(reducer, steps, step, set);
+    const ptrdiff_t row = MECHC_SAMPLES * (step - samples->first) + (set == MECHC_AT_NODES);
+    return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
 }
 
-/* The steps are others than before. */
-static void mechc_forget_looks(mechc_reducer *reducer)
+/* The trajectory has other steps now. */
+static void mechc_forget_samples(mechc_reducer *reducer)
 {
-    for (int set = 0; set < MECHC_SETS; set++) reducer->looks[set].count = 0;
+    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0;
 }

@@ -302,22 +302,22 @@ cdef class Scene:
                 moved[0] = NAN
         return job.status, out, moved[0], moved[1]
 
-    def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
+    def start(self, double t0, double t1, const double[::1] y0, p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
               bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
               Inputs inputs=None):
         """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
         trajectory."""
         cdef Run run = Run.__new__(Run)
-        cdef const double[::1] tolerances
+        cdef const double[::1] tolerances, parameters = p
         cdef mechc_options options
-        if p.shape[0] != self.parameters:
+        if parameters.shape[0] != self.parameters:
             raise ValueError("wrong number of parameters")
         run.scene, run.unit, run.method = self, self.unit, method
         run.coordinates, run.width, run.stack = self.coordinates, self.width, self.stack
-        run.p, run.inputs = np.array(p), inputs
+        run.p, run.inputs = p.copy(), inputs
         options.t0, options.t1 = t0, t1
-        options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
+        options.y0, options.p = &y0[0], &parameters[0] if self.parameters else NULL
         options.inputs = address_of(inputs)
         options.rtol = rtol
         options.atol = NULL

@@ -53,5 +53,7 @@ def pushed_mass():
     point.set_vel(frame, u * frame.x)
     kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
     load = (push - Symbol("k") * q) * frame.x
-    kane.kanes_equations([Particle("cart", point, Symbol("m"))], [(point, load)])
+    cart = Particle("cart", point, Symbol("m"))
+    cart.potential_energy = Symbol("k") * q**2 / 2
+    kane.kanes_equations([cart], [(point, load)])
     return kane

@@ -39,6 +39,7 @@ def read_compilable(
     thing: Any,
     fix: Mapping[Any, Any] | None,
     outputs: Iterable[Any] | None,
+    form: str | None = None,
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
     """The mechanism to compile, and default numbers of parameters."""
@@ -60,8 +61,10 @@ def read_compilable(
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    options = CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
-    return CompileRequest(thing, options), numbers
+    request = CompileRequest(
+        thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen, form)
+    )
+    return request, numbers or request.numbers
 
 
 def _rates(states: Any) -> dict[Any, Any]:

@@ -66,7 +66,10 @@ class Event:
                 )
             return given
         if not callable(given):
-            raise ValueOutOfBoundsError(f"an event is a function of t and y, not {given!r}")
+            raise ValueOutOfBoundsError(
+                f"an event is a function of t and y, or an expression of SymPy that is zero there, "
+                f"not {given!r}"
+            )
         return cls(given, getattr(given, "direction", 0.0), int(getattr(given, "terminal", False)))
 
 

@@ -35,6 +35,22 @@ def closed_form(signal, end=END):
     return np.array([q, u])
 
 
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda t: 3.0 * np.cos(2.0 * t),
+        lambda t, q, u: -2.0 * u[0] + q[0],
+        mechc.Signal([0.0, 1.0, 1.1, 1.2, 6.0], [0.0, 0.0, 40.0, 0.0, 0.0], "linear"),
+        mechc.Signal([0.0, 1.0, 2.0, 6.0], [0.0, 7.0, -2.0, 0.0], "previous"),
+    ],
+    ids=["of time", "of the state", "a pulse", "steps"],
+)
+def test_the_energy_is_a_balance_with_the_work_of_inputs(pushed, force):
+    sol = pushed.simulate(5.0, [1.0, 0.5], {"k": 3.0}, inputs={"F": force})
+    assert np.ptp(sol.energy) > 0.1 * sol.energy.max()
+    assert sol.energy_drift < 1e-8
+
+
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
 @pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
 def test_a_mass_pushed_by_samples_follows_the_closed_form(pushed, kind, method):

@@ -17,19 +17,19 @@ from mechc.simulation.work import NODES, WEIGHTS, power_at
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-NEAR = 1e3  # times the tolerance, of the largest kinetic energy: nothing more is looked at
+NEAR = 1e3  # times the tolerance, of the largest kinetic energy: below it nothing more is checked
 FAR = 100.0  # times what changes of the size of the tolerance do to the energy, ...
 MANY = 1000  # ... for so many steps, and in proportion beyond
 FINEST = 1e-9  # tolerances below it are taken for it: differences of energies have rounding
 MOST_STEPS = 24  # of either kind, over which the work is integrated
-WORTH = 2000  # evaluations of the rates, of a run that is long enough to look at its energy, ...
-ENOUGH = 20_000  # ... and at its work
+WORTH = 2000  # evaluations of the rates from which on a run's energy is checked, ...
+ENOUGH = 20_000  # ... and its work
 
 
 def energy_note(
     system: System, run: Any, values: Array, policy: Policy, stats: dict[str, Any]
 ) -> tuple[str, ...]:
-    """A warning where the energy of a finished run is far off."""
+    """A warning where the energy of a finished run has a large error."""
     if stats["rhs_evaluations"] < WORTH or not system.knows_energy:
         return ()
     t, y = run.states()

@@ -150,7 +150,7 @@ def _parameters_in_words(sol: Trajectory) -> str:
 def _shown(system: System, name: str, value: float) -> str:
     quantity = system.quantities[name]
     if quantity.kind in ANGULAR:
-        shown = round(float(np.degrees(value)), 6) + 0.0  # no minus zero
+        shown = round(math.degrees(value), 6) + 0.0  # no minus zero
         return f"{shown:.6f} {'deg' if quantity.kind is Kind.ANGLE else 'deg/s'}"
     return f"{value:.9g} {quantity.unit}"
 

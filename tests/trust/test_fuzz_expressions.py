@@ -43,12 +43,16 @@ def expression(draw, depth=0):
     return f"{draw.choice(sorted(FUNCTIONS))}({expression(draw, depth + 1)})"
 
 
+def _as_number(found):
+    return f"(mpf({found[0]}) * scale)" if found[1] else f"mpf({found[0]})"
+
+
 def exactly(text, scale=1.0, digits=40):
     """The value of a text that this file wrote, with so many digits; None where none is real.
 
     ``scale``: of t and of all decimal numbers.
     """
-    numbers = re.sub(r"\d+\.\d+", lambda found: f"(mpf({found[0]}) * scale)", text)
+    numbers = re.sub(r"\d+(\.\d+)?", _as_number, text)
     names = {**OWN, "t": mp.mpf(AT) * scale, "mpf": mp.mpf, "scale": scale}
     try:
         with mp.workdps(digits):

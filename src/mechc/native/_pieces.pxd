@@ -1,4 +1,4 @@
-"""Long work in pieces between which signals are looked at, on a stack that is large enough."""
+"""Long work in pieces between which signals are handled, on a stack that is large enough."""
 
 from cpython.exc cimport PyErr_CheckSignals
 from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
@@ -40,7 +40,7 @@ cdef inline int with_stack(
 ) except -1:
     """Work without the GIL, on a stack that is large enough.
 
-    Signals are looked at meanwhile where that is a stack of its own; one that raises sets `stop`.
+    Signals are handled meanwhile where it runs on a stack of its own; one that raises sets `stop`.
     """
     cdef mechc_on_stack job
     cdef int done = 0

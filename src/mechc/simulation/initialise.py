@@ -76,14 +76,15 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
 def _shaped(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
-    if state.shape == (system.scene.width, 1):  # a Matrix of SymPy
-        state = np.ascontiguousarray(state[:, 0])
-    if state.shape != (system.scene.width,):
-        raise ValueError(
-            f"y0 must have the shape ({system.scene.width},): "
-            f"{', '.join((*system.coordinates, *system.speeds))}; it has {state.shape}"
-        )
-    return state
+    width = system.scene.width
+    if state.shape == (width,):
+        return state
+    if state.shape == (width, 1):  # a Matrix of SymPy
+        return np.ascontiguousarray(state[:, 0])
+    raise ValueError(
+        f"y0 must have the shape ({width},): "
+        f"{', '.join((*system.coordinates, *system.speeds))}; it has {state.shape}"
+    )
 
 
 def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:

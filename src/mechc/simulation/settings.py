@@ -69,10 +69,10 @@ def checked_change_point(policy: str) -> str:
 
 def _chosen_method(system: System, method: str) -> str:
     without_c = system.reference.backend == "numpy"
-    method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if method == "auto":
         smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
         return "gauss8" if smooth and not without_c else "dop853"
+    method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))
     if without_c and method != "dop853":

@@ -7,7 +7,7 @@ from benchmarks.fuzz import command, judge
 from benchmarks.fuzz.draw import drawn
 from benchmarks.fuzz.scenes import TOPOLOGIES
 
-CASES, THOROUGH = 100, 1_000_000
+CASES, THOROUGH = 200, 1_000_000
 
 
 def test_a_seed_draws_one_case():

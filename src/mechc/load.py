@@ -161,7 +161,7 @@ def compile(
         states=states,
         configuration_constraints=None
         if configuration_constraints is None
-        else tuple(configuration_constraints),
+        else _several(configuration_constraints),
         reactions=None if reactions is None else _several(reactions),
         form=form,
         backend=checked_backend(backend),
@@ -170,7 +170,7 @@ def compile(
 
 
 def _several(given: Any) -> tuple[Any, ...]:
-    """One symbol or name, or several, as a tuple."""
+    """One symbol, name or expression, or several, as a tuple."""
     single = isinstance(given, str) or not isinstance(given, Iterable)
     return (given,) if single else tuple(given)
 

@@ -52,7 +52,7 @@ def exactly(text, scale=1.0, digits=40):
 
     ``scale``: of t and of all decimal numbers.
     """
-    numbers = re.sub(r"\d+(\.\d+)?", _as_number, text)
+    numbers = re.sub(r"\d+(\.\d+)?(e\d+)?", _as_number, text)
     names = {**OWN, "t": mp.mpf(AT) * scale, "mpf": mp.mpf, "scale": scale}
     try:
         with mp.workdps(digits):

@@ -23,7 +23,7 @@ from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
-from mechc_codegen.description.terms import as_expression
+from mechc_codegen.description.terms import as_expression, refuse_no_vector
 from mechc_codegen.description.terms import is_rigid as is_rigid
 from mechc_codegen.description.terms import printed_name as printed_name
 from mechc_codegen.errors import MechanismError
@@ -221,6 +221,7 @@ class Mechanism:
     auxiliary_constraints: tuple[Expr, ...] = ()
 
     def __post_init__(self) -> None:
+        refuse_no_vector(self.gravity)
         _take_joints(self)
         _check_lengths(self)
         _check_names(self)

@@ -12,7 +12,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
-from sympy import sympify
+from sympy import Basic, Expr, sympify
 from sympy.physics.mechanics import ReferenceFrame
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
@@ -150,7 +150,7 @@ def _with_expressions(
     read = replace(
         settings,
         inputs={
-            key: None if value is None else as_expression(value, f"inputs: {key}")
+            key: None if value is None else _input(key, value)
             for key, value in settings.inputs.items()
         },
         states={x: as_expression(rate, f"states: {x}") for x, rate in settings.states.items()},
@@ -162,6 +162,15 @@ def _with_expressions(
         return replace(options, settings=read), {}
     scalars, shapes = scalar_outputs(outputs, frame)
     return replace(options, settings=read, outputs=scalars), shapes
+
+
+def _input(key: Any, value: Any) -> Expr:
+    if callable(value) and not isinstance(value, Basic):
+        raise MechanismError(
+            f"inputs: {key}: a Python function is not compiled; leave it out here and give it with "
+            f"each run: model.simulate(..., inputs={{{printed_name(key)!r}: f}})"
+        )
+    return as_expression(value, f"inputs: {key}")
 
 
 def _write_options(text: Fingerprint, options: CompileOptions) -> None:

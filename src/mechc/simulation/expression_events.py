@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -24,7 +24,9 @@ def checked_events(given: Any, system: System, p: Array) -> list[Any]:
 
 
 def _is_one(given: Any) -> bool:
-    return callable(given) or isinstance(given, (Event, str)) or is_expression(given)
+    if callable(given) or isinstance(given, (Event, str)) or is_expression(given):
+        return True
+    return not isinstance(given, Iterable)
 
 
 def _as_function(event: Any, system: System, p: Array) -> Any:

@@ -119,7 +119,7 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, (dict, Mapping)):
             return self._from_names(params)
-        return self._from_array(doubles(params, "an array of parameters").copy())
+        return self._from_array(_all_values(params).copy())
 
     def resolve_partly(self, params: Parameters, needed: Collection[str]) -> Array:
         """The same where only the values ``needed`` matter: others that are missing are made up."""
@@ -216,6 +216,16 @@ def _as_array(name: str, value: Any) -> Array:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
+def _all_values(params: Any) -> Array:
+    try:
+        return doubles(params, "an array of parameters")
+    except (TypeError, ValueError):
+        raise TypeError(
+            "parameters are given by name, such as {'m': 2.0}, or as an array of all of them, not "
+            f"as {brief(params)}"
+        ) from None
 
 
 def doubles(value: Any, what: str) -> Array:

@@ -224,3 +224,31 @@ def test_methods_whose_equations_are_not_formed_are_taken_when_asked():
 def test_the_method_that_is_missing_or_does_not_fit_is_named(thing, form, words):
     with pytest.raises(mechc.MechanismError, match=words):
         mechc.compile(thing(), form=form, backend="numpy")
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"inputs": [1]}, "inputs are given by name"),
+        ({"units": ["m"]}, "units are given by name"),
+        ({"fix": [("m", 1)]}, "parameters to fix are given by name"),
+        ({"states": 3}, r"states are given as .*not as 3"),
+        ({"inputs": {"F": lambda t: 0.0}}, r"give it with each run: .*inputs=\{'F': f\}"),
+    ],
+)
+def test_options_of_a_wrong_kind_are_named(asked, words):
+    with pytest.raises((TypeError, mechc.MechanismError), match=words):
+        mechc.compile(slider(), **asked)
+
+
+def test_a_single_constraint_needs_no_list():
+    x, y = dynamicsymbols("x y")
+    model = mechc.compile(slider(), configuration_constraints=x - y, backend="numpy")
+    assert len(model.constraint_names) == 1
+
+
+def test_a_gravity_without_a_direction_is_refused():
+    wall, bob = RigidBody("wall"), RigidBody("bob")
+    joint = PrismaticJoint("slide", wall, bob, *dynamicsymbols("q u"))
+    with pytest.raises(mechc.MechanismError, match=r"gravity is a vector, such as .*not 9\.81"):
+        mechc.from_joints("slider", [joint], gravity=9.81)

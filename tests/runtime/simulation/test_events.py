@@ -111,6 +111,8 @@ def test_what_is_no_function_is_refused(model, start):
         model.simulate(1, start, PARAMS, events=[3])
     with pytest.raises(ValueOutOfBoundsError, match="not 'theta_0 > 1'"):
         model.simulate(1, start, PARAMS, events="theta_0 > 1")
+    with pytest.raises(ValueOutOfBoundsError, match="not 3"):
+        model.simulate(1, start, PARAMS, events=3)
 
 
 @pytest.mark.parametrize("end", [30.0, -30.0])

@@ -26,9 +26,10 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
                                     double *out)
 {
     mechc_scalar_given given;
+    ptrdiff_t step = 0;
     mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
-        const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
+        step = mechc_step_near(trajectory, step, t[n]);
         const double start = trajectory->t[step];
         const double s = trajectory->count > 1
                        ? (t[n] - start) / (trajectory->t[step + 1] - start) : 0.0;

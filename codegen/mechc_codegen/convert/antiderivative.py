@@ -13,13 +13,13 @@ from random import Random
 from sympy import Add, Dummy, Expr, Float, Mul, Pow, S, cancel, cos, exp, expand, sin
 from sympy.simplify.fu import TR8
 
-MOST_OPERATIONS = 600  # of all derivatives: beyond them nothing is sought
+MOST_WORK = 200_000  # operations of all derivatives, times four for each angle: some seconds
 POINTS, ROUNDING = 3, 1e-9
 
 
 def antiderivative(slopes: Sequence[Expr], variables: Sequence[Expr]) -> Expr | None:
     """V with dV/dx = slope for each variable x and its slope; None where none was found."""
-    if sum(slope.count_ops() for slope in slopes) > MOST_OPERATIONS:
+    if _work(slopes, variables) > MOST_WORK:
         return None
     plain = {x: Dummy(f"x{i}", real=True) for i, x in enumerate(variables)}
     places, wanted = list(plain.values()), [slope.xreplace(plain) for slope in slopes]
@@ -32,6 +32,13 @@ def antiderivative(slopes: Sequence[Expr], variables: Sequence[Expr]) -> Expr | 
     if not _has_slopes(total, wanted, places):
         return None
     return total.xreplace({place: x for x, place in plain.items()})
+
+
+def _work(slopes: Sequence[Expr], variables: Sequence[Expr]) -> int:
+    """Products of sines and cosines of n angles become up to 2^n terms, with as many factors."""
+    turned = set[Expr]().union(*(slope.atoms(sin, cos) for slope in slopes))
+    angles = sum(any(part.has(x) for part in turned) for x in variables)
+    return sum(slope.count_ops() for slope in slopes) * 4**angles
 
 
 def _sum_of_terms(expression: Expr) -> Expr:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 from mechc.compilation import build
-from tests.support.first_units import MadeOnRequest
+from tests.support.compilation import MadeOnRequest, compile_less_optimised
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)
@@ -47,6 +47,15 @@ def thorough(request):
     return request.config.getoption("--thorough")
 
 
+@pytest.fixture(scope="module")
+def less_optimised(request):
+    """For tests about equations: their scenes are compiled with less optimisation."""
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.config.getoption("--thorough"):
+            compile_less_optimised(patch)
+        yield
+
+
 @pytest.fixture(scope="session", autouse=True)
 def interruptible():
     """A shell that starts the tests in the background makes them ignore Ctrl-C; some send it."""
@@ -58,11 +67,12 @@ def interruptible():
 def compiled_once(tmp_path_factory):
     """What any test compiles is found by all others, in every worker, and by nobody else.
 
-    Integrators are compiled when a test asks for them.
+    Integrators are compiled when a test asks for them.  $MECHC_TESTS_COMPILED names a folder that
+    keeps it for the next run.
     """
     own = tmp_path_factory.getbasetemp()
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("MECHC_CACHE_DIR", str(folder))
+        patch.setenv("MECHC_CACHE_DIR", os.environ.get("MECHC_TESTS_COMPILED", str(folder)))
         patch.setattr(build, "Pending", MadeOnRequest)
         yield

@@ -12,7 +12,7 @@ from functools import cache
 from typing import NamedTuple
 
 from mechc_codegen.description.mechanism import Constraint, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds, weight
+from mechc_codegen.library.parts import fixed_point, joint_angles, parameter, weight
 from sympy import Expr, symbols
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
@@ -57,9 +57,7 @@ def _mechanism(name: str, cranks: int, rods: tuple[tuple[int, int], ...]) -> Mec
         title=f"Cranks and rods: {name}",
         frame=N,
         origin=origin,
-        coordinates=coordinates(q, "rad", *[f"angle of crank {k}" for k in range(cranks)]),
-        speeds=speeds(u, "rad/s", *[f"rate of crank {k}" for k in range(cranks)]),
-        kinematics=tuple(u),
+        **joint_angles(q, u, [f"of crank {k}" for k in range(cranks)]),
         parameters=(
             *(parameter(symbols(each), 1.0, unit, each) for each, unit in named),
             parameter(g, 9.81, "m/s^2", "acceleration of free fall"),

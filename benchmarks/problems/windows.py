@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 from mechc_codegen.description.mechanism import Constraint, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
+from mechc_codegen.library.parts import fixed_point, joint_angles, located, parameter
 from sympy import Symbol
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dot, dynamicsymbols, inertia
 
@@ -94,9 +94,7 @@ def apart(count: int) -> Mechanism:
         title=f"{count} four-bar windows, uprights on their pivots",
         frame=r,
         origin=origin,
-        coordinates=coordinates(q, "rad", *[f"angle of rod {k}" for k in range(size)]),
-        speeds=speeds(u, "rad/s", *[f"rate of rod {k}" for k in range(size)]),
-        kinematics=tuple(u),
+        **joint_angles(q, u, [f"of rod {k}" for k in range(size)]),
         parameters=(
             parameter(l, 1.0, "m", "length of every rod", positive=True),
             parameter(m, 1.0, "kg", "mass of every rod", positive=True),

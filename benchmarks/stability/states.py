@@ -3,8 +3,9 @@
     mechc bench states --out BEFORE.json [NAME ...]
     mechc bench states --against BEFORE.json [NAME ...]
 
-Of two commits on one machine: what changes no arithmetic changes no bit.  Exits with 1 where one
-differs.
+Of two commits on one machine: what changes no arithmetic changes no bit.  Compared runs begin at
+the starts of the earlier file; where a start itself is assembled otherwise, it is listed.  Exits
+with 1 where one differs.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 import mechc
 
@@ -34,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("names", nargs="*", metavar="NAME", help="mechanisms [all of the library]")
     chosen = parser.parse_args(arguments)
     before = results.read_option(parser, chosen.against)  # now, not after the whole run
-    states = last_states(chosen.names or mechc.mechanisms())
+    states = last_states(chosen.names or mechc.mechanisms(), before or {})
     if chosen.out:
         chosen.out.write_text(json.dumps(states, indent=1) + "\n", "utf-8")
     if before is None:
@@ -45,12 +48,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 1 if apart else 0
 
 
-def last_states(names: Sequence[str]) -> dict[str, list[Any]]:
-    """By mechanism and method: how the run ended, its steps, time and state in hexadecimal."""
+def last_states(names: Sequence[str], before: dict[str, list[Any]]) -> dict[str, list[Any]]:
+    """By mechanism and method: how the run ended, its steps, time and state in hexadecimal.
+
+    By mechanism: its start, from which the runs begin where there was none before.
+    """
     states: dict[str, list[Any]] = {}
     for name in names:
         model = mechc.load(name, **SIZES.get(name, {}))
-        start = model.assemble()
+        assembled = states[f"{name} start"] = [x.hex() for x in model.assemble().tolist()]
+        start = np.array([float.fromhex(x) for x in before.get(f"{name} start", assembled)])
         for method in METHODS:
             sol = model.simulate(T_END, start, method=method, rtol=RTOL, max_steps=MAX_STEPS)
             numbers = [float(x).hex() for x in (sol.t[-1], *sol.y[-1])]

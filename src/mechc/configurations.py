@@ -48,7 +48,7 @@ class Configurations(Outputs):
             preferred one: the elbow-up configuration of a planar loop.  At a change point also
             some speeds, near those of the branch wanted.
         params
-            As in every output of the model.
+            As in every output of the model; those that stand in no constraint need no value.
         t
             The time in s, for constraints that depend on it.
 
@@ -70,7 +70,7 @@ class Configurations(Outputs):
         near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
         if both := sorted(set(near) & set(given)):
             raise AssemblyError(f"{both[0]} is both given and guessed; omit it in one of them")
-        p = self._one_set(params, f"assembly {ONE_SET}")
+        p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
         return positions.assemble(self.system, given, pace, near, p, t)
 
     def assemblies(
@@ -87,7 +87,7 @@ class Configurations(Outputs):
         """
         given, pace, _ = self._named(coordinates, speeds, None)
         given, pace = self._checked_start(given, pace)
-        p = self._one_set(params, f"assembly {ONE_SET}")
+        p = self._one_set_for_closing(params, f"assembly {ONE_SET}")
         return positions.assemblies(self.system, given, pace, p, t)
 
     def _named(self, *given: Mapping[str, float] | None) -> list[Mapping[str, float]]:
@@ -180,7 +180,7 @@ class Configurations(Outputs):
         close_by = checked_numbers(near, self.coordinates, "coordinate")
         if both := sorted({name, *kept} & {*close_by} | {name} & {*kept}):
             raise AssemblyError(f"{both[0]} is given twice: drive it, give it or guess it")
-        p = self.system.parameter_set.resolve(params)
+        p = self._for_closing(params)
         return sweep_positions(self.system, name, values, kept, close_by, p, t)
 
     def _coordinate(self, given: Any) -> str:
@@ -202,7 +202,7 @@ class Configurations(Outputs):
         """
         from mechc.analysis.equilibria import limits
 
-        return limits(self.system, name_of(coordinate), self._one_set(params, ONE_SET))
+        return limits(self.system, name_of(coordinate), self._one_set_for_closing(params, ONE_SET))
 
     def redundant_constraints(
         self, params: Parameters = None, t: float = 0.0
@@ -220,4 +220,4 @@ class Configurations(Outputs):
         """
         from mechc.analysis.constraint_rank import redundant_constraints
 
-        return redundant_constraints(self.system, self._one_set(params, ONE_SET), t)
+        return redundant_constraints(self.system, self._one_set_for_closing(params, ONE_SET), t)

@@ -81,6 +81,7 @@ def compile(
     states: Mapping[Any, Any] | Iterable[Any] | None = None,
     configuration_constraints: Iterable[Any] | None = None,
     reactions: Iterable[Any] | None = None,
+    form: str | None = None,
     backend: str = "c",
 ) -> Model:
     """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
@@ -89,10 +90,10 @@ def compile(
     ----------
     mechanism
         A :class:`mechc.Mechanism`, or a ``KanesMethod``, ``LagrangesMethod`` or ``System`` of
-        ``sympy.physics.mechanics`` whose equations are formed.  Of these only bodies, loads,
-        kinematics and constraints are read, never the mass matrix.  Of a ``System`` of PyDy its
-        method is, with its constants for defaults, its initial conditions for ``model.start`` and
-        its specified functions for inputs.
+        ``sympy.physics.mechanics`` whose equations are formed (else see ``form``).  Of these only
+        bodies, loads, kinematics and constraints are read, never the mass matrix.  Of a ``System``
+        of PyDy its method is, with its constants for defaults, its initial conditions for
+        ``model.start`` and its specified functions for inputs.
     name
         Name of the model; by default the kind of the object.
     fix
@@ -127,6 +128,9 @@ def compile(
         Symbols or functions of time in loads that act on auxiliary speeds only (``u_auxiliary``
         of KanesMethod): the forces and torques that keep these zero.  Each is an output of its
         name, and user-defined outputs may contain it.
+    form
+        ``"kane"`` or ``"lagrange"``: the method for an object whose equations are not formed.  They
+        are not formed by SymPy then, which takes long for large ones.
     backend
         ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
         pass change points and has no batches (docs/backends.md).
@@ -157,15 +161,16 @@ def compile(
         states=states,
         configuration_constraints=None
         if configuration_constraints is None
-        else tuple(configuration_constraints),
+        else _several(configuration_constraints),
         reactions=None if reactions is None else _several(reactions),
+        form=form,
         backend=checked_backend(backend),
     )
     return Model.of_system(system) if held is None else _with_all_held(system, held)
 
 
 def _several(given: Any) -> tuple[Any, ...]:
-    """One symbol or name, or several, as a tuple."""
+    """One symbol, name or expression, or several, as a tuple."""
     single = isinstance(given, str) or not isinstance(given, Iterable)
     return (given,) if single else tuple(given)
 

@@ -265,7 +265,8 @@ class Model(Configurations):
             ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
             ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
             ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
-            limits the steps.
+            limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
+            ``"DOP853"``, ``"Radau"``.
         first_step, max_step, max_steps
             First and largest step in s, and the largest number of attempted steps.
         max_bytes
@@ -276,7 +277,8 @@ class Model(Configurations):
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
-            ``terminal``, or an expression of SymPy; their times and states are in ``sol.events``.
+            ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times
+            and states are in ``sol.events``.
             One with a ``reset`` changes the state, and the run goes on: ``sol.segments``.
         on_change_point
             At a configuration where branches of the motion cross: ``"continue"`` straight on along

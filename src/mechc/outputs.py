@@ -42,6 +42,13 @@ class Reactions(NamedTuple):
 ONE_SET = "a C function has one set of parameters"
 
 
+def _single(p: Array, what: str) -> Array:
+    """Parameters (np,), not several sets of them."""
+    if p.ndim != 1:
+        raise ValueOutOfBoundsError(f"{what}, not an array {p.shape[:-1]} of them")
+    return p
+
+
 class Outputs(Description):
     """Outputs of a system for parameters by name and states of any shape: checked, then evaluated.
 
@@ -81,10 +88,15 @@ class Outputs(Description):
 
     def _one_set(self, params: Parameters, what: str) -> Array:
         """All parameters (np,), where only one set is allowed."""
-        p = self.system.parameter_set.resolve(params)
-        if p.ndim != 1:
-            raise ValueOutOfBoundsError(f"{what}, not an array {p.shape[:-1]} of them")
-        return p
+        return _single(self.system.parameter_set.resolve(params), what)
+
+    def _for_closing(self, params: Parameters) -> Array:
+        """All parameters (..., np); only those that closing the loops needs have to be given."""
+        return self.system.parameter_set.resolve_partly(params, self.system.data["closing"])
+
+    def _one_set_for_closing(self, params: Parameters, what: str) -> Array:
+        """The same (np,), where only one set is allowed."""
+        return _single(self._for_closing(params), what)
 
     def with_inputs(self, inputs: Mapping[str, Any]) -> Self:
         """This model with its inputs bound, for all outputs and runs.
@@ -160,8 +172,13 @@ class Outputs(Description):
         Without projection: an integrator that uses it drifts from closure and, near a change
         point, takes a wrong branch at any tolerance.  :meth:`simulate` does neither.
         """
+        from mechc.system.c_interface import right_hand_side
+
         values = self.system.parameter_set.resolve(params)
-        return lambda t, y: self.system.rates(self._checked_states(y), values, t)
+        return right_hand_side(
+            self.system, values,
+            lambda t, y: self.system.rates(self._checked_states(y), values, t),
+        )  # fmt: skip
 
     def mass_matrix(self, y: Array, params: Parameters = None, t: Time = 0.0) -> Array:
         """M of M u' + J^T lambda = F, the open tree's, shape (..., nu, nu)."""

@@ -1,4 +1,4 @@
-"""The map leads to places that exist."""
+"""The map leads to places that exist, and tests lie where their modules do."""
 
 import re
 
@@ -9,6 +9,19 @@ from tests.support import ROOT
 PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 ROOTS = [ROOT, *(ROOT / p for p in ("codegen/mechc_codegen", "src/mechc"))]
 FOLDERS = [*ROOTS, ROOT / "codegen/mechc_codegen/runtime"]
+TESTS = {  # where the modules below a root are tested, and tests of more than one module
+    "src/mechc": ("tests/runtime", {
+        "auxiliary_reactions", "batch/compiled_on_demand", "batch/damaged_store", "cli/bad_input",
+        "compilation/bad_compilers", "compilation/failures", "compilation/functions_of_coordinates",
+        "compilation/on_demand", "compilation/threads", "names", "package", "sensitivities/loops",
+        "simulation/interrupts", "simulation/quaternions", "simulation/small_stacks", "symbols",
+    }),
+    "codegen/mechc_codegen": ("tests/compiler", {
+        "derive/random_mechanisms", "emit/headers", "emit/portable_c", "emit/sanitizers",
+        "emit/values",
+    }),
+    "benchmarks": ("tests/benchmarks", {"peers/engines", "peers/ode_peers"}),
+}  # fmt: skip
 
 
 def _exists(path):
@@ -35,3 +48,17 @@ def test_every_folder_of_the_sources_is_on_the_map():
             p for p in root.iterdir() if p.is_dir() and not p.name.startswith("_")
         ):
             assert f"`{folder.name}/`" in PAGE, folder
+
+
+@pytest.mark.parametrize("sources", TESTS)
+def test_a_test_has_the_path_of_its_module_or_folder(sources):
+    root, (place, of_several) = ROOT / sources, TESTS[sources]
+    modules = [p for p in root.rglob("*.py*") if p.suffix in (".py", ".pyx")]
+    known = {(p.parent / p.stem.lstrip("_")).relative_to(root).as_posix() for p in modules}
+    folders = {p.parent.relative_to(root) for p in modules}
+    known |= {f.as_posix() for f in folders} | {(f / f.name).as_posix() for f in folders}
+    tests = {
+        (p.parent / p.stem.removeprefix("test_")).relative_to(ROOT / place).as_posix()
+        for p in (ROOT / place).rglob("test_*.py")
+    }
+    assert tests - known == of_several

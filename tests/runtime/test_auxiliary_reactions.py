@@ -4,48 +4,40 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import sympy.physics.mechanics as me
 from sympy import Matrix, Symbol, sin, symbols
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dynamicsymbols,
-    inertia,
-)
 
 import mechc
 
-t = dynamicsymbols._t
+t = me.dynamicsymbols._t
 g, m, r = symbols("g m r")
 
 
 def pendulum():
     """A simple pendulum whose bob may leave its circle along the string, by an auxiliary speed."""
-    q, u, ua = dynamicsymbols("q u u_a")
-    N, pivot, T = ReferenceFrame("N"), Point("O"), Symbol("T")
+    q, u, ua = me.dynamicsymbols("q u u_a")
+    N, pivot, T = me.ReferenceFrame("N"), me.Point("O"), Symbol("T")
     A = N.orientnew("A", "Axis", (q, N.z))
     A.set_ang_vel(N, u * N.z)
     pivot.set_vel(N, 0)
     bob = pivot.locatenew("B", -r * A.y)
     bob.set_vel(N, r * u * A.x + ua * A.y)
-    kane = KanesMethod(N, [q], [u], [q.diff(t) - u], u_auxiliary=[ua])
-    kane.kanes_equations([Particle("bob", bob, m)], [(bob, -m * g * N.y + T * A.y)])
+    kane = me.KanesMethod(N, [q], [u], [q.diff(t) - u], u_auxiliary=[ua])
+    kane.kanes_equations([me.Particle("bob", bob, m)], [(bob, -m * g * N.y + T * A.y)])
     return kane, T
 
 
 def rolling_disc(forces):
     """All six speeds of a disc, three of them dependent, and the forces at its contact."""
-    q, u = dynamicsymbols("q_1:4"), dynamicsymbols("u_1:7")
-    contact_speeds = dynamicsymbols("a_1:4")
-    height, rates = dynamicsymbols("h"), [x.diff(t) for x in q]
-    N = ReferenceFrame("N")
+    q, u = me.dynamicsymbols("q_1:4"), me.dynamicsymbols("u_1:7")
+    contact_speeds = me.dynamicsymbols("a_1:4")
+    height, rates = me.dynamicsymbols("h"), [x.diff(t) for x in q]
+    N = me.ReferenceFrame("N")
     A = N.orientnew("A", "Axis", [q[0], N.z])
     B = A.orientnew("B", "Axis", [q[1], A.x])
     C = B.orientnew("C", "Axis", [q[2], B.y])
     C.set_ang_vel(N, u[0] * B.x + u[1] * B.y + u[2] * B.z)
-    P = Point("P")
+    P = me.Point("P")
     P.set_vel(N, sum((a * axis for a, axis in zip(contact_speeds, A, strict=True)), 0 * A.x))
     centre = P.locatenew("C", height * A.z + r * sin(q[1]) * A.y)
     centre.set_vel(N, u[3] * A.x + u[4] * A.y + u[5] * A.z)
@@ -54,14 +46,14 @@ def rolling_disc(forces):
     kinematic = [(turning - C.ang_vel_in(N)).dot(axis) for axis in B]
     kinematic.append((rising - centre.vel(N)).dot(A.z))
     slip = centre.vel(N) - (P.vel(N) + C.ang_vel_in(N).cross(centre.pos_from(P)))
-    kane = KanesMethod(
+    kane = me.KanesMethod(
         N, q, u[:3], kinematic,
         q_dependent=[height], configuration_constraints=[-r * B.z.dot(A.z) - height],
         u_dependent=u[3:], velocity_constraints=[slip.dot(axis) for axis in A],
         u_auxiliary=contact_speeds,
     )  # fmt: skip
-    disc = RigidBody(
-        "disc", centre, C, m, (inertia(B, m * r**2 / 4, m * r**2 / 2, m * r**2 / 4), centre)
+    disc = me.RigidBody(
+        "disc", centre, C, m, (me.inertia(B, m * r**2 / 4, m * r**2 / 2, m * r**2 / 4), centre)
     )
     push = sum((f * axis for f, axis in zip(forces, A, strict=True)), 0 * A.x)
     kane.kanes_equations([disc], [(centre, m * g * A.z), (P, push)])
@@ -140,10 +132,10 @@ def test_a_force_that_moves_the_mechanism_is_no_reaction():
 
 
 def test_reactions_need_auxiliary_speeds():
-    q, u = dynamicsymbols("q u")
-    N, P, F = ReferenceFrame("N"), Point("P"), Symbol("F")
+    q, u = me.dynamicsymbols("q u")
+    N, P, F = me.ReferenceFrame("N"), me.Point("P"), Symbol("F")
     P.set_vel(N, u * N.x)
-    kane = KanesMethod(N, [q], [u], [q.diff(t) - u])
-    kane.kanes_equations([Particle("p", P, m)], [(P, F * N.x)])
+    kane = me.KanesMethod(N, [q], [u], [q.diff(t) - u])
+    kane.kanes_equations([me.Particle("p", P, m)], [(P, F * N.x)])
     with pytest.raises(mechc.MechanismError, match="has no auxiliary speeds"):
         mechc.compile(kane, reactions=[F], backend="numpy")

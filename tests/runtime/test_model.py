@@ -208,6 +208,20 @@ def test_ode_keeps_the_parameters_it_was_given(model):
     np.testing.assert_array_equal(ode(0.0, y), before)
 
 
+def test_ode_takes_whatever_rhs_takes(model):
+    ode, states = model.ode(), some_states(3)
+    column = np.asfortranarray(states)[0]
+    for y in (states[0], list(states[0]), column, states[0].astype(np.float32), states):
+        np.testing.assert_array_equal(ode(0.0, y), model.rhs(0.0, y))
+    held = states[0].copy()
+    first = ode(0.0, held)
+    ode(0.0, states[1])
+    np.testing.assert_array_equal(first, model.rhs(0.0, states[0]))  # a fresh array each time
+    np.testing.assert_array_equal(held, states[0])
+    with pytest.raises(ValueError, match="6 components"):
+        ode(0.0, states[0, :4].copy())
+
+
 def test_threads_do_not_disturb_each_other(model):
     states = some_states(8, 2000)
     expected = [model.rhs(0.0, y) for y in states]

@@ -8,13 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sympy import Dummy, Function, Symbol, sin
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    dynamicsymbols,
-)
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 from mechc.errors import MechcError

@@ -151,6 +151,11 @@ def test_linear_models_and_events_by_symbol(model) -> None:
     assert np.abs(sol.events[0].y[:, 0] - 0.2).max() < 1e-11
     assert len(sol.events[0].t)
     assert len(sol.events[1].t)
+    directed = driven.simulate(2.0, START, events=[u > 0, mechc.Event(u <= 0)])
+    both = np.sort(np.concatenate([record.t for record in directed.events]))
+    assert np.array_equal(both, sol.events[1].t)
+    assert len(directed.events[0].t) > 0
+    assert len(directed.events[1].t) > 0
     with pytest.raises(mechc.UnknownNameError, match="'height'"):
         driven.simulate(2.0, START, events=sm.Symbol("height") - q)
 

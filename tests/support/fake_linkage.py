@@ -206,6 +206,13 @@ class FakeSolution:
         return np.asarray(self.model.energy(self.y))
 
     @property
+    def work(self) -> Array:
+        return np.zeros(len(self.t))
+
+    def work_until(self, times: Array) -> Array:
+        return np.zeros(len(times))
+
+    @property
     def closure(self) -> Array:
         return np.asarray(np.abs(self.model.constraints(self.y)).max(axis=-1, initial=0.0))
 

@@ -1,15 +1,14 @@
-"""The smallest mechanism there is, quick to compile, with names and numbers of one's choice."""
+"""The smallest mechanisms there are, quick to compile, with names and numbers of one's choice."""
 
 from mechc_codegen.description.mechanism import Coordinate, Mechanism, Parameter, Quantity, Speed
 from sympy import Function, Symbol
-from sympy.physics.mechanics import Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+
+t = dynamicsymbols._t
 
 
-def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", length="l"):
-    """A point mass on a massless rod; ``gravity`` is folded into the code."""
-    t = dynamicsymbols._t
-    q, u = Function(angle)(t), Function(speed)(t)  # dynamicsymbols would split some names
-    m, l = Symbol(mass), Symbol(length)
+def bob_on_a_rod(q, u, m, l, g):
+    """A point mass on a massless rod: the inertial frame, the rod's, the pivot and the bob."""
     r = ReferenceFrame("r")
     e = r.orientnew("e", "Axis", (q, r.z))
     e.set_ang_vel(r, u * r.z)
@@ -18,7 +17,15 @@ def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", leng
     tip = origin.locatenew("P", l * e.x)
     tip.v2pt_theory(origin, r, e)
     bob = Particle("bob", tip, m)
-    bob.potential_energy = m * gravity * tip.pos_from(origin).dot(r.y)
+    bob.potential_energy = m * g * tip.pos_from(origin).dot(r.y)
+    return r, e, origin, bob
+
+
+def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", length="l"):
+    """A point mass on a massless rod; ``gravity`` is folded into the code."""
+    q, u = Function(angle)(t), Function(speed)(t)  # dynamicsymbols would split some names
+    m, l = Symbol(mass), Symbol(length)
+    r, _, origin, bob = bob_on_a_rod(q, u, m, l, gravity)
     return Mechanism(
         name=name,
         title="A pendulum",
@@ -32,6 +39,21 @@ def pendulum(gravity=9.81, name="pendulum", angle="q", speed="u", mass="m", leng
             Parameter(l, 1.0, Quantity("m", "length", 0)),
         ),
         bodies=(bob,),
-        loads=((tip, -m * gravity * r.y),),
-        points=(origin, tip),
+        loads=((bob.point, -m * gravity * r.y),),
+        points=(origin, bob.point),
     )
+
+
+def pushed_mass():
+    """A mass m on a spring k, pushed by the input F, by Kane's method."""
+    q, u, push = dynamicsymbols("q u F")
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    load = (push - Symbol("k") * q) * frame.x
+    cart = Particle("cart", point, Symbol("m"))
+    cart.potential_energy = Symbol("k") * q**2 / 2
+    kane.kanes_equations([cart], [(point, load)])
+    return kane

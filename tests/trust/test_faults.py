@@ -13,6 +13,7 @@ from collections import Counter
 import pytest
 
 from tests.support import ROOT
+from tests.support.trust import preloadable
 
 pytestmark = pytest.mark.slow
 SECONDS = 240
@@ -34,11 +35,7 @@ SCENARIOS = {
 @pytest.fixture(scope="module")
 def shim(tmp_path_factory):
     """The library that makes calls fail."""
-    target = tmp_path_factory.mktemp("faults") / "faults.so"
-    source = str(ROOT / "tests" / "support" / "trust" / "faults.c")
-    command = ["gcc", "-shared", "-fPIC", "-O1", "-Wall", "-Wextra", "-Werror", source, "-ldl"]
-    subprocess.run([*command, "-o", str(target)], check=True)
-    return target
+    return preloadable("faults", tmp_path_factory.mktemp("faults"))
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS)

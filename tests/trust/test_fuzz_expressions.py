@@ -1,7 +1,8 @@
 """Typed expressions, reductions and values: read or refused soon, and read as Python reads them."""
 
-import math
+import re
 
+import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sm
@@ -22,9 +23,7 @@ PIECES = [
     "t", "2", "0.5", "1e3", "pi", "+", "-", "*", "/", "**", "^", "(", ")", "sin(", "exp(", "log(",
     "sqrt(", "abs(", "tan(", "1e999", "x", "__import__", ".", ",", "'", "[", "\0", "名", " ",
 ]  # fmt: skip
-OWN = {"abs": abs, "pi": math.pi} | {
-    name: getattr(math, name) for name in FUNCTIONS if name != "abs"
-}  # as math has them
+OWN = {"abs": abs, "pi": mp.pi} | {name: getattr(mp, name) for name in FUNCTIONS if name != "abs"}
 
 
 def expression(draw, depth=0):
@@ -44,13 +43,23 @@ def expression(draw, depth=0):
     return f"{draw.choice(sorted(FUNCTIONS))}({expression(draw, depth + 1)})"
 
 
-def exactly(text, at=AT):
-    """By Python's own arithmetic, of a text that this file wrote; None where that has no value."""
+def _as_number(found):
+    return f"(mpf({found[0]}) * scale)" if found[1] else f"mpf({found[0]})"
+
+
+def exactly(text, scale=1.0, digits=40):
+    """The value of a text that this file wrote, with so many digits; None where none is real.
+
+    ``scale``: of t and of all decimal numbers.
+    """
+    numbers = re.sub(r"\d+(\.\d+)?(e\d+)?", _as_number, text)
+    names = {**OWN, "t": mp.mpf(AT) * scale, "mpf": mp.mpf, "scale": scale}
     try:
-        value = eval(text.replace("^", "**"), {"__builtins__": {}}, {**OWN, "t": at})
-    except (ArithmeticError, ValueError, OverflowError):
+        with mp.workdps(digits):
+            value = eval(numbers.replace("^", "**"), {"__builtins__": {}}, names)
+    except (ArithmeticError, ValueError):
         return None
-    return value if isinstance(value, (int, float)) and math.isfinite(value) else None
+    return float(value) if isinstance(value, (int, mp.mpf)) and abs(value) < 1e300 else None
 
 
 def test_expressions(seed, thorough):
@@ -84,8 +93,9 @@ def test_expressions(seed, thorough):
 
 def _delicate(text):
     """Whether the last digits of what is inside decide the value."""
-    near = [exactly(text, AT * (1.0 + by)) for by in (-1e-12, 1e-12)]
-    return None in near or abs(near[1] - near[0]) > 1e-8 * abs(near[0])
+    near = [exactly(text, 1.0 - 1e-12), exactly(text, 1.0 + 1e-12)]
+    near += [exactly(text, digits=15), exactly(text, digits=80)]
+    return None in near or max(near) - min(near) > 1e-8 * abs(near[0])
 
 
 WORDS = [

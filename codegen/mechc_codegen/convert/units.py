@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 
 from sympy import Expr
 from sympy.core.function import AppliedUndef
 
 from mechc_codegen.convert.fingerprint import Fingerprint
+from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import printed_name
-from mechc_codegen.errors import MechanismError
-
-_SCALED = {
-    **dict.fromkeys(("deg", "degree", "degrees", "°", "rev", "turn", "turns", "grad"), "rad"),
-    **dict.fromkeys(("mm", "cm", "dm", "km", "um", "µm", "nm", "inch", "ft", "feet"), "m"),
-    **dict.fromkeys(("g", "mg", "lb", "lbs", "oz"), "kg"),
-    **dict.fromkeys(("ms", "us", "µs", "ns", "min", "h", "hour", "hours", "day", "days"), "s"),
-    **dict.fromkeys(("kN", "MN", "lbf", "kgf"), "N"),
-    **dict.fromkeys(("kPa", "MPa", "GPa", "hPa", "bar", "psi"), "Pa"),
-    **dict.fromkeys(("kW", "MW", "hp"), "W"),
-    "kJ": "J",
-    "kHz": "Hz",
-    "rpm": "rad/s",
-}
 
 
 class Units:
@@ -44,7 +30,7 @@ class Units:
         given: Mapping[Expr, str],
     ) -> None:
         for symbol, unit in given.items():
-            _refuse_scaled(printed_name(symbol), str(unit))
+            refuse_scaled(printed_name(symbol), str(unit))
         self.given = given
         turning = _turning(source, read)
         self.known: dict[Expr, str] = {}
@@ -56,16 +42,6 @@ class Units:
 
     def of(self, symbol: Expr) -> str:
         return str(self.given.get(symbol, self.known.get(symbol, "")))
-
-
-def _refuse_scaled(name: str, unit: str) -> None:
-    for word in re.findall(r"[^\W\d_]+|°", unit):
-        if word in _SCALED:
-            raise MechanismError(
-                f"units: {name} in {unit!r}: all values are in SI units, and they are not "
-                f"converted. Give its values in {_SCALED[word]} instead of {word}, and "
-                "write that unit (pictures show angles in degrees by themselves)"
-            )
 
 
 def _turning(source: Source, read: Fingerprint) -> set[AppliedUndef]:

@@ -20,7 +20,7 @@ def drop_parameters(
         i
         for i, parameter in enumerate(mechanism.parameters)
         if parameter.symbol not in request.fixed
-        and (parameter.default is not None or symbols[i] in used)
+        and (parameter.default is not None or parameter.preset or symbols[i] in used)
     ]
     left = replace(
         equations,

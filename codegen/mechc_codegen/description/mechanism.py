@@ -21,8 +21,9 @@ from mechc_codegen.description.constraints import Constraint as Constraint
 from mechc_codegen.description.joint_closures import joints_and_closures
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
+from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
-from mechc_codegen.description.terms import as_expression
+from mechc_codegen.description.terms import as_expression, refuse_no_vector
 from mechc_codegen.description.terms import is_rigid as is_rigid
 from mechc_codegen.description.terms import printed_name as printed_name
 from mechc_codegen.errors import MechanismError
@@ -32,12 +33,14 @@ from mechc_codegen.errors import MechanismError
 class Parameter:
     """A constant of the mechanism with its default, which may follow other parameters.
 
-    Without a default (None) its value has to be given with every use.
+    Without a default (None) its value has to be given with every use, or, where it is ``preset``,
+    when the compiled scene is loaded.
     """
 
     symbol: Symbol
     default: Expr | float | None
     quantity: Quantity
+    preset: bool = False
 
 
 @dataclass(frozen=True)
@@ -218,9 +221,11 @@ class Mechanism:
     auxiliary_constraints: tuple[Expr, ...] = ()
 
     def __post_init__(self) -> None:
+        refuse_no_vector(self.gravity)
         _take_joints(self)
         _check_lengths(self)
         _check_names(self)
+        _check_units(self)
         _check_states(self)
         _check_symbols(self)
 
@@ -302,6 +307,12 @@ def _check_names(mechanism: Mechanism) -> None:
     symbols += mechanism.open_inputs
     _refuse_repeats("symbol", mechanism.name, [printed_name(s) for s in symbols])
     _refuse_repeats("point", mechanism.name, [p.name for p in mechanism.points])
+
+
+def _check_units(mechanism: Mechanism) -> None:
+    for kind in (mechanism.coordinates, mechanism.states, mechanism.speeds, mechanism.parameters):
+        for each in kind:
+            refuse_scaled(printed_name(each.symbol), each.quantity.unit)
 
 
 def _check_states(mechanism: Mechanism) -> None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
+
+from mechc_codegen.errors import MechanismError
 
 
 class Kind(StrEnum):
@@ -59,3 +62,35 @@ class Quantity:
     def with_unit(self, unit: str) -> Quantity:
         """The same in another unit, with the kind that follows from it."""
         return Quantity(unit, self.description, self.lower, self.upper, self.closed)
+
+
+# Units that are multiples of SI units, which is what all values are in.
+_SCALED = {
+    **dict.fromkeys(("deg", "degree", "degrees", "°", "rev", "turn", "turns", "grad"), "rad"),
+    **dict.fromkeys(("mm", "cm", "dm", "km", "um", "µm", "nm", "inch", "ft", "feet"), "m"),
+    **dict.fromkeys(("g", "mg", "lb", "lbs", "oz"), "kg"),
+    **dict.fromkeys(("ms", "us", "µs", "ns", "min", "h", "hour", "hours", "day", "days"), "s"),
+    **dict.fromkeys(("kN", "MN", "lbf", "kgf"), "N"),
+    **dict.fromkeys(("kPa", "MPa", "GPa", "hPa", "bar", "psi"), "Pa"),
+    **dict.fromkeys(("kW", "MW", "hp"), "W"),
+    "kJ": "J",
+    "kHz": "Hz",
+    "rpm": "rad/s",
+}
+
+
+def refuse_scaled(name: str, unit: str) -> None:
+    """Refuse a unit that is a multiple of an SI unit: values are not converted.
+
+    Raises
+    ------
+    MechanismError
+        The message names the SI unit.
+    """
+    for word in re.findall(r"[^\W\d_]+|°", unit):
+        if word in _SCALED:
+            raise MechanismError(
+                f"units: {name} in {unit!r}: all values are in SI units, and they are not "
+                f"converted. Give its values in {_SCALED[word]} instead of {word}, and "
+                "write that unit (pictures show angles in degrees by themselves)"
+            )

@@ -87,6 +87,18 @@ def as_expression(value: Any, place: str) -> Expr:
     return expression
 
 
+def refuse_no_vector(gravity: Any) -> None:
+    """Refuse a gravitational acceleration that has no direction.
+
+    Raises
+    ------
+    MechanismError
+        The message shows a vector.
+    """
+    if gravity is not None and not isinstance(gravity, Vector):
+        raise MechanismError(f"gravity is a vector, such as -9.81 * frame.y, not {gravity!r}")
+
+
 def bottom_up(expression: Expr, rewrite: Rewrite, done: dict[Expr, Expr]) -> Expr:
     """Rewrite arguments first, each shared subexpression once; ``done`` remembers them."""
     if expression in done:

@@ -69,6 +69,7 @@ def scene_metadata(
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         "smooth": _smooth(program, request),
+        "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
         "loads": _loads(mechanism, request),
         "walked": len(equations.tree.parents) if equations.tree else 0,
@@ -88,6 +89,24 @@ TIME_ALONE = (  # computed without the speeds, or at other speeds than the state
     *("mass_matrix", "augmented_mass_matrix", "kinematic_matrix", "preference"),
     *("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut"),
 )
+
+
+CLOSING = (  # what is needed to close the loops, and to find speeds on the constraints
+    *("constraints", "constraint_gradient", "constraint_jacobian", "velocity_constraints"),
+    *("velocity_bias", "preference", "kinematic_matrix", "coordinate_rates"),
+    *("tree_offset", "tree_subspace", "tree_reference", "tree_cut"),
+)
+
+
+def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equations) -> list[str]:
+    """Names of the parameters that closing the loops needs, and of those that their defaults
+    follow; in the program before its constants are moved out of it."""
+    symbols, needed = lowered.symbols.parameters, _used(lowered, CLOSING)
+    defaults = dict(zip(symbols, equations.parameter_defaults, strict=True))
+    for _ in symbols:  # a default may follow one that follows another
+        followed = (defaults[symbol] for symbol in symbols if symbol in needed)
+        needed |= symbols_of(value for value in followed if value is not None)
+    return [str(p.symbol) for s, p in zip(symbols, parameters, strict=True) if s in needed]
 
 
 def _smooth(program: Program, request: OutputRequest) -> bool:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeGuard
 
+from sympy import Basic, Expr, sympify
 from sympy.physics.mechanics import ReferenceFrame
 
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
@@ -28,25 +30,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CompileOptions:
-    """Settings of the conversion, parameters to fix, and outputs (None: the default ones)."""
+    """Settings of the conversion, parameters to fix, and outputs (None: the default ones).
+
+    ``form``: see :func:`mechc_codegen.frontend.read.read`.
+    """
 
     settings: ConversionSettings
     fix: Mapping[Any, Any] = field(default_factory=dict)
     outputs: tuple[Any, ...] | None = None
+    form: str | None = None
 
 
 class CompileRequest:
-    """A SymPy object or a Mechanism, with the options to compile it with."""
+    """A SymPy object or a Mechanism, with the options to compile it with.
+
+    ``numbers``: default values of a Mechanism, which are not compiled in.
+    """
 
     def __init__(self, thing: Any, options: CompileOptions) -> None:
-        self._mechanism = thing if _is_mechanism(thing) else None
-        self._source = None if self._mechanism else read(thing)
+        self.numbers: dict[Any, float] = {}
+        self._mechanism = None
+        if _is_mechanism(thing):
+            self.numbers, self._mechanism = _without_numbers(thing)
+        self._source = None if self._mechanism else read(thing, options.form)
         described = self._mechanism or self._source
         assert described is not None
         self.options, self._shapes = _with_expressions(options, described.frame)
         self._fingerprint = fingerprint(self._source) if self._source else None
         if self._mechanism:
-            _refuse_settings(options.settings)
+            _refuse_settings(options)
 
     @property
     def digest(self) -> str | None:
@@ -99,7 +111,26 @@ def _is_mechanism(thing: object) -> TypeGuard[Mechanism]:
     return module is not None and isinstance(thing, module.Mechanism)
 
 
-def _refuse_settings(settings: ConversionSettings) -> None:
+def _without_numbers(mechanism: Mechanism) -> tuple[dict[Any, float], Mechanism]:
+    """Default values that are numbers, and the mechanism without them."""
+    numbers: dict[Any, float] = {}
+    for parameter in mechanism.parameters:
+        value = None if parameter.default is None else sympify(parameter.default)
+        if value is not None and value.is_number and value.is_finite and value.is_real:
+            numbers[parameter.symbol] = float(value)
+    parameters = tuple(
+        replace(p, default=None, preset=True) if p.symbol in numbers else p
+        for p in mechanism.parameters
+    )
+    left = copy(mechanism)  # it is valid: nothing else has to be checked again
+    object.__setattr__(left, "parameters", parameters)
+    return numbers, left
+
+
+def _refuse_settings(options: CompileOptions) -> None:
+    settings = options.settings
+    if options.form is not None:
+        raise MechanismError("form is an option for SymPy objects; a Mechanism needs none")
     if settings != ConversionSettings():
         given = next(k for k, v in vars(settings).items() if v != getattr(ConversionSettings(), k))
         raise MechanismError(
@@ -119,7 +150,7 @@ def _with_expressions(
     read = replace(
         settings,
         inputs={
-            key: None if value is None else as_expression(value, f"inputs: {key}")
+            key: None if value is None else _input(key, value)
             for key, value in settings.inputs.items()
         },
         states={x: as_expression(rate, f"states: {x}") for x, rate in settings.states.items()},
@@ -131,6 +162,15 @@ def _with_expressions(
         return replace(options, settings=read), {}
     scalars, shapes = scalar_outputs(outputs, frame)
     return replace(options, settings=read, outputs=scalars), shapes
+
+
+def _input(key: Any, value: Any) -> Expr:
+    if callable(value) and not isinstance(value, Basic):
+        raise MechanismError(
+            f"inputs: {key}: a Python function is not compiled; leave it out here and give it with "
+            f"each run: model.simulate(..., inputs={{{printed_name(key)!r}: f}})"
+        )
+    return as_expression(value, f"inputs: {key}")
 
 
 def _write_options(text: Fingerprint, options: CompileOptions) -> None:

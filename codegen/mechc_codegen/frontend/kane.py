@@ -17,18 +17,20 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.loads import plain_loads
 
 
-def read_kane(method: KanesMethod) -> Source:
-    """Read a KanesMethod whose equations are formed.
+def read_kane(method: KanesMethod, form: str | None = None) -> Source:
+    """Read a KanesMethod, whose equations need not be formed if ``form`` is given.
 
     Raises
     ------
     MechanismError
         If ``kanes_equations`` was not called, so that bodies or loads may be missing.
     """
-    if method._fr is None or method._frstar is None:
+    formed = method._fr is not None and method._frstar is not None
+    if not formed and (form is None or not method.bodies):
         raise MechanismError(
             "the equations of this KanesMethod are not formed: call "
-            "kanes_equations(bodies, loads) first, which sets the bodies and loads"
+            "kanes_equations(bodies, loads) first, which sets the bodies and loads; or make it "
+            "with KanesMethod(..., bodies=bodies, forcelist=loads), and compile it with form='kane'"
         )
     return Source(
         kind="KanesMethod",

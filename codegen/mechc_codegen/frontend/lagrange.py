@@ -16,18 +16,18 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.loads import plain_loads
 
 
-def read_lagrange(method: LagrangesMethod) -> Source:
-    """Read a LagrangesMethod whose equations are formed.
+def read_lagrange(method: LagrangesMethod, form: str | None = None) -> Source:
+    """Read a LagrangesMethod, whose equations need not be formed if ``form`` is given.
 
     Raises
     ------
     MechanismError
         If ``form_lagranges_equations`` was not called.
     """
-    if method.eom is None:
+    if method.eom is None and form is None:
         raise MechanismError(
             "the equations of this LagrangesMethod are not formed: call "
-            "form_lagranges_equations() first"
+            "form_lagranges_equations() first, or compile it with form='lagrange'"
         )
     q = tuple(method.q)
     u = tuple(speed_of(coordinate) for coordinate in q)

@@ -8,6 +8,7 @@ from typing import Any
 from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System
 
 from mechc_codegen.description.source import Source
+from mechc_codegen.frontend.form import check_form
 
 KINDS = (KanesMethod, LagrangesMethod, System)
 
@@ -17,26 +18,29 @@ def readable(thing: object) -> bool:
     return isinstance(_unwrapped(thing), KINDS)
 
 
-def read(thing: Any) -> Source:
+def read(thing: Any, form: str | None = None) -> Source:
     """Read a mechanics object; only its reader is imported.
+
+    ``form``: the method, ``"kane"`` or ``"lagrange"``, of one whose equations are not formed.
 
     Raises
     ------
     MechanismError
-        If its equations are not formed; the message says what to call.
+        If its equations are not formed, and ``form`` is not given; the message says what to do.
     """
     inner = _unwrapped(thing)
+    check_form(inner, form)
     if isinstance(inner, KanesMethod):
         from mechc_codegen.frontend.kane import read_kane
 
-        return _with_joints(thing, read_kane(inner))
+        return _with_joints(thing, read_kane(inner, form))
     if isinstance(inner, LagrangesMethod):
         from mechc_codegen.frontend.lagrange import read_lagrange
 
-        return read_lagrange(inner)
+        return read_lagrange(inner, form)
     from mechc_codegen.frontend.system import read_system
 
-    return read_system(inner)
+    return read_system(inner, form)
 
 
 def _with_joints(thing: Any, source: Source) -> Source:

@@ -28,7 +28,7 @@ from mechc_codegen.description.mechanism import (
     is_rigid,
 )
 from mechc_codegen.description.source import Key
-from mechc_codegen.description.terms import Load
+from mechc_codegen.description.terms import Load, refuse_no_vector
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.lagrange import speed_of
 from mechc_codegen.frontend.loads import plain_loads
@@ -76,6 +76,7 @@ def from_joints(
         If the joints do not form a tree, with cuts, on the ground; the message names the joint
         or body.
     """
+    refuse_no_vector(gravity)
     given = [(joint, joint_of(joint)) for joint in joints]
     ground = ground or _ground(name, [joint for _, joint in given])
     every = [_on_ground(joint, ground) for _, joint in given]

@@ -15,23 +15,25 @@ from sympy.physics.mechanics import LagrangesMethod, System, dynamicsymbols
 from mechc_codegen.description.joints import joint_of
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
+from mechc_codegen.frontend.form import by_lagrange
 from mechc_codegen.frontend.lagrange import read_lagrange, speed_of
 from mechc_codegen.frontend.loads import plain_loads
 
 
-def read_system(system: System) -> Source:
-    """Read a System.
+def read_system(system: System, form: str | None = None) -> Source:
+    """Read a System; ``form``: the method, whether or not it was formed by another.
 
     Raises
     ------
     MechanismError
-        If it is not formed and a body has a potential energy: Kane's method ignores it, Lagrange's
+        If neither is known and a body has a potential energy: Kane's method ignores it, Lagrange's
         makes it a force.
     """
-    if isinstance(system.eom_method, LagrangesMethod):
-        source = read_lagrange(system.eom_method)
+    if form == "lagrange" or (form is None and isinstance(system.eom_method, LagrangesMethod)):
+        method = by_lagrange(system) if form else system.eom_method
+        source = read_lagrange(method, form)
         return replace(source, kind="System", origin=system.fixed_point)
-    if system.eom_method is None:
+    if form is None and system.eom_method is None:
         _refuse_potentials(system)
     overridden = system._vel_constrs is not None
     given = system.velocity_constraints if overridden else system.nonholonomic_constraints
@@ -59,8 +61,8 @@ def _refuse_potentials(system: System) -> None:
         if body.potential_energy != 0:
             raise MechanismError(
                 f"the body {body.name} has a potential energy, which acts by Lagrange's method "
-                "and does not by Kane's: call form_eoms() or form_eoms(LagrangesMethod) first, "
-                "to choose the method"
+                "and does not by Kane's: choose the method with form='kane' or form='lagrange', "
+                "or call form_eoms() or form_eoms(LagrangesMethod) first"
             )
 
 

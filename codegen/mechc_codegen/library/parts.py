@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from sympy import Expr, Symbol
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
@@ -48,6 +49,20 @@ def speeds(symbols: Sequence[Expr], unit: str, *descriptions: str) -> tuple[Spee
         Speed(symbol, Quantity(unit, description))
         for symbol, description in zip(symbols, descriptions, strict=True)
     )
+
+
+def joint_angles(
+    angles: Sequence[Expr], rates: Sequence[Expr], named: Sequence[str], rate: str = "rate"
+) -> dict[str, Any]:
+    """Coordinates, speeds and kinematics of a mechanism whose speeds are the rates of its angles.
+
+    ``named`` says of what each is the angle: ``"of link 0"``.
+    """
+    return {
+        "coordinates": coordinates(angles, "rad", *[f"angle {each}" for each in named]),
+        "speeds": speeds(rates, "rad/s", *[f"{rate} {each}" for each in named]),
+        "kinematics": tuple(rates),
+    }
 
 
 def parameter(

@@ -7,6 +7,8 @@ near which the loops are closed, unless the mechanism has a preferred assembly.
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,6 +17,7 @@ import numpy as np
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.system.system import System
 
+LARGEST = math.sqrt(sys.float_info.max)
 Values = Mapping[str, Any]  # numbers; columns of them, in a batch
 
 
@@ -49,7 +52,8 @@ def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For an unknown name, and for a value that is not a finite number.
+        For an unknown name, for a value that is not a finite number, and for one whose square
+        overflows.
     """
     checked = {}
     for name, value in values.items():
@@ -61,4 +65,6 @@ def checked_numbers(values: Values, known: Sequence[str], kind: str) -> dict[str
             raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
         if not np.isfinite(checked[name]):
             raise ValueOutOfBoundsError(f"{name} = {checked[name]} is not a finite number")
+        if abs(checked[name]) > LARGEST:
+            raise ValueOutOfBoundsError(f"{name} = {checked[name]}: its square overflows a double")
     return checked

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
@@ -166,5 +167,5 @@ def _refuse_constraint(
 def in_words(coordinate: NamedQuantity, value: float) -> str:
     """A coordinate with its value, angles in degrees."""
     if coordinate.kind is Kind.ANGLE:
-        return f"{coordinate.name} = {np.degrees(value):.6g} deg"
+        return f"{coordinate.name} = {math.degrees(value):.6g} deg"
     return f"{coordinate.name} = {value:.6g} {coordinate.unit}".rstrip()

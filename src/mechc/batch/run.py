@@ -113,9 +113,15 @@ def _starts(
     q, closed, miss, complete = configurations(
         system, recipe, values, length, lambda job: drive(job, threads)
     )
-    y0, consistent = _with_speeds(system, recipe, values, q, closed)
-    y0[np.logical_not(consistent)] = np.nan
-    return y0, consistent.astype(np.uint8), miss, complete
+    y0 = np.full((recipe.count, len(system.coordinates) + len(system.speeds)), np.nan)
+    kept = np.zeros(recipe.count, bool)
+    try:
+        if complete:
+            found, kept = _with_speeds(system, recipe, values, q, closed)
+            y0[kept] = found[kept]
+    except KeyboardInterrupt:
+        complete = False
+    return y0, kept.astype(np.uint8), miss, complete
 
 
 def _with_speeds(

@@ -138,8 +138,9 @@ def _recipe(
 
 def _reductions(reduce: Any) -> list[str]:
     """As texts: ("max", q) is max(q), by name or symbol."""
+    pair = isinstance(reduce, tuple) and len(reduce) == 2
     one = isinstance(reduce, str) or (
-        isinstance(reduce, tuple) and len(reduce) == 2 and name_of(reduce[1]) is not reduce[1]
+        pair and not (isinstance(reduce[0], str) and "(" in reduce[0])
     )
     several = [reduce] if one else reduce
     return [_reduction(each) for each in several]

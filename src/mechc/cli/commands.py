@@ -208,13 +208,15 @@ def _sweep(chosen: argparse.Namespace) -> int:
 
 
 def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
+    import numpy as np
+
     from mechc.results.animation import write_animation
     from mechc.results.figures import save_all
 
     sol.save(folder / "solution.csv")
     sol.save(folder / "solution.nc")
-    write_animation(sol, folder / "animation.html")
-    with ProgressBar("drawing"):
+    with ProgressBar("drawing"), np.errstate(over="ignore", invalid="ignore"):
+        write_animation(sol, folder / "animation.html")
         save_all(sol, folder)
     if not quiet:
         print(f"\nwritten into {folder.resolve()}:")

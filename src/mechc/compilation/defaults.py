@@ -49,7 +49,15 @@ def with_defaults(system: System, numbers: Mapping[Any, float], read: Iterable[s
     for name in values:
         if name not in system.parameters:
             raise UnknownNameError("parameter", name, system.parameters)
-    return system.with_defaults(values) if values else system
+    return _again_or_new(system, values) if values else system
+
+
+def _again_or_new(system: System, values: Mapping[str, float]) -> System:
+    """The system with these defaults; the same object as the last time if they are the same."""
+    last: tuple[Any, System] = system.kept.get(_again_or_new, (None, system))
+    if last[0] != values:
+        last = system.kept[_again_or_new] = dict(values), system.with_defaults(values)
+    return last[1]
 
 
 def _number(value: Any) -> float | None:

@@ -8,9 +8,10 @@ from typing import Any
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.defaults import split, with_defaults
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.signals import Signal
+from mechc.system.names import by_name
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -39,6 +40,7 @@ def read_compilable(
     thing: Any,
     fix: Mapping[Any, Any] | None,
     outputs: Iterable[Any] | None,
+    form: str | None = None,
     **settings: Any,
 ) -> tuple[Any, dict[Any, float]]:
     """The mechanism to compile, and default numbers of parameters."""
@@ -53,6 +55,9 @@ def read_compilable(
         )
     given = {key: value for key, value in settings.items() if value is not None}
     numbers: dict[Any, float] = {}
+    for name in ("inputs", "units"):
+        by_name(given.get(name, {}), name)
+    by_name(fix or {}, "parameters to fix", "{'g': 9.81}")
     if "inputs" in given:
         given["inputs"] = _with_curves(given["inputs"])
     if "states" in given:
@@ -60,15 +65,22 @@ def read_compilable(
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
-    options = CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen)
-    return CompileRequest(thing, options), numbers
+    request = CompileRequest(
+        thing, CompileOptions(ConversionSettings(**given), dict(fix or {}), chosen, form)
+    )
+    return request, numbers or request.numbers
 
 
 def _rates(states: Any) -> dict[Any, Any]:
     """State -> rate, also from objects that have both."""
     if isinstance(states, Mapping):
         return dict(states)
-    several = [states] if hasattr(states, "rhs") else list(states)
+    several = list(states) if isinstance(states, Iterable) else [states]
+    if not all(hasattr(one, "x") and hasattr(one, "rhs") for one in several):
+        raise TypeError(
+            "states are given as {state: its rate}, or as objects that have x and rhs(), such as "
+            f"muscles, not as {brief(states)}"
+        )
     return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
 
 

@@ -13,7 +13,7 @@ from libc.string cimport memcpy, memset
 from mechc.native._abi cimport mechc_inputs, mechc_stack_of, mechc_unit
 from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, address_of
-from mechc.native._pieces cimport LOOK, with_stack
+from mechc.native._pieces cimport LOOK, stack_for, with_stack
 
 
 cdef extern from "closing/closure.h":
@@ -78,6 +78,7 @@ cdef extern from "closing/speeds.h":
         int *row
         double *residual
         double *conditioning
+        int stop
 
     int mechc_speeds_work(mechc_speeds_job *) noexcept nogil
 
@@ -242,9 +243,9 @@ cdef class Closure:
         job.p = &p[0, 0] if p.shape[1] else NULL
         job.p_stride = p.shape[1] if p.shape[0] > 1 else 0
         job.y, job.left, job.row, job.residual = &states[0, 0], &remains[0], &rows[0], &sizes[0]
-        job.conditioning = &weakest[0]
+        job.conditioning, job.stop = &weakest[0], 0
         work.job = &job
-        with_stack(self.stack, find_speeds, &work)
+        with_stack(stack_for(self.stack, count), find_speeds, &work, &job.stop)
         self.raise_error()
         if not work.made:
             raise MemoryError()
@@ -373,7 +374,7 @@ def followed(Closure closure, double t, int driven, const int[::1] unknown,
     job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]
     job.change_point, job.passed = &points[0, 0], &passes[0]
     work.job = &job
-    with_stack(closure.stack, follow, &work)
+    with_stack(stack_for(closure.stack, count * value.shape[0]), follow, &work, &job.stop)
     closure.raise_error()
     if not work.made:
         raise MemoryError()

@@ -4,6 +4,7 @@
 from os import fsencode
 
 import numpy as np
+from numpy import empty, ndarray
 
 from cpython.exc cimport PyErr_CheckSignals
 from cpython.pycapsule cimport (
@@ -301,22 +302,22 @@ cdef class Scene:
                 moved[0] = NAN
         return job.status, out, moved[0], moved[1]
 
-    def start(self, double t0, double t1, const double[::1] y0, const double[::1] p, double rtol, atol,
+    def start(self, double t0, double t1, const double[::1] y0, p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
               bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
               Inputs inputs=None):
         """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
         trajectory."""
         cdef Run run = Run.__new__(Run)
-        cdef const double[::1] tolerances
+        cdef const double[::1] tolerances, parameters = p
         cdef mechc_options options
-        if p.shape[0] != self.parameters:
+        if parameters.shape[0] != self.parameters:
             raise ValueError("wrong number of parameters")
         run.scene, run.unit, run.method = self, self.unit, method
         run.coordinates, run.width, run.stack = self.coordinates, self.width, self.stack
-        run.p, run.inputs = np.array(p), inputs
+        run.p, run.inputs = p.copy(), inputs
         options.t0, options.t1 = t0, t1
-        options.y0, options.p = &y0[0], &p[0] if self.parameters else NULL
+        options.y0, options.p = &y0[0], &parameters[0] if self.parameters else NULL
         options.inputs = address_of(inputs)
         options.rtol = rtol
         options.atol = NULL
@@ -343,3 +344,47 @@ cdef mechc_bound *bound_output(Scene scene, str name, const double[::1] p) excep
     if bound == NULL:
         raise MemoryError()
     return bound
+
+
+cdef class Ode:
+    """``f(t, y)`` of a system at parameters p (np,): one state (nq + nu,), its rates as a new array.
+
+    Compiled code is called at once where the scene is of compiled code alone and needs no stack of
+    its own; all else goes to ``general(t, y)``.
+    """
+
+    cdef object system, p, general, scene
+    cdef mechc_bound *bound
+
+    def __init__(self, system, const double[::1] p, general):
+        self.system, self.p, self.general = system, p, general
+
+    def __dealloc__(self):
+        free(self.bound)
+
+    cdef int _bind(self) except -1:
+        """Anew when a compilation in the background has ended."""
+        scene = self.system.scene
+        free(self.bound)
+        self.bound, self.scene = NULL, scene
+        if isinstance(scene, Scene) and not (<Scene>scene).stack and not (<Scene>scene).inputs:
+            self.bound = bound_output(scene, "rates", self.p)
+        return 0
+
+    def __call__(self, t, y):
+        cdef const double[::1] state
+        cdef double[::1] rates
+        if self.system.scene is not self.scene:
+            self._bind()
+        if self.bound == NULL or type(y) is not ndarray:
+            return self.general(t, y)
+        try:
+            state = y
+        except ValueError:
+            return self.general(t, y)
+        if state.shape[0] != self.bound.width:
+            return self.general(t, y)
+        out = empty(self.bound.width)
+        rates = out
+        mechc_call(t, &state[0], &rates[0], self.bound)
+        return out

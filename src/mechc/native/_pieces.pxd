@@ -1,4 +1,4 @@
-"""Long work in pieces between which signals are looked at, on a stack that is large enough."""
+"""Long work in pieces between which signals are handled, on a stack that is large enough."""
 
 from cpython.exc cimport PyErr_CheckSignals
 from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
@@ -12,10 +12,14 @@ cdef extern from *:
     #define MECHC_LOOK 0.02   /* s between checks of signals, and between turns of other threads */
     #define MECHC_PIECE 0.001 /* s between checks of the clock: the next piece may take far longer */
     #define MECHC_LARGEST_PIECE ((ptrdiff_t)1 << 20)
+    #define MECHC_LONG 4096   /* items of some us each: more of them are worth a thread */
+    #define MECHC_LONG_STACK ((size_t)4 << 20)
     """
     const double LOOK "MECHC_LOOK"
     const double PIECE "MECHC_PIECE"
     const ptrdiff_t LARGEST_PIECE "MECHC_LARGEST_PIECE"
+    const ptrdiff_t LONG "MECHC_LONG"
+    const size_t LONG_STACK "MECHC_LONG_STACK"
 
 
 cdef inline double seconds_now() noexcept nogil:
@@ -36,7 +40,7 @@ cdef inline int with_stack(
 ) except -1:
     """Work without the GIL, on a stack that is large enough.
 
-    Signals are looked at meanwhile where that is a stack of its own; one that raises sets `stop`.
+    Signals are handled meanwhile where it runs on a stack of its own; one that raises sets `stop`.
     """
     cdef mechc_on_stack job
     cdef int done = 0
@@ -59,3 +63,9 @@ cdef inline int with_stack(
         with nogil:
             mechc_end_on_stack(&job)
     return 0
+
+
+cdef inline size_t stack_for(size_t needed, ptrdiff_t items) noexcept nogil:
+    """Bytes of stack for so many items of work: many have a stack of their own, so that a signal
+    stops them."""
+    return max(needed, LONG_STACK) if items > LONG else needed

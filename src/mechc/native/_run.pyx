@@ -101,7 +101,10 @@ cdef class Run:
             raise MemoryError()
         memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
-        with_stack(self.stack, begin, &job, &self.stop)
+        if self.stack:
+            with_stack(self.stack, begin, &job, &self.stop)
+        else:
+            begin(&job)  # of a small scene it takes less time than giving up the GIL
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef double state = sizeof(double) * (1.0 + record.width * (1.0 + record.dense_rows))
         self.most = <ptrdiff_t>min(max(max_bytes / state, 2.0), 2.0**62)
@@ -253,16 +256,16 @@ cdef class Run:
                    some * self.width * sizeof(double))
         return t, y
 
-    def largest(self, const Py_ssize_t[::1] which):
+    def largest(self, tuple which):
         """The largest magnitude of these components in the first and the last accepted state."""
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef double *last = record.y + (record.count - 1) * self.width
         cdef double largest = 0.0
         cdef Py_ssize_t i
-        for i in range(which.shape[0] if record.count else 0):
-            if not 0 <= which[i] < self.width:
+        for i in which if record.count else ():
+            if not 0 <= i < self.width:
                 raise IndexError(f"states have {self.width} components")
-            largest = max(largest, abs(record.y[which[i]]), abs(last[which[i]]))
+            largest = max(largest, abs(record.y[i]), abs(last[i]))
         return largest
 
     @property

@@ -201,11 +201,15 @@ def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
         potential = run.evaluate(run.model.potential_energy)
         total = run.evaluate(run.model.energy)
         steps = np.asarray(run.solution.energy, dtype=float)
+        work = run.solution.work_until(run.t), run.solution.work
     except MechcError as error:
         return _message(area, clean_text(str(error), 300))
     panels = _time_axes(area, run, 2 // columns, columns)
     _draw_energies(panels[0], run, {"kinetic": kinetic, "potential": potential, "total": total})
-    _draw_energy_change(panels[1], run, total, steps, float(np.nanmax(kinetic, initial=0.0)))
+    what, largest = "total energy", float(np.nanmax(kinetic, initial=0.0))
+    if np.isfinite(work[1]).all() and np.any(work[1]):  # what is left is an error
+        what, total, steps = "energy less work", total - work[0], steps - work[1]
+    _draw_energy_change(panels[1], run, total, steps, (what, largest))
     return None
 
 
@@ -220,8 +224,11 @@ def _draw_energies(axes: Axes, run: Run, energies: dict[str, Array]) -> None:
     axes.set_ylabel("energy (J)")
 
 
-def _draw_energy_change(axes: Axes, run: Run, total: Array, steps: Array, kinetic: float) -> None:
+def _draw_energy_change(
+    axes: Axes, run: Run, total: Array, steps: Array, of: tuple[str, float]
+) -> None:
     """The drift, in parts of the largest kinetic energy: the potential's zero is arbitrary."""
+    what, kinetic = of
     reference = kinetic or abs(float(total[0])) or 1.0
     start = float(steps[0] if len(steps) else total[0])
     change, at_steps = (total - start) / reference, (steps - start) / reference
@@ -233,7 +240,7 @@ def _draw_energy_change(axes: Axes, run: Run, total: Array, steps: Array, kineti
     axes.set_ylim(_limits(np.concatenate([change, at_steps])))
     base = "largest kinetic energy" if kinetic else "initial energy" if total[0] else "1 J"
     parts = f"{power_of_ten(exponent)} of" if exponent else "relative to"
-    axes.set_ylabel(f"change of total energy\n({parts} {base})")
+    axes.set_ylabel(f"change of {what}\n({parts} {base})")
 
 
 def _exponent(values: Array) -> int:

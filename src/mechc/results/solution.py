@@ -54,7 +54,7 @@ class Solution(Trajectory):
         """With copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
-        for name in ("_record", "energy", "closure", "velocity_closure"):
+        for name in ("_record", "energy", "work", "closure", "velocity_closure"):
             other.__dict__.pop(name, None)
         return other
 
@@ -98,7 +98,8 @@ class Solution(Trajectory):
         chain = Segments(self._run)
         chain.add(after._run, jump=True)
         whole = copy(after)
-        for name in ("_record", "span", "change_points", "energy", "closure", "velocity_closure"):
+        cached = ("_record", "span", "change_points", "energy", "work", "_conserves_energy")
+        for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
         whole._run = chain
         return whole

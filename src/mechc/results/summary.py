@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
@@ -64,8 +65,7 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
         (f"{name} between", f"{_shown(system, name, low)} and {_shown(system, name, high)}")
         for name, low, high in zip(system.coordinates, *extremes(sol), strict=True)
     ]
-    drift = f"{sol.energy_drift:.1e} of the largest kinetic energy"
-    checks = [("energy change", drift if system.knows_energy else "the energy is not known")]
+    checks = [_energy_check(sol)]
     if system.constraint_names:
         checks.append(
             ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
@@ -84,6 +84,23 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
             f"{1e3 * stats['wall_s']:.2f} ms ({stats['method']}, rtol {sol.policy.rtol:g})",
         ),
     ]
+
+
+def _energy_check(sol: Trajectory) -> tuple[str, str]:
+    """How the energy changed, or, where work is done, how it differs from that work."""
+    if not sol.system.knows_energy:
+        return "energy change", "the energy is not known"
+    work, drift = _work_done(sol), f"{sol.energy_drift:.1e} of the largest kinetic energy"
+    if math.isnan(work):
+        return "energy balance", "not known: work is done, and no dense output was kept"
+    if work == 0.0:
+        return "energy change", drift
+    return "energy balance", f"{drift}, besides the work done, {work:.6g} J"
+
+
+def _work_done(sol: Trajectory) -> float:
+    """In the whole run, J."""
+    return float(sol.work_until(sol.span[1]))
 
 
 def _passages(sol: Trajectory) -> list[tuple[str, str]]:
@@ -133,7 +150,7 @@ def _parameters_in_words(sol: Trajectory) -> str:
 def _shown(system: System, name: str, value: float) -> str:
     quantity = system.quantities[name]
     if quantity.kind in ANGULAR:
-        shown = round(float(np.degrees(value)), 6) + 0.0  # no minus zero
+        shown = round(math.degrees(value), 6) + 0.0  # no minus zero
         return f"{shown:.6f} {'deg' if quantity.kind is Kind.ANGLE else 'deg/s'}"
     return f"{value:.9g} {quantity.unit}"
 
@@ -151,7 +168,8 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "speeds": list(sol.system.speeds),
         "q_end": sol.y[-1, :width].tolist(),
         "u_end": sol.y[-1, width:].tolist(),
-        "energy_drift": sol.energy_drift if sol.system.knows_energy else None,
+        "energy_drift": _number(sol.energy_drift),
+        "work": _number(_work_done(sol)),
         "closure_max": float(sol.closure.max()),
         "velocity_closure_max": float(sol.velocity_closure.max()),
         "steps": stats["steps"],
@@ -164,6 +182,10 @@ def json_summary(sol: Trajectory) -> dict[str, Any]:
         "message": str(sol.status),
         "parameters": _as_mapping(sol),
     }
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else value
 
 
 def _as_mapping(sol: Trajectory) -> Mapping[str, float]:

@@ -44,6 +44,10 @@ class Columns:
     def count(self) -> int:
         return int(self.parameters.shape[1])
 
+    def names_among(self, marked: Array) -> list[str]:
+        """The names of which a column is marked, of (k,) flags."""
+        return [name for name in self.names if np.any(marked[self.places[name]])]
+
     def of(
         self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: Any
     ) -> Array | None:

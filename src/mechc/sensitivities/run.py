@@ -87,8 +87,7 @@ def _without_closure(
     return tuple(
         f"by {name}: none, for the constraints are redundant and with another {name} the loops do "
         "not close at all"
-        for name in columns.names
-        if np.any(bad[columns.places[name]])
+        for name in columns.names_among(bad)
     )
 
 
@@ -110,8 +109,7 @@ def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) 
             f"by {name}: none from t = {point.t:.9g} s on, for there is a change point of exactly "
             f"these lengths: with another {name} the motion turns off or back (the gap there "
             f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
-            for name in columns.names
-            if np.any(bad[columns.places[name]])
+            for name in columns.names_among(bad)
         ]
     return tuple(notes)
 

@@ -102,8 +102,7 @@ def _close(
         return tuple(
             f"by {name}: none, for the loops just close with the coordinates given: those that "
             "follow change infinitely fast, or the start is a change point"
-            for name in columns.names
-            if np.any(moved[columns.places[name]])
+            for name in columns.names_among(moved)
         )
     found[free] = -np.linalg.lstsq(slopes[:, free], gap, rcond=SINGULAR)[0]
     return ()

@@ -1,14 +1,16 @@
-"""Does the energy of a finished run change by the work that is done on it?
+"""The energy of a run as a balance with the work that is done on it.
 
-dE/dt along the equations of motion is the power of everything that does work: loads, inputs,
-dampers, prescribed motions.  So E(t1) - E(t0) = integral of dE/dt holds of the exact motion,
-whatever acts, and what is missing is the error of the integration.  In conservative scenes the
-energies at both ends alone tell; elsewhere the integral is taken over some of the steps.
+dE/dt along the equations of motion is the power of everything that has no potential: loads,
+dampers, inputs, prescribed motions.  So E(t1) - E(t0) = integral of dE/dt holds of the exact
+motion, whatever acts, and what is missing is the error of the integration.  For a warning at the
+end of a run, energies at both ends alone tell in conservative scenes; elsewhere the integral is
+taken over some of the steps.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +18,19 @@ from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
+# Central differences of eighth and sixth order, the latter as an estimate of what the former omits
+# (Fornberg, Math. Comp. 51 (1988) 699), at -4 ... -1 and 1 ... 4.
+EIGHTH = np.array([1 / 280, -4 / 105, 1 / 5, -4 / 5, 4 / 5, -1 / 5, 4 / 105, -1 / 280])
+SIXTH = np.array([0, -1 / 60, 3 / 20, -3 / 4, 3 / 4, -3 / 20, 1 / 60, 0])
+PLACES = np.array([-4.0, -3.0, -2.0, -1.0, 1.0, 2.0, 3.0, 4.0])
+# Between neighbouring states of the differences, at most: of each component's scale; of a step of
+# the run; likewise where the energy depends on time, so that no difference leaves the step.
+DIFFERENCE, OF_A_STEP, WITHIN_A_STEP = 0.02, 0.05, 0.003
+UNDOUBTED = 100.0  # times its own error: a power that is not rounding
+ROWS = 4096  # states taken together
+
+# Of the warning:
 NEAR = 1e3  # times the tolerance, of the largest kinetic energy: nothing more is looked at
 FAR = 100.0  # times what changes of the size of the tolerance do to the energy, ...
 MANY = 1000  # ... for so many steps, and in proportion beyond
@@ -23,8 +38,103 @@ FINEST = 1e-9  # tolerances below it are taken for it: differences of energies h
 MOST_STEPS = 24  # of either kind, over which the work is integrated
 WORTH = 2000  # evaluations of the rates, of a run that is long enough to look at its energy, ...
 ENOUGH = 20_000  # ... and at its work
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(10)
-DIFFERENCE = 2e-3  # of each component's scale, between states of which the energy is differenced
+
+
+# -- the work done -----------------------------------------------------------------------------
+
+
+class Power(NamedTuple):
+    """dE/dt along the motion (n,), W, and a bound of its rounding and truncation errors (n,)."""
+
+    value: Array
+    error: Array
+
+
+def work_along(system: System, run: Any, values: Array, times: Array, conservative: bool) -> Array:
+    """Work done between the run's start and each of these times, J (nt,).
+
+    ``times`` are in the order of the run; of two equal ones at a jump the first is before it.
+    ``conservative``: only jumps change the energy.
+    """
+    t, y = run.states()
+    grown = np.diff(system.energy(y, values, t))
+    jumps = np.diff(t) == 0.0
+    done = np.where(jumps, grown, 0.0)
+    if conservative:
+        return _at(t, np.append(0.0, np.cumsum(done)), times)[0]
+    smooth = np.flatnonzero(~jumps)
+    done[smooth] = integral(system, run, values, t[smooth], t[smooth + 1])
+    begun, rows = _at(t, np.append(0.0, np.cumsum(done)), times)
+    rest = np.flatnonzero(times != t[rows])
+    begun[rest] += integral(system, run, values, t[rows[rest]], times[rest])
+    return begun
+
+
+def _at(t: Array, done: Array, times: Array) -> tuple[Array, Any]:
+    """The work at the last step at or before each time, and that step's number."""
+    sign = 1.0 if t[-1] >= t[0] else -1.0
+    rows = np.searchsorted(sign * t, sign * times, side="right") - 1
+    before = np.flatnonzero(times[1:] == times[:-1])
+    rows[before] = np.searchsorted(sign * t, sign * times[before], side="left")
+    return done[rows], rows
+
+
+def conserves_energy(system: System, t: Array, y: Array, values: Array) -> bool:
+    """Whether no power acts at any of these states, but for rounding."""
+    if system.driven is not None:
+        return False
+    if len(t) < 2:
+        return True
+    lengths = np.abs(np.gradient(t))
+    lengths[lengths == 0.0] = np.abs(t[-1] - t[0])
+    for part in _parts(len(t)):
+        power = power_at(system, values, t[part], y[part], lengths[part])
+        if not np.all(np.abs(power.value) <= UNDOUBTED * power.error):
+            return False
+    return True
+
+
+def integral(system: System, run: Any, values: Array, begin: Array, end: Array) -> Array:
+    """The work done in each of these intervals, which contain no jump, J (n,)."""
+    middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
+    done = np.empty_like(middle)
+    for part in _parts(len(middle), ROWS // len(NODES)):
+        t = (middle[part, None] + half[part, None] * NODES).ravel()
+        lengths = np.repeat(np.abs(2 * half[part]), len(NODES))
+        power = power_at(system, values, t, run.interpolate(t), lengths).value
+        done[part] = half[part] * (power.reshape(-1, len(NODES)) @ WEIGHTS)
+    return done
+
+
+def power_at(system: System, values: Array, t: Array, y: Array, lengths: Array) -> Power:
+    """dE/dt at times (n,) and states (n, nq + nu) of steps of these lengths, s (n,)."""
+    rates = system.rates(y, values, t)
+    size = system.scale(values).copy()
+    speeds = slice(len(system.coordinates), None)
+    size[speeds] = np.maximum(size, np.abs(y).max(axis=0, initial=0.0))[speeds]
+    most = (WITHIN_A_STEP if _of_time(system, values, t, y) else OF_A_STEP) * lengths
+    step = DIFFERENCE / np.maximum(np.abs(rates / size).max(axis=1), DIFFERENCE / most)
+    moved = y[:, None] + (PLACES * step[:, None])[:, :, None] * rates[:, None]
+    at = t[:, None] + PLACES * step[:, None]
+    kinetic = system.kinetic_energy(moved, values, at)
+    potential = system.potential_energy(moved, values, at)
+    energy, largest = kinetic + potential, (np.abs(kinetic) + np.abs(potential)).max(axis=1)
+    value, lower = energy @ EIGHTH / step, energy @ SIXTH / step
+    return Power(value, np.abs(value - lower) + np.finfo(float).eps * largest / step)
+
+
+def _of_time(system: System, values: Array, t: Array, y: Array) -> bool:
+    """Whether the energy depends on time, other than through the state."""
+    if len(t) < 2:
+        return True
+    return not np.array_equal(system.energy(y, values, t), system.energy(y, values, t[::-1]))
+
+
+def _parts(count: int, size: int = ROWS) -> Iterator[slice]:
+    return (slice(first, first + size) for first in range(0, count, size))
+
+
+# -- a warning ---------------------------------------------------------------------------------
 
 
 def energy_note(
@@ -90,20 +200,8 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     chosen = np.concatenate([even, odd])
     middle, half = 0.5 * (t[chosen] + t[chosen + 1]), 0.5 * (t[chosen + 1] - t[chosen])
     inner = (middle[:, None] + half[:, None] * NODES).ravel()
-    power = _power(system, values, inner, run.interpolate(inner)).reshape(len(chosen), -1)
-    missing = gained[chosen] - half * (power @ WEIGHTS)
+    lengths = np.repeat(np.abs(2.0 * half), len(NODES))
+    power = power_at(system, values, inner, run.interpolate(inner), lengths).value
+    missing = gained[chosen] - half * (power.reshape(len(chosen), -1) @ WEIGHTS)
     spread = np.abs(np.cumsum(missing[: len(even)])).max() * count / len(even)
     return float(max(spread, np.abs(np.cumsum(missing[len(even) :])).max()))
-
-
-def _power(system: System, values: Array, t: Array, y: Array) -> Array:
-    """dE/dt along the motion (n,), by differences of fourth order."""
-    rates = system.rates(y, values, t)
-    size = np.maximum(system.scale(values), np.abs(y).max(axis=0))
-    step = DIFFERENCE / np.maximum(np.abs(rates / size).max(axis=1), 1e-300)
-    ways = np.array([-2.0, -1.0, 1.0, 2.0])
-    moved = y[:, None] + (ways * step[:, None])[:, :, None] * rates[:, None]
-    at = t[:, None] + ways * step[:, None]
-    energy = system.energy(moved, values, at)
-    slope: Array = energy @ np.array([1.0, -8.0, 8.0, -1.0]) / (12.0 * step)
-    return slope

@@ -13,10 +13,10 @@ import numpy as np
 from mechc.errors import ValueOutOfBoundsError
 from mechc.system.parameters import Array
 
-SAMPLES = 16  # a step, at least; a function that changes faster is looked at more often
+SAMPLES = 16  # a step, at least; a function that changes faster is sampled more often
 MOST_SAMPLES = 4096  # a step
 BENT = 0.1  # of all change over a step: a sample farther off the chord beside it is coarse
-COARSE = 0.25  # of the samples: where more are, the function changes faster than it is looked at
+COARSE = 0.25  # of the samples: where more are, the function changes faster than it is sampled
 # Fractions of a step, all unevenly spaced: a function in step with even samples would seem slow.
 _NUMBERS = np.arange(SAMPLES + 1)
 FRACTIONS = (_NUMBERS + 0.8 * ((_NUMBERS**2 * math.sqrt(2.0)) % 1.0 - 0.5)) / SAMPLES
@@ -66,7 +66,10 @@ class Event:
                 )
             return given
         if not callable(given):
-            raise ValueOutOfBoundsError(f"an event is a function of t and y, not {given!r}")
+            raise ValueOutOfBoundsError(
+                f"an event is a function of t and y, or an expression of SymPy that is zero there, "
+                f"not {given!r}"
+            )
         return cls(given, getattr(given, "direction", 0.0), int(getattr(given, "terminal", False)))
 
 
@@ -79,7 +82,7 @@ class EventRecord:
 
 
 class EventFinder:
-    """Looks through a run's new steps for zeros.
+    """Searches a run's new steps for zeros.
 
     Attributes
     ----------
@@ -167,7 +170,7 @@ class EventFinder:
         return stop
 
     def _fractions(self, start: float, end: float) -> Array:
-        """Where a step is looked at; after a reset ever more densely towards its start."""
+        """Where a step is sampled; after a reset ever more densely towards its start."""
         if self.sides is None or start != self.start:
             return FRACTIONS
         nearest = located(start) / abs(end - start)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +13,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 EventFunction = Callable[[float, Array], float]
+_DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
 def checked_events(given: Any, system: System, p: Array) -> list[Any]:
@@ -23,15 +24,28 @@ def checked_events(given: Any, system: System, p: Array) -> list[Any]:
 
 
 def _is_one(given: Any) -> bool:
-    return callable(given) or isinstance(given, Event) or is_expression(given)
+    if callable(given) or isinstance(given, (Event, str)) or is_expression(given):
+        return True
+    return not isinstance(given, Iterable)
 
 
 def _as_function(event: Any, system: System, p: Array) -> Any:
     if is_expression(event):
-        return function_of(event, system, p)
+        difference, direction = _difference(event)
+        return Event(function_of(difference, system, p), direction)
     if isinstance(event, Event) and is_expression(event.function):
-        return replace(event, function=function_of(event.function, system, p))
+        difference, direction = _difference(event.function)
+        function = function_of(difference, system, p)
+        return replace(event, function=function, direction=event.direction or direction)
     return event
+
+
+def _difference(expression: Any) -> tuple[Any, float]:
+    """What is zero at the event, and its direction: of ``q > 1`` q - 1, rising."""
+    direction = _DIRECTIONS.get(getattr(expression, "rel_op", ""))
+    if direction is None:
+        return expression, 0.0
+    return expression.lhs - expression.rhs, direction
 
 
 def is_expression(event: Any) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -22,17 +22,15 @@ def begin(
     state: Array,
     values: Array,
     policy: Policy,
-    scene: Any = None,
-    **given: Any,
+    start: Callable[..., Segment] | None = None,
 ) -> Segment:
-    """The compiled integrator, at the start of the span; ``scene``, by default the system's."""
-    begun: Segment = (scene or system.scene).start(
+    """The compiled integrator, at the start of the span; ``start``, by default the scene's."""
+    return (start or system.scene.start)(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
-        policy.max_bytes, **given,
+        policy.max_bytes,
     )  # fmt: skip
-    return begun
 
 
 def leave_change_point(
@@ -78,12 +76,15 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 
 def _shaped(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
-    if state.shape != (system.scene.width,):
-        raise ValueError(
-            f"y0 must have the shape ({system.scene.width},): "
-            f"{', '.join((*system.coordinates, *system.speeds))}; it has {state.shape}"
-        )
-    return state
+    width = system.scene.width
+    if state.shape == (width,):
+        return state
+    if state.shape == (width, 1):  # a Matrix of SymPy
+        return np.ascontiguousarray(state[:, 0])
+    raise ValueError(
+        f"y0 must have the shape ({width},): "
+        f"{', '.join((*system.coordinates, *system.speeds))}; it has {state.shape}"
+    )
 
 
 def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:

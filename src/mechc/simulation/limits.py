@@ -1,8 +1,8 @@
 """What limits the steps of a run that did not come to its end: found from its last steps.
 
-A run that creeps is limited by a jump of the equations, by a motion that grows without bound, by
-stability, by the rounding of doubles, or by the accuracy asked for.  Only a run that has failed is
-looked at, so that others cost nothing.
+The steps of a slow run are limited by a jump of the equations, by a motion that grows without
+bound, by stability, by the rounding of doubles, or by the accuracy requested.  Only a run that has
+failed is examined, so that others cost nothing.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from mechc.system.system import System
 SHRUNK_AWAY = frozenset((STEP_TOO_SMALL, NOT_CLOSED, *AT_CROSSINGS))
 LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
 TOO_SMALL = "the step size fell below the spacing of doubles"
-TAIL = 48  # accepted steps that are looked at
+TAIL = 48  # accepted steps that are examined
 # Degree of a polynomial through them that a step of the method does not tell from its own end.
 DEGREES = {"dopri5": 4, "dop853": 7, "gauss8": 8, "radau5": 3}
 NOISE = 16.0  # times farther from a polynomial over four times the steps

@@ -38,7 +38,7 @@ class Resets:
     chain
         The run so far; pieces are added to it.
     finder
-        Looks for the events in the chain's last piece.
+        Searches for the events in the chain's last piece.
     """
 
     def __init__(

@@ -16,6 +16,7 @@ from mechc.system.system import System
 SEQUENCES = (tuple, list, np.ndarray)
 LOOSEST = 0.1  # a larger rtol is refused
 LARGEST_TRAJECTORY = 2.0**30  # bytes of states and dense output, by default
+SCIPYS = {"RK45": "dopri5", "DOP853": "dop853", "Radau": "radau5"}  # its names of the same methods
 
 
 class Policy(NamedTuple):
@@ -71,8 +72,9 @@ def _chosen_method(system: System, method: str) -> str:
     if method == "auto":
         smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
         return "gauss8" if smooth and not without_c else "dop853"
+    method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS:
-        raise UnknownNameError("method", method, ("auto", *METHODS))
+        raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))
     if without_c and method != "dop853":
         raise ValueOutOfBoundsError(
             f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
@@ -127,7 +129,13 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
 def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
     if atol is None:
         return None
-    values = np.broadcast_to(doubles(atol, "atol"), (system.scene.width,))
+    given, width = doubles(atol, "atol"), system.scene.width
+    if given.shape not in ((), (1,), (width,)):
+        raise ValueOutOfBoundsError(
+            f"atol is one number, or one for each of the {width} components of a state "
+            f"({', '.join((*system.coordinates, *system.speeds))}), not of shape {given.shape}"
+        )
+    values = np.broadcast_to(given, (width,))
     if not (np.isfinite(values) & (values > 0)).all():
         raise ValueOutOfBoundsError("atol must be positive and finite in every component")
     return np.ascontiguousarray(values)

@@ -57,8 +57,10 @@ class Status:
         advice: str = "",
         warnings: tuple[str, ...] = (),
     ) -> None:
-        # Every run makes one, and the constructor of a frozen dataclass takes twice as long.
-        vars(self).update(code=code, t=t, cause=cause, advice=advice, warnings=warnings)
+        # Every run makes one, and the constructor of a frozen dataclass takes four times as long.
+        own = vars(self)
+        own["code"], own["t"] = code, t
+        own["cause"], own["advice"], own["warnings"] = cause, advice, warnings
 
     @property
     def ok(self) -> bool:

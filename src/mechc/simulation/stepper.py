@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
@@ -244,10 +245,12 @@ class Stepper:
         """The integrator, at the present state."""
         if self._has_signals:
             self._driven.narrow(self._inputs, self._t, t1)
-        given = {} if self._inputs is None else {"inputs": self._inputs}
+        start = self._scene.start
+        if self._inputs is not None:
+            start = partial(start, inputs=self._inputs)
         policy = self._policy._replace(method=method or self._policy.method)
         span = self._t, t1
-        self._run = begin(self._system, span, self._y, self.params, policy, self._scene, **given)
+        self._run = begin(self._system, span, self._y, self.params, policy, start)
         return self._run
 
     def _fail(self, code: int) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
+from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events import EventRecord
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
@@ -148,17 +149,42 @@ class Trajectory:
         """Largest residual of the velocity constraints (nt,), m/s."""
         return _largest(self.system.velocity_constraints(self.y, self.params, self.t))
 
+    @cached_property
+    def work(self) -> Array:
+        """Work done on the mechanism since the start by all that has no potential (nt,), J.
+
+        By dampers, inputs, prescribed motions, and by the resets of events; 0 where the energy is
+        conserved.  NaN where the energy is not known, and where it is not conserved in a run
+        without dense output.
+        """
+        return self.work_until(self.t)
+
+    def work_until(self, times: float | Array) -> Array:
+        """The same at any times of the run, in its order (...), J."""
+        times = doubles(times, "the times")
+        flat = times.reshape(-1)
+        known = self.system.knows_energy
+        if not known or not times.size or (not self.policy.dense and not self._conserves_energy):
+            return np.full(times.shape, np.nan)
+        work = work_along(self.system, self._run, self.params, flat, self._conserves_energy)
+        return work.reshape(times.shape)
+
+    @cached_property
+    def _conserves_energy(self) -> bool:
+        t, y = self._run.states()
+        return conserves_energy(self.system, t, y, self.params)
+
     @property
     def energy_drift(self) -> float:
-        """Largest departure of the energy from its first value, relative to the largest T.
+        """Largest departure of the energy from its first value and the work done, over largest T.
 
-        Over all accepted steps, whichever times are reported.  NaN where the energy is
-        not known.
+        Over all accepted steps, whichever times are reported.  NaN where energy or work are not
+        known.
         """
         if not self.system.knows_energy:
             return float("nan")
         t, y = self._steps if self._times is not None else self._record
-        energy = self.system.energy(y, self.params, t)
+        energy = self.system.energy(y, self.params, t) - self.work_until(t)
         largest = float(self.system.kinetic_energy(y, self.params, t).max(initial=0.0))
         departure = float(np.abs(energy - energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+from mechc.native._driver import Ode
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -34,7 +35,7 @@ class CFunction:
         ``scipy.LowLevelCallable``.
     stack
         Bytes that a call takes at most of the stack of the thread that makes it: half a MiB for
-        states of fewer than 90 components, 16 MiB and more beyond.  Give threads that call it such
+        states of fewer than 64 components, 16 MiB and more beyond.  Give threads that call it such
         a stack, and what they need themselves: the operating system ends a program whose stack is
         too small.
     signature
@@ -101,3 +102,10 @@ def _place(system: System, name: str) -> int:
     if name != "t":
         raise UnknownNameError("coordinate or speed", name, (*names, "t"))
     return -1
+
+
+def right_hand_side(
+    system: System, p: Array, general: Callable[[float, Array], Array]
+) -> Callable[[float, Array], Array]:
+    """f(t, y) as integrators call it: ``general``, or compiled code that does the same at once."""
+    return Ode(system, p, general) if p.ndim == 1 else general

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -55,6 +55,15 @@ class NamedQuantity:
         if math.isfinite(self.upper):
             words.append(f"<{sign} {self.upper:g}")
         return " and ".join(words) or "any"
+
+    @property
+    def any_value(self) -> float:
+        """A value within the bounds: 1 where it is."""
+        if self.lower < 1.0 < self.upper:
+            return 1.0
+        if math.isfinite(self.lower) and math.isfinite(self.upper):
+            return 0.5 * (self.lower + self.upper)
+        return self.lower + 1.0 if math.isfinite(self.lower) else self.upper - 1.0
 
     def check(self, value: Array) -> None:
         """Raise :class:`ValueOutOfBoundsError` unless every value is finite and within bounds."""
@@ -110,7 +119,15 @@ class ParameterSet:
             return self.defaults
         if isinstance(params, (dict, Mapping)):
             return self._from_names(params)
-        return self._from_array(doubles(params, "an array of parameters").copy())
+        return self._from_array(_all_values(params).copy())
+
+    def resolve_partly(self, params: Parameters, needed: Collection[str]) -> Array:
+        """The same where only the values ``needed`` matter: others that are missing are made up."""
+        if not self.missing or not (params is None or isinstance(params, Mapping)):
+            return self.resolve(params)
+        given = without_unused(params or {}, self.names, "params")
+        idle = [n for n in self.missing if n not in needed and n not in given]
+        return self.resolve(given | {n: self.quantities[self.index[n]].any_value for n in idle})
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter that is one, 1 if there is none."""
@@ -199,6 +216,16 @@ def _as_array(name: str, value: Any) -> Array:
         return np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ValueOutOfBoundsError(f"{name} must be a number, not {brief(value)}") from None
+
+
+def _all_values(params: Any) -> Array:
+    try:
+        return doubles(params, "an array of parameters")
+    except (TypeError, ValueError):
+        raise TypeError(
+            "parameters are given by name, such as {'m': 2.0}, or as an array of all of them, not "
+            f"as {brief(params)}"
+        ) from None
 
 
 def doubles(value: Any, what: str) -> Array:

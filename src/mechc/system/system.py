@@ -64,7 +64,7 @@ class System(Description):
         self.parameter_set = self._parameter_set()
         kinds = [self.quantities[name].kind for name in (*self.coordinates, *self.speeds)]
         self.angular = np.array([kind in ANGULAR for kind in kinds])
-        self.angles = np.flatnonzero(self.angular[: len(self.coordinates)])
+        self.angles = tuple(np.flatnonzero(self.angular[: len(self.coordinates)]).tolist())
         self.dimensionless = np.array([kind in DIMENSIONLESS for kind in kinds])
         first = len(self.coordinates) - len(self.states)
         self.dimensionless[first : len(self.coordinates)] = True

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import sympy.physics.mechanics as me
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.derive.kane import derive
 from mechc_codegen.description.mechanism import Mechanism
@@ -13,22 +14,13 @@ from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.read import read
 from sympy import Expr, Matrix, sin, symbols
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    RigidBody,
-    dynamicsymbols,
-    inertia,
-)
 
 import mechc
 
-t = dynamicsymbols._t
-x, q, v, u = dynamicsymbols("x q v u")
+t = me.dynamicsymbols._t
+x, q, v, u = me.dynamicsymbols("x q v u")
 m, m_a, l, I_a, g = symbols("m m_a l I_a g")
-N, O = ReferenceFrame("N"), Point("O")
+N, O = me.ReferenceFrame("N"), me.Point("O")
 O.set_vel(N, 0)
 A = N.orientnew("A", "Axis", (q, N.z))
 A.set_ang_vel(N, u * N.z)
@@ -38,10 +30,10 @@ P = C.locatenew("P", -l * A.y)
 P.v2pt_theory(C, N, A)
 
 
-def swinging(mass: Expr, *loads: Any) -> KanesMethod:
+def swinging(mass: Expr, *loads: Any) -> me.KanesMethod:
     """A particle on a rod whose pivot slides."""
-    kane = KanesMethod(N, [x, q], [v, u], [x.diff(t) - v, q.diff(t) - u])
-    bodies = [Particle("P", P, mass), RigidBody("rod", C, A, 1, (inertia(A, 0, 0, 1), C))]
+    kane = me.KanesMethod(N, [x, q], [v, u], [x.diff(t) - v, q.diff(t) - u])
+    bodies = [me.Particle("P", P, mass), me.RigidBody("rod", C, A, 1, (me.inertia(A, 0, 0, 1), C))]
     kane.kanes_equations(bodies, [(P, -m * g * N.y), *loads])
     return kane
 

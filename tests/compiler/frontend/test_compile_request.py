@@ -71,14 +71,19 @@ def test_whatever_decides_a_mechanism_changes_its_name_and_building_it_again_doe
     linkage = shipped_mechanism("four_bar", {})
     gravity, torque = (shipped_mechanism("four_bar", o) for o in ({}, {"crank_torque": True}))
     first, force = linkage.parameters[0], ((linkage.points[0], linkage.frame.x),)
+
+    def with_default(value: Any) -> Mechanism:
+        parameters = (replace(first, default=value), *linkage.parameters[1:])
+        return replace(linkage, parameters=parameters)
+
     others = [
         linkage, torque, replace(linkage, name="other"), replace(linkage, start={"theta_0": 1.0}),
-        replace(linkage, parameters=(replace(first, default=7.5), *linkage.parameters[1:])),
+        with_default(2 * linkage.parameters[1].symbol),
         replace(linkage, points=linkage.points[:-1]), replace(linkage, joints=()),
         replace(linkage, bodies=linkage.bodies[::-1]), replace(linkage, loads=force),
         replace(linkage, gravity=linkage.frame.x), replace(linkage, preference=None),
     ]  # fmt: skip
     names = [*map(name, others), name(linkage, fix={"g": 0}), name(linkage, outputs=())]
     assert len({*names}) == len(names)
-    assert name(linkage) == name(gravity)
+    assert name(linkage) == name(gravity) == name(with_default(7.5))
     assert name(replace(linkage, start={"theta_0": range(3)})) is None  # type: ignore[dict-item]

@@ -2,8 +2,17 @@
 
 import numpy as np
 import pytest
-from sympy import Symbol, sin
-from sympy.physics.mechanics import dynamicsymbols
+from sympy import Symbol, sin, symbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    Lagrangian,
+    Particle,
+    PrismaticJoint,
+    RigidBody,
+    System,
+    dynamicsymbols,
+)
 
 import mechc
 from mechc.compilation import build, cache
@@ -30,7 +39,30 @@ def test_parameters_without_a_value_are_asked_for_by_name(four_bar):
         four_bar.rhs(0.0, np.zeros(6))
     given = {k: v for k, v in VALUES.items() if k not in ("rho", "g")}
     with pytest.raises(MissingParameterError, match=r"need a value: g, rho\. Give them"):
-        four_bar.assemble({"q_0": 1.0}, params=given)
+        four_bar.simulate(1.0, np.zeros(6), given)
+
+
+def test_closing_the_loops_needs_the_lengths_only(four_bar):
+    lengths = {k: v for k, v in VALUES.items() if k not in ("rho", "g")}
+    y = four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=lengths)
+    np.testing.assert_allclose(
+        y, four_bar.assemble({"q_0": 1.0}, {"u_0": 2.0}, params=VALUES), atol=1e-13
+    )
+    assert four_bar.limits("q_0", lengths) == four_bar.limits("q_0", VALUES)
+    del lengths["l_3"]
+    with pytest.raises(MissingParameterError, match=r"need a value: l_3\. Give"):
+        four_bar.assemble({"q_0": 1.0}, params=lengths)
+
+
+def test_what_a_needed_default_follows_is_needed_too():
+    k = Symbol("k")
+    model = mechc.compile(four_bar_kane(), defaults={"l_3": 7 * k, "rho": k}, backend="numpy")
+    assert set(model.system.data["closing"]) == {"l_0", "l_1", "l_2", "l_3", "k"}
+    lengths = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0}
+    with pytest.raises(MissingParameterError, match=r"need a value: k, l_3\. Give"):
+        model.assemble({"q_0": 1.0}, params=lengths)
+    y = model.assemble({"q_0": 1.0}, params=lengths | {"k": 0.5})
+    assert np.abs(model.constraints(y, lengths | {"k": 0.5, "rho": 1.0, "g": 9.81})).max() < 1e-14
 
 
 def test_energy_power_and_momenta_balance(four_bar):
@@ -125,3 +157,98 @@ def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path)
     y = [0.0, 0.0, 3.0, 0.0]
     assert again.rhs(0.0, y)[2] == first.rhs(0.0, y)[2] == pytest.approx(-0.75)
     assert set(again.build["seconds"]) == {"read", "load"}
+
+
+# -- equations that are not formed ------------------------------------------------------------
+
+
+def spring_system(speed):
+    """A mass on a spring, by its potential energy, and a damper."""
+    q, (m, k, b) = dynamicsymbols("q"), symbols("m k b")
+    wall, bob = RigidBody("wall"), Particle("bob", mass=m)
+    system = System.from_newtonian(wall)
+    bob.potential_energy = k * q**2 / 2
+    system.add_joints(PrismaticJoint("slide", wall, bob, q, speed(q)))
+    system.add_loads((bob.masscenter, -b * speed(q) * system.x))
+    return system
+
+
+def own_speed(q):
+    return dynamicsymbols("u")
+
+
+def rates(thing, form=None):
+    defaults = {"m": 2.0, "k": 5.0, "b": 0.5}
+    model = mechc.compile(thing, form=form, defaults=defaults, backend="numpy")
+    return model.rhs(0.0, [0.4, 0.7]).tolist()
+
+
+@pytest.mark.filterwarnings("ignore::mechc.UnusedValueWarning")
+def test_a_system_that_is_not_formed_is_taken_by_the_method_asked_for():
+    system = spring_system(lambda q: q.diff(t))
+    assert rates(system, "lagrange") == pytest.approx([0.7, -(5 * 0.4 + 0.5 * 0.7) / 2], rel=1e-14)
+    assert rates(system, "kane") == pytest.approx([0.7, -0.5 * 0.7 / 2], rel=1e-14)
+    assert system.eom_method is None
+    system.form_eoms(LagrangesMethod)
+    assert rates(system) == rates(system, "lagrange")
+    assert rates(spring_system(own_speed), "kane") == rates(system, "kane")
+
+
+@pytest.mark.filterwarnings("ignore::mechc.UnusedValueWarning")
+def test_methods_whose_equations_are_not_formed_are_taken_when_asked():
+    formed = spring_system(own_speed)
+    expected = rates(formed, "kane")
+    formed.form_eoms()
+    made = formed.eom_method
+    kane = KanesMethod(
+        formed.frame, made.q, made.u, list(formed.kdes), bodies=made.bodies, forcelist=made.loads
+    )
+    assert rates(kane, "kane") == expected
+    system = spring_system(lambda q: q.diff(t))
+    bodies, loads = system.bodies, system.loads
+    lagrangian = Lagrangian(system.frame, *bodies)
+    lagrange = LagrangesMethod(lagrangian, system.q, loads, bodies, system.frame)
+    assert rates(lagrange, "lagrange") == rates(system, "lagrange")
+
+
+@pytest.mark.parametrize(
+    ("thing", "form", "words"),
+    [
+        (lambda: spring_system(own_speed), None, r"form='kane' or form='lagrange'"),
+        (lambda: spring_system(own_speed), "lagrange", "has u: make its joints"),
+        (lambda: spring_system(own_speed), "newton", "form is 'kane' or 'lagrange'"),
+        (lambda: LagrangesMethod(1, [dynamicsymbols("q")]), None, "form='lagrange'"),
+        (lambda: LagrangesMethod(1, [dynamicsymbols("q")]), "kane", "not for a LagrangesMethod"),
+    ],
+)
+def test_the_method_that_is_missing_or_does_not_fit_is_named(thing, form, words):
+    with pytest.raises(mechc.MechanismError, match=words):
+        mechc.compile(thing(), form=form, backend="numpy")
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        ({"inputs": [1]}, "inputs are given by name"),
+        ({"units": ["m"]}, "units are given by name"),
+        ({"fix": [("m", 1)]}, "parameters to fix are given by name"),
+        ({"states": 3}, r"states are given as .*not as 3"),
+        ({"inputs": {"F": lambda t: 0.0}}, r"give it with each run: .*inputs=\{'F': f\}"),
+    ],
+)
+def test_options_of_a_wrong_kind_are_named(asked, words):
+    with pytest.raises((TypeError, mechc.MechanismError), match=words):
+        mechc.compile(slider(), **asked)
+
+
+def test_a_single_constraint_needs_no_list():
+    x, y = dynamicsymbols("x y")
+    model = mechc.compile(slider(), configuration_constraints=x - y, backend="numpy")
+    assert len(model.constraint_names) == 1
+
+
+def test_a_gravity_without_a_direction_is_refused():
+    wall, bob = RigidBody("wall"), RigidBody("bob")
+    joint = PrismaticJoint("slide", wall, bob, *dynamicsymbols("q u"))
+    with pytest.raises(mechc.MechanismError, match=r"gravity is a vector, such as .*not 9\.81"):
+        mechc.from_joints("slider", [joint], gravity=9.81)

@@ -160,6 +160,7 @@ def test_what_is_given_of_a_start_replaces_its_own_and_the_rest_stays(capsys):
     np.testing.assert_allclose(told["q_end"], np.radians([60, 90]), atol=1e-9)
 
 
+@pytest.mark.slow
 def test_another_crank_angle_of_andrews_mechanism_is_assembled_as_it_is_published(run):
     """Of the ways that the loops close the one that goes over into the published start."""
     sol = run("andrews")
@@ -179,6 +180,7 @@ def test_a_start_follows_the_parameters():
                   ).max() < 1e-15  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_coordinate_for_which_there_is_no_freedom_leaves_the_others_as_a_guess(capsys):
     """The windows stay upright: each of them also closes crossed."""
     told = _run_json(capsys, "windows", "--start", "q_0=80deg", "--t-end", "1e-9")
@@ -243,6 +245,7 @@ def _run_json(capsys, *arguments):
     return json.loads(said.out)
 
 
+@pytest.mark.slow
 def test_a_run_ends_when_it_suits_the_mechanism(capsys):
     told = _run_json(capsys, "andrews")
     assert told["mechanism"] == "andrews"

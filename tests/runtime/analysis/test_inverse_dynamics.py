@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 from sympy import Symbol
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    dynamicsymbols,
-)
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 

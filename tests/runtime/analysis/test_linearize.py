@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 import scipy.signal
 from sympy import Symbol, cos, sin
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    dynamicsymbols,
-)
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 

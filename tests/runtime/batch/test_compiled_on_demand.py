@@ -1,5 +1,6 @@
 """Batches of a scene of one's own: without loops, oddly named, in another process by its key."""
 
+import json
 import subprocess
 import sys
 
@@ -10,12 +11,13 @@ import mechc
 from tests.support.pendulums import pendulum
 
 AGAIN = """
-import sys, numpy as np
+import json, sys, numpy as np
 from mechc.batch.simulate import simulate_batch
 from mechc.batch.spec import Assembly
 from mechc.compilation.find import system_of
 from mechc.system.reference import ModelReference
-system = system_of(ModelReference("odd", custom=True, key=sys.argv[1]))
+reference = ModelReference("odd", custom=True, key=sys.argv[1], defaults=json.loads(sys.argv[2]))
+system = system_of(reference)
 batch = simulate_batch(system, 1.0, Assembly({"q/$x": np.linspace(0, 1, 5)}), threads=1)
 print(batch.y.tobytes().hex())
 """
@@ -46,7 +48,8 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
     data = xarray.open_zarr(tmp_path / "batch" / "data.zarr", consolidated=False)
     assert np.array_equal(data.reduction_0, batch["max(kinetic_energy)"])
     again = mechc.open(tmp_path / "batch")
-    assert again.model is model
+    assert again.model.build["key"] == model.build["key"]
+    assert again.model.defaults == model.defaults
     assert np.array_equal(again.y, batch.y)
     with pytest.raises(mechc.MechcError, match="the model 'four_bar' has others"):
         mechc.open(tmp_path / "batch", mechc.load("four_bar"))
@@ -54,6 +57,7 @@ def test_odd_names_are_stored_and_read_again(model, tmp_path):
 
 def test_another_process_finds_it_by_its_key_alone(model):
     batch = model.simulate_batch(1.0, START)
-    command = [sys.executable, "-c", AGAIN, model.build["key"]]
+    defaults = json.dumps(model.system.reference.defaults)
+    command = [sys.executable, "-c", AGAIN, model.build["key"], defaults]
     told = subprocess.run(command, check=True, capture_output=True, text=True).stdout
     assert told.strip() == batch.y.tobytes().hex()

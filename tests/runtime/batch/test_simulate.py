@@ -181,6 +181,46 @@ def test_outputs_are_reduced_and_kept(model, regular, method):
     assert batch["final(theta_0)"][0] == sol["theta_0"][-1]
 
 
+def test_reductions_together_are_those_that_each_is_by_itself(model, drawn, method):
+    """Quantities share what they look at; a run that ends at a crossing has looked beyond it."""
+    start, params = drawn
+    asked = (
+        "range(energy)", "max(energy)", "mean(energy)", "first(kinetic_energy > 20)",
+        "max(norm(multipliers))", "range(points[3, 1])",
+    )  # fmt: skip
+    for until in (None, "kinetic_energy > 25"):
+        together = model.simulate_batch(
+            2.0, start, params, reduce=asked, method=method, until=until
+        )
+        for each in asked:
+            alone = model.simulate_batch(
+                2.0, start, params, reduce=each, method=method, until=until
+            )
+            name = each.replace(" ", "")
+            assert np.array_equal(alone[name], together[name], equal_nan=True), name
+
+
+def test_a_reduction_may_be_a_pair_by_name(model, regular):
+    params, start = regular
+    single = model.simulate_batch(1.0, start, params, reduce=("max", "theta_2"))
+    two = model.simulate_batch(1.0, start, params, reduce=("max(theta_2)", "min(theta_2)"))
+    assert single["max(theta_2)"] == two["max(theta_2)"]
+    assert two["min(theta_2)"] < two["max(theta_2)"]
+
+
+def test_extremes_and_means_of_the_energies_are_those_of_the_motion(model, regular, method):
+    params, start = regular
+    asked = ("max(kinetic_energy)", "mean(kinetic_energy)", "range(energy)")
+    batch = model.simulate_batch(5.0, start, params, reduce=asked, method=method)
+    sol = model.simulate(5.0, start, params, method=method)
+    t = np.linspace(0, 5, 50_001)
+    kinetic = model.kinetic_energy(sol(t), params)
+    energy = model.energy(sol(t), params)
+    assert kinetic.max() - 1e-12 <= batch["max(kinetic_energy)"][0] <= kinetic.max() + 1e-5
+    assert batch["mean(kinetic_energy)"][0] == pytest.approx(np.trapezoid(kinetic, t) / 5, rel=1e-7)
+    assert np.ptp(sol.energy) <= batch["range(energy)"][0] <= 1.05 * np.ptp(energy)
+
+
 def test_change_points_are_counted_and_warned_about_once(model, method):
     start = model.assemble({"theta_0": np.radians(85)})
     batch = model.simulate_batch(3.0, np.tile(start, (4, 1)), method=method)

@@ -62,7 +62,7 @@ import warnings
 import mechc
 from mechc.compilation import build, entries
 from mechc.compilation.toolchain import processor
-from tests.support.first_units import MadeOnRequest
+from tests.support.compilation import MadeOnRequest
 from tests.support.pendulums import pendulum
 build.Pending = MadeOnRequest
 derived = []
@@ -109,7 +109,7 @@ KANE = """
 import mechc
 from mechc.compilation import build, entries
 from mechc.compilation.toolchain import processor
-from tests.support.first_units import MadeOnRequest
+from tests.support.compilation import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
 build.Pending = MadeOnRequest
 derived = []

@@ -9,13 +9,15 @@ import time
 
 import numpy as np
 import pytest
+from sympy import Symbol
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.compilation import build, cache, entries, toolchain
 from mechc.compilation.pending import Pending
 from mechc.compilation.toolchain import processor
 from mechc.errors import CompilerError, MechcError, UnknownNameError
-from tests.support import ROOT
+from tests.support import ROOT, scenes
 from tests.support.pendulums import pendulum
 
 
@@ -122,6 +124,15 @@ def test_the_same_again_is_the_same_object_and_compiles_nothing(monkeypatch):
     assert model.capsule
     monkeypatch.setattr(entries, "make_whole", lambda *_: pytest.fail("compiled again"))
     assert mechc.compile(pendulum()) is model
+
+
+def test_defaults_of_a_mechanism_do_not_decide_what_is_compiled(monkeypatch):
+    model = mechc.compile(scenes.bead_with(Symbol("f") * dynamicsymbols("q"), default=2.0))
+    monkeypatch.setattr(entries, "make_outputs_only", lambda *_: pytest.fail("compiled again"))
+    other = mechc.compile(scenes.bead_with(Symbol("f") * dynamicsymbols("q"), default=3.0))
+    assert other.system.reference.key == model.system.reference.key
+    assert (model.defaults, other.defaults) == ({"f": 2.0}, {"f": 3.0})
+    assert other.rhs(0.0, [0.5, 0.0])[1] == 1.5 * model.rhs(0.0, [0.5, 0.0])[1] == 1.5
 
 
 RUN = """

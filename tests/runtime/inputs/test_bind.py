@@ -6,15 +6,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from sympy import Rational, Symbol, sin
-from sympy.physics.mechanics import (
-    KanesMethod,
-    Particle,
-    Point,
-    ReferenceFrame,
-    dynamicsymbols,
-)
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
+from tests.support.pendulums import pushed_mass
 
 t = dynamicsymbols._t
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
@@ -22,22 +17,9 @@ VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 MASS, END = 2.0, 3.1
 
 
-def slider():
-    """A mass on a spring, pushed by the input F."""
-    q, u, push = dynamicsymbols("q u F")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
-    load = (push - Symbol("k") * q) * frame.x
-    kane.kanes_equations([Particle("body", point, Symbol("m"))], [(point, load)])
-    return kane, {"power": push * u}
-
-
 @pytest.fixture(scope="module")
 def pushed():
-    kane, power = slider()
+    kane, power = pushed_mass(), {"power": dynamicsymbols("F") * dynamicsymbols("u")}
     defaults = {"m": MASS, "k": 0.0}
     return mechc.compile(kane, name="slider", defaults=defaults, outputs=("energy", power))
 
@@ -51,6 +33,22 @@ def closed_form(signal, end=END):
         force = 0.5 * (high - low) * weights * signal(s) / MASS
         u, q = u + force.sum(), q + (force * (end - s)).sum()
     return np.array([q, u])
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        lambda t: 3.0 * np.cos(2.0 * t),
+        lambda t, q, u: -2.0 * u[0] + q[0],
+        mechc.Signal([0.0, 1.0, 1.1, 1.2, 6.0], [0.0, 0.0, 40.0, 0.0, 0.0], "linear"),
+        mechc.Signal([0.0, 1.0, 2.0, 6.0], [0.0, 7.0, -2.0, 0.0], "previous"),
+    ],
+    ids=["of time", "of the state", "a pulse", "steps"],
+)
+def test_the_energy_is_a_balance_with_the_work_of_inputs(pushed, force):
+    sol = pushed.simulate(5.0, [1.0, 0.5], {"k": 3.0}, inputs={"F": force})
+    assert np.ptp(sol.energy) > 0.1 * sol.energy.max()
+    assert sol.energy_drift < 1e-8
 
 
 @pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
@@ -390,4 +388,4 @@ def test_batches_and_c_functions_refuse_what_is_given_with_a_run(pushed):
 
 def test_without_compiled_code_inputs_must_be_expressions():
     with pytest.raises(mechc.MechcError, match="given with a run need compiled code"):
-        mechc.compile(slider()[0], backend="numpy")
+        mechc.compile(pushed_mass(), backend="numpy")

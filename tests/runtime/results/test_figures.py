@@ -143,6 +143,27 @@ def test_energy_change_is_readable_at_rounding_level() -> None:
     assert 0.5 < max(np.abs(change.get_lines()[0].get_ydata())) < 20.0
 
 
+class Driven(fake_linkage.FakeSolution):
+    """Energy that 3 t joules of work were done on, of which the motion knows nothing."""
+
+    @property
+    def work(self) -> Any:
+        return self.work_until(self.t)
+
+    def work_until(self, times: Any) -> Any:
+        return 3.0 * np.asarray(times)
+
+
+def test_where_work_is_done_what_it_does_not_explain_is_drawn() -> None:
+    run = fake_linkage.run()
+    plain, driven = (plot.energy(sol).axes[1] for sol in (run, Driven(run.model, run.t)))
+    assert "change of total energy" in plain.get_ylabel()
+    assert "change of energy less work" in driven.get_ylabel()
+    t, change = driven.lines[0].get_data()
+    assert np.polyfit(t, change, 1)[0] < 0  # energy is kept, the work is missing
+    assert np.abs(np.diff(change, 2)).max() < 1e-6 * np.ptp(change)
+
+
 def test_an_energy_that_never_changes_is_drawn_flat() -> None:
     resting = replace(fake_linkage.run(), t=np.array([0.0, 1e-9]))
     low, high = plot.energy(resting).axes[1].get_ylim()

@@ -1,9 +1,15 @@
-"""The energy of a finished run against the work that was done: a warning where it is far off."""
+"""The energy of a run against the work that was done on it, and a warning where it is far off."""
 
 import numpy as np
 import pytest
 from sympy import cos
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    dynamicsymbols,
+)
 
 import mechc
 from mechc.simulation.balance import energy_note, explained, imbalance
@@ -88,3 +94,75 @@ def test_a_run_that_ends_early_is_not_judged(model, regular):
     params, start = regular
     sol = model.simulate(20.0, start, params, max_steps=20)
     assert "energy" not in str(sol.status)
+
+
+# -- the work done ----------------------------------------------------------------------------
+
+MASS = 2.0
+DRIVEN = -u / 2 + 3 * cos(2 * dynamicsymbols._t)
+START = {q: 1.0, u: 0.5}
+
+
+def driven_bead(force):
+    """A bead of 2 kg on a straight wire under a force, with its kinetic energy alone."""
+    N, O, P = ReferenceFrame("N"), Point("O"), Point("P")
+    O.set_vel(N, 0)
+    P.set_pos(O, q * N.x)
+    P.set_vel(N, u * N.x)
+    kane = KanesMethod(N, [q], [u], [q.diff() - u])
+    kane.kanes_equations([Particle("bead", P, MASS)], [(P, force * N.x)])
+    return mechc.compile(kane, backend="numpy")
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_where_energy_is_conserved_no_work_is_done(model, regular, method):
+    params, start = regular
+    sol = model.simulate(5.0, start, params, method=method)
+    assert np.all(sol.work == 0.0)
+    change = np.abs(sol.energy - sol.energy[0]).max()
+    assert sol.energy_drift == change / model.kinetic_energy(sol.y, params).max()
+
+
+def test_the_work_of_a_damper_and_of_a_force_of_time_is_theirs():
+    model = driven_bead(DRIVEN)
+    sol = model.simulate(5.0, START, rtol=1e-10)
+    t = np.linspace(0, 5, 5001)
+    speed = sol(t)[:, 1]
+    power = speed * (-speed / 2 + 3 * np.cos(2 * t))
+    work = np.concatenate([[0.0], np.cumsum((power[1:] + power[:-1]) / 2 * np.diff(t))])
+    np.testing.assert_allclose(sol.work_until(t), work, atol=1e-6 * np.abs(work).max())
+    assert np.ptp(sol.energy) > 0.1
+    assert sol.energy_drift < 1e-9
+    shown = model.simulate(5.0, START, rtol=1e-10, t_eval=[1.0, 2.0])
+    np.testing.assert_allclose(shown.work, sol.work_until([1.0, 2.0]), rtol=1e-12)
+    assert shown.energy_drift == sol.energy_drift
+
+
+def test_backwards_too():
+    sol = driven_bead(-u / 2).simulate((5.0, 0.0), START)
+    assert sol.energy[-1] > sol.energy[0]
+    np.testing.assert_allclose(sol.work, sol.energy - sol.energy[0], atol=1e-8)
+
+
+def test_what_a_reset_takes_away_is_work():
+    floor = mechc.Event(lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -0.5 * u))
+    sol = driven_bead(-u / 5).simulate(1.6, {q: 1.0, u: -1.0}, events=[floor])
+    before, after = sol.segments[0].y1, sol.segments[1].y0
+    (at,) = np.flatnonzero(np.diff(sol.t) == 0.0)
+    lost = MASS / 2 * (before[1] ** 2 - after[1] ** 2)
+    assert sol.work[at] - sol.work[at + 1] == pytest.approx(lost, rel=1e-9)
+    assert sol.energy_drift < 1e-9
+
+
+def test_without_dense_output_only_a_conserved_energy_is_judged(model, regular):
+    params, start = regular
+    assert model.simulate(5.0, start, params, dense=False).energy_drift < 1e-9
+    sol = driven_bead(-u / 5).simulate(1.0, START, dense=False)
+    assert np.isnan(sol.energy_drift)
+    assert np.isnan(sol.work).all()
+
+
+def test_a_loose_run_is_out_of_balance():
+    model = driven_bead(DRIVEN)
+    loose, tight = (model.simulate(5.0, START, rtol=rtol) for rtol in (1e-3, 1e-9))
+    assert loose.energy_drift > 100 * tight.energy_drift

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sympy import Matrix
 
-from mechc.errors import ValueOutOfBoundsError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.settings import checked_times
 
 SPAN = (-0.25, 3.0)
@@ -69,3 +70,31 @@ def test_times_beyond_the_span_are_refused(times):
 def test_times_that_do_not_advance_are_refused(times):
     with pytest.raises(ValueOutOfBoundsError, match="strictly"):
         checked_times(times, SPAN)
+
+
+@pytest.mark.parametrize(
+    ("scipys", "ours"), [("RK45", "dopri5"), ("DOP853", "dop853"), ("Radau", "radau5")]
+)
+def test_methods_have_scipys_names_too(model, regular, scipys, ours):
+    params, start = regular
+    runs = [model.simulate(0.5, start, params, method=method) for method in (scipys, ours)]
+    assert np.array_equal(runs[0].y, runs[1].y)
+    assert runs[0].policy == runs[1].policy
+
+
+def test_a_method_that_is_only_scipys_is_refused(model, regular):
+    with pytest.raises(UnknownNameError, match=r"no method is called 'LSODA'; known are auto, "):
+        model.simulate(0.5, regular[1], regular[0], method="LSODA")
+
+
+def test_a_start_may_be_a_column_and_nothing_else(model, regular):
+    params, start = regular
+    sol = model.simulate(0.5, Matrix(start.tolist()), params)
+    assert np.array_equal(sol.y, model.simulate(0.5, start, params).y)
+    with pytest.raises(ValueError, match=r"y0 must have the shape \(6,\)"):
+        model.simulate(0.5, start.reshape(2, 3), params)
+
+
+def test_a_wrong_number_of_tolerances_is_named(model, regular):
+    with pytest.raises(ValueOutOfBoundsError, match="each of the 6 components of a state"):
+        model.simulate(0.5, regular[1], regular[0], atol=[1e-9, 1e-9])

@@ -4,33 +4,19 @@ import math
 
 import numpy as np
 import pytest
-from sympy import Symbol
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
+from tests.support.pendulums import pushed_mass
 
 MASS, STIFFNESS, DT = 2.0, 30.0, 1e-3
 METHODS = ("gauss8", "dop853", "dopri5", "radau5")
-T = dynamicsymbols._t
-
-
-def cart():
-    """A mass on a spring, pushed by the input F."""
-    q, u, push = dynamicsymbols("q u F")
-    frame, origin = ReferenceFrame("N"), Point("O")
-    origin.set_vel(frame, 0)
-    point = origin.locatenew("P", q * frame.x)
-    point.set_vel(frame, u * frame.x)
-    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(T) - u])
-    load = (push - Symbol("k") * q) * frame.x
-    kane.kanes_equations([Particle("cart", point, Symbol("m"))], [(point, load)])
-    return kane
 
 
 @pytest.fixture(scope="module")
 def pushed():
     defaults = {"m": MASS, "k": STIFFNESS}
-    return mechc.compile(cart(), name="cart", defaults=defaults, outputs=("energy",))
+    return mechc.compile(pushed_mass(), name="cart", defaults=defaults, outputs=("energy",))
 
 
 def after(q, u, force, dt=DT):

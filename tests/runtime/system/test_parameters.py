@@ -94,3 +94,9 @@ def test_options_that_a_mechanism_does_not_have_are_met_with_the_nearest():
 
 def test_an_option_switched_off_is_the_shipped_model(model):
     assert mechc.load("four_bar", friction=False) is model
+
+
+@pytest.mark.parametrize("given", [[("l_3", 3.5)], zip(["l_3"], [3.5], strict=True), 3 + 4j, "l_3"])
+def test_parameters_of_a_wrong_kind_are_named(model, given):
+    with pytest.raises(TypeError, match="parameters are given by name, such as"):
+        model.rhs(0.0, np.zeros(6), given)

@@ -278,7 +278,7 @@ def falling_cat() -> Script:
 
 
 @published(
-    "D. R. Crist, J. G. Eisley, Motion and stability of a spinning spring-mass system (1970)"
+    "A. K. Misra, V. J. Modi, A survey on the dynamics and control of tethered satellites (1986)"
 )
 def elastic_tether_in_orbit() -> Script:
     R, nu, L, phi = me.dynamicsymbols("R nu L phi")

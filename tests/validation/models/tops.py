@@ -148,7 +148,7 @@ def tippe_top() -> Script:
     return Script(kane, constants, start, 0.3)
 
 
-@published("J. P. Den Hartog, Mechanical Vibrations (1956): a gyroscopic pendulum on a bearing")
+@published("A. G. Greenhill, Gyroscope and Gyrostat, Encyclopaedia Britannica (1911): a pendulum")
 def gyropendulum() -> Script:
     alpha, beta, spin = me.dynamicsymbols("alpha beta phi")
     m, l, A, C, g = sm.symbols("m l A C g", positive=True)

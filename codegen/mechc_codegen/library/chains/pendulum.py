@@ -9,11 +9,10 @@ from sympy.physics.mechanics import Particle, ReferenceFrame, dynamicsymbols
 
 from mechc_codegen.description.mechanism import Drawing, Mechanism
 from mechc_codegen.library.parts import (
-    coordinates,
     fixed_point,
+    joint_angles,
     located,
     parameter,
-    speeds,
     weight,
 )
 
@@ -41,9 +40,7 @@ def pendulum(links: int = 1) -> Mechanism:
         title=TITLES.get(links, f"Pendulum of {links} links"),
         frame=r,
         origin=origin,
-        coordinates=coordinates(theta, "rad", *[f"angle of link {k}" for k in range(links)]),
-        speeds=speeds(omega, "rad/s", *[f"angular velocity of link {k}" for k in range(links)]),
-        kinematics=tuple(omega),
+        **joint_angles(theta, omega, [f"of link {k}" for k in range(links)], "angular velocity"),
         parameters=(
             *[parameter(m[k], 1.0, "kg", f"mass {k}", positive=True) for k in range(links)],
             *[parameter(l[k], 1.0, "m", f"length {k}", positive=True) for k in range(links)],

@@ -8,7 +8,7 @@ from sympy import Symbol
 from sympy.physics.mechanics import Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 from mechc_codegen.description.mechanism import Closure, Drawing, Mechanism
-from mechc_codegen.library.parts import coordinates, fixed_point, parameter, speeds
+from mechc_codegen.library.parts import fixed_point, joint_angles, parameter
 
 l, m, g = Symbol("l"), Symbol("m"), Symbol("g")
 
@@ -51,9 +51,7 @@ def _chain(count: int, *, spatial: bool) -> Mechanism:
         title=f"Chain of {count} {'bar' if spatial else 'rod'}{'s' if count > 1 else ''}",
         frame=r,
         origin=origin,
-        coordinates=coordinates(q, "rad", *[f"angle at hinge {k}" for k in range(count)]),
-        speeds=speeds(u, "rad/s", *[f"rate at hinge {k}" for k in range(count)]),
-        kinematics=tuple(u),
+        **joint_angles(q, u, [f"at hinge {k}" for k in range(count)]),
         parameters=(
             parameter(l, 1.0, "m", "length of every link", positive=True),
             parameter(m, 1.0, "kg", "mass of every link", positive=True),

@@ -22,11 +22,10 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
 from mechc_codegen.library.parts import (
-    coordinates,
     fixed_point,
+    joint_angles,
     located,
     parameter,
-    speeds,
     weight,
 )
 
@@ -99,9 +98,7 @@ def _linkage(
         title=f"Four-bar with redundant constraints: {name}",
         frame=r,
         origin=origin,
-        coordinates=coordinates(theta, "rad", *[f"angle of the {LINKS[k]}" for k in range(size)]),
-        speeds=speeds(omega, "rad/s", *[f"rate of the {LINKS[k]}" for k in range(size)]),
-        kinematics=tuple(omega),
+        **joint_angles(theta, omega, [f"of the {LINKS[k]}" for k in range(size)]),
         parameters=(
             *(parameter(l[k], k + 1.0, "m", f"length {k}", positive=True) for k in range(4)),
             *(parameter(m[k], k + 1.0, "kg", f"mass {k}", positive=True) for k in range(3)),

@@ -1,9 +1,9 @@
-/* Numbers that cross between compiled code and whoever drives it: each is written here, once. */
+/* Numbers that compiled code and its callers share: each is written here, once. */
 #pragma once
 
-/* Components of a state up to which work space is below half a megabyte and a step takes a moment:
- * beyond, work has a stack of its own, and a step that is under way can be given up. */
-#define MECHC_WIDE 90
+/* Components of a state up to which work space is below half a megabyte and a step is short; wider
+ * scenes work on a stack of their own, and a step that has begun can be given up. */
+#define MECHC_WIDE 64
 
 /* How a run, or the projection of one state, ended. */
 typedef enum {

@@ -33,7 +33,7 @@ static inline size_t mechc_stack_of(int width)
 /* Bytes of stack that work on a scene of this width takes at most. */
 static inline size_t mechc_stack_needed(int width)
 {
-    return width < MECHC_WIDE ? (size_t)640 << 10 : mechc_stack_of(width);
+    return width < MECHC_WIDE ? (size_t)512 << 10 : mechc_stack_of(width);
 }
 
 /* Begin work(data), with a stack of so many bytes, of which only what is touched takes memory; 0 if

@@ -1,4 +1,4 @@
-/* The binary interface between a compiled scene and whoever drives it. */
+/* The binary interface between a compiled scene and its callers. */
 #pragma once
 
 #include <stddef.h>

@@ -1,8 +1,8 @@
 /* Many runs of one compiled scene, each exactly the run that one trajectory makes.
  *
  * Threads take members from a common counter, as many at a time as run in lockstep; one
- * that ends makes room for the next.  A member's trajectory is drained every few steps into what
- * was asked for (reductions, states at given times), so that memory does not grow with its length.
+ * that ends makes room for the next.  Every few steps a member's trajectory is reduced to what was
+ * requested (reductions, states at given times) and dropped, so that memory does not grow with it.
  */
 #pragma once
 
@@ -13,9 +13,9 @@
 #include "abi/model.h"
 #include "batch/reductions.h"
 
-#define MECHC_BATCH_PIECE 48 /* steps between drains */
-#define MECHC_BATCH_LOOK 256 /* components of states stepped on between looks at the stop flag */
-#define MECHC_BATCH_STOPPING 6 /* likewise, where a crossing may end the run */
+#define MECHC_BATCH_PIECE 48 /* steps between reductions of the trajectory */
+#define MECHC_BATCH_COMPONENTS 256 /* components advanced between checks of the stop flag */
+#define MECHC_BATCH_STOPPING 6 /* the same, where a crossing may end the run */
 
 typedef struct {
     const mechc_unit *unit;
@@ -44,8 +44,8 @@ typedef struct {
     double *state, *scale;
     mechc_reducer reducer;
     ptrdiff_t member;  /* -1: none */
-    ptrdiff_t reached; /* times of t_eval that are behind it */
-    long taken;        /* attempted steps whose results are taken in */
+    ptrdiff_t reached; /* times of t_eval that it has passed */
+    long taken;        /* attempted steps whose results are reduced */
 } mechc_batch_slot;
 
 /* What one thread works with. */
@@ -106,8 +106,8 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, d
     return moved[0] <= allowed && moved[1] <= allowed * fastest;
 }
 
-/* States at the asked times that lie in the steps at hand, up to `end`; a time just there counts
- * where nothing follows. */
+/* States at the requested times within the steps that are kept, up to `end`; a time equal to `end`
+ * counts where no step follows. */
 static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
                                  const mechc_trajectory *steps, double end, int last,
                                  ptrdiff_t *reached)
@@ -183,7 +183,7 @@ static long mechc_batch_attempts(const mechc_run *run)
     return run->stats.steps + run->stats.rejected;
 }
 
-/* Take in the steps at hand; the status after them. */
+/* Reduce the steps that are kept; the status after them. */
 static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
 {
     mechc_trajectory *steps = &slot->run->trajectory;
@@ -206,7 +206,7 @@ static void mechc_batch_end(mechc_batch *batch, ptrdiff_t member, int status)
     if (status != MECHC_NOT_RUN) __atomic_fetch_add(&batch->done, 1, __ATOMIC_RELAXED);
 }
 
-/* The member's run is over, or given up where the stop flag came first. */
+/* The member's run has ended, or is given up since the stop flag was set. */
 static void mechc_batch_release(mechc_batch *batch, mechc_batch_slot *slot, int status)
 {
     batch->unit->release(slot->run);
@@ -257,7 +257,7 @@ static int mechc_batch_fill(mechc_batch *batch, mechc_batch_worker *worker)
     return busy;
 }
 
-/* Attempted steps until the results of some run are to be taken in. */
+/* Attempted steps until the results of some run are to be reduced. */
 static long mechc_batch_ahead(const mechc_batch_worker *worker, long piece)
 {
     long ahead = piece;
@@ -270,8 +270,8 @@ static long mechc_batch_ahead(const mechc_batch_worker *worker, long piece)
     return ahead > 0 ? ahead : 1;
 }
 
-/* Take in what has come so far of runs that ended or went a piece of the way.  Which steps are
- * taken in together must not depend on other members where a crossing among them ends the run. */
+/* Reduce the steps of runs that have ended or have made enough of them.  Which steps are reduced
+ * together must not depend on other members where a crossing among them ends the run. */
 static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, long piece)
 {
     for (int i = 0; i < worker->width; i++) {
@@ -286,14 +286,14 @@ static void mechc_batch_collect(mechc_batch *batch, mechc_batch_worker *worker, 
     }
 }
 
-/* Go on by `ahead` attempts, or until a run ends or the stop flag comes: a step of a wide system,
- * whose cost grows up to the cube of its width, takes as long as very many of a narrow one. */
+/* Advance by `ahead` attempts, or until a run ends or the stop flag is set.  Pieces are shorter the
+ * wider the system, since the cost of a step grows up to the cube of its width. */
 static void mechc_batch_advance(mechc_batch *batch, mechc_batch_worker *worker, int busy,
                                 long ahead)
 {
-    const long look = 1 + MECHC_BATCH_LOOK / batch->width;
-    for (long left = ahead; left > 0; left -= look) {
-        const long some = left < look ? left : look;
+    const long piece = 1 + MECHC_BATCH_COMPONENTS / batch->width;
+    for (long left = ahead; left > 0; left -= piece) {
+        const long some = left < piece ? left : piece;
         if (__atomic_load_n(&batch->stop, __ATOMIC_RELAXED)) return;
         if (batch->lockstep) batch->unit->advance_lockstep(worker->busy, busy, some);
         else batch->unit->advance(worker->busy[0], some);

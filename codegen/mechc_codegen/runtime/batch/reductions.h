@@ -1,147 +1,42 @@
-/* Numbers that stand for a whole trajectory: extremes, means and first crossings of a quantity.
+/* A trajectory reduced to numbers: extremes, means and first crossings of a quantity.
  *
- * A quantity is looked at eight times in every step on the dense output, and extremes and crossings
- * seen there are refined; means are Gauss-Legendre sums over the steps.
+ * A quantity is sampled eight times in every step on the dense output, and extremes and crossings
+ * found there are refined; means are Gauss-Legendre sums over the steps.
  */
 #pragma once
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include "abi/codes.h"
 #include "abi/model.h"
+#include "batch/samples.h"
 
-#define MECHC_LOOKS 8 /* a step */
 #define MECHC_FINE 3e-6 /* of a step: an extreme placed so is right to the square of it */
-
 #define MECHC_LEVEL 1e-12
 
-/* One reduction of one quantity: a component of the state, or of an output. */
-typedef struct {
-    int reduction, form;
-    int output, second; /* -1: the state; second: added to it, or -1 */
-    int component;
-    int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
-    int terminal;       /* the run ends at this crossing */
-    double level;
-} mechc_quantity;
-
-typedef struct {
-    const mechc_unit *unit;
-    int width, widest, quantities;
-    const mechc_quantity *quantity;
-    const double *p;
-    const mechc_inputs *inputs;
-    double t0;
-    double stop;    /* when a terminal crossing came, or NaN */
-    double *value;  /* a quantity each: the result so far */
-    int *known;
-    double *states, *outputs; /* for the looks of one step */
-} mechc_reducer;
-
-/* The step at hand, and what is looked at in it. */
+/* A step and the quantity that is sampled in it. */
 typedef struct {
     mechc_reducer *reducer;
     const mechc_quantity *quantity;
     const mechc_trajectory *steps;
     ptrdiff_t step;
-    double end;  /* the fraction of the step that counts */
+    double end;  /* the fraction of the step up to which it counts */
     double sign; /* extremes are sought as minima of sign * quantity */
-} mechc_look;
+} mechc_probe;
 
-static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, int width,
-                              int quantities, const mechc_quantity *quantity)
+static double mechc_probe_time(const mechc_probe *probe, double s)
 {
-    const size_t some = (size_t)(quantities > 0 ? quantities : 1), looks = MECHC_LOOKS + 1;
-    reducer->unit = unit;
-    reducer->width = width;
-    reducer->quantities = quantities;
-    reducer->quantity = quantity;
-    reducer->widest = 1;
-    for (int i = 0; i < unit->output_count; i++)
-        if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
-    reducer->value = malloc(some * sizeof(double));
-    reducer->known = malloc(some * sizeof(int));
-    reducer->states = malloc(looks * (size_t)width * sizeof(double));
-    reducer->outputs = malloc(2 * looks * (size_t)reducer->widest * sizeof(double));
-    return reducer->value && reducer->known && reducer->states && reducer->outputs;
-}
-
-static void mechc_reducer_free(mechc_reducer *reducer)
-{
-    free(reducer->value);
-    free(reducer->known);
-    free(reducer->states);
-    free(reducer->outputs);
-}
-
-static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
-{
-    reducer->p = options->p;
-    reducer->inputs = options->inputs;
-    reducer->t0 = options->t0;
-    reducer->stop = NAN;
-    for (int i = 0; i < reducer->quantities; i++) {
-        reducer->known[i] = 0;
-        reducer->value[i] = 0.0;
-    }
-}
-
-/* Output `output` of `count` states. */
-static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
-                                const double *t, const double *states, double *out)
-{
-    const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {reducer->p, 0};
-    reducer->unit->outputs[output].evaluate(count, times, rows, p, reducer->inputs, out);
-}
-
-/* One number from the values of an output at one state. */
-static double mechc_reduce_form(const mechc_quantity *quantity, const double *values, int width)
-{
-    double square = 0.0;
-    if (quantity->form != MECHC_NORM) {
-        const double value = values[quantity->component];
-        return quantity->form == MECHC_ABSOLUTE ? fabs(value) : value;
-    }
-    for (int i = 0; i < width; i++) square += values[i] * values[i];
-    return sqrt(square);
-}
-
-/* The quantity at `count` <= MECHC_LOOKS + 1 states. */
-static void mechc_reduce_states(const mechc_reducer *reducer, const mechc_quantity *quantity,
-                                ptrdiff_t count, const double *t, const double *states,
-                                double *out)
-{
-    const double *values = states;
-    int width = reducer->width;
-    if (quantity->output >= 0) {
-        width = reducer->unit->outputs[quantity->output].width;
-        values = reducer->outputs;
-        mechc_reduce_output(reducer, quantity->output, count, t, states, reducer->outputs);
-    }
-    for (ptrdiff_t i = 0; i < count; i++)
-        out[i] = mechc_reduce_form(quantity, values + i * width, width);
-    if (quantity->second < 0) return;
-    double *others = reducer->outputs + (MECHC_LOOKS + 1) * reducer->widest;
-    width = reducer->unit->outputs[quantity->second].width;
-    mechc_reduce_output(reducer, quantity->second, count, t, states, others);
-    for (ptrdiff_t i = 0; i < count; i++) out[i] += others[i * width + quantity->component];
-}
-
-static double mechc_look_time(const mechc_look *look, double s)
-{
-    const double *t = look->steps->t + look->step;
-    return s <= 0.0 ? t[0] : s >= 1.0 ? t[1] : t[0] + s * (t[1] - t[0]);
+    return mechc_time_in(probe->steps, probe->step, s);
 }
 
 /* One component on the polynomial of the step, unprojected: within the tolerance of the run. */
-static double mechc_look_component(const mechc_look *look, double s)
+static double mechc_probe_component(const mechc_probe *probe, double s)
 {
-    const mechc_trajectory *steps = look->steps;
+    const mechc_trajectory *steps = probe->steps;
     const ptrdiff_t width = steps->width;
-    const int component = look->quantity->component;
-    const double *rows = steps->dense + look->step * width * steps->dense_rows + component;
-    const double *y = steps->y + look->step * width + component;
+    const int component = probe->quantity->component;
+    const double *rows = steps->dense + probe->step * width * steps->dense_rows + component;
+    const double *y = steps->y + probe->step * width + component;
     double sum = 0.0;
     if (s >= 1.0) return y[width];
     for (int row = steps->dense_rows - 1; row >= 0; row--)
@@ -150,41 +45,46 @@ static double mechc_look_component(const mechc_look *look, double s)
 }
 
 /* The quantity at `count` fractions of the step. */
-static void mechc_look_many(const mechc_look *look, ptrdiff_t count, const double *s, double *out)
+static void mechc_probe_many(const mechc_probe *probe, ptrdiff_t count, const double *s,
+                             double *out)
 {
-    const mechc_reducer *reducer = look->reducer;
-    const mechc_quantity *quantity = look->quantity;
-    double t[MECHC_LOOKS + 1];
-    if (quantity->output < 0 && quantity->form != MECHC_NORM) {
+    const mechc_reducer *reducer = probe->reducer;
+    const mechc_quantity *quantity = probe->quantity;
+    double t[MECHC_SAMPLES + 1];
+    if (mechc_is_component(quantity)) {
         for (ptrdiff_t i = 0; i < count; i++) {
-            out[i] = mechc_look_component(look, s[i]);
+            out[i] = mechc_probe_component(probe, s[i]);
             if (quantity->form == MECHC_ABSOLUTE) out[i] = fabs(out[i]);
         }
         return;
     }
-    for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_look_time(look, s[i]);
-    reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, count, t,
+    for (ptrdiff_t i = 0; i < count; i++) t[i] = mechc_probe_time(probe, s[i]);
+    reducer->unit->interpolate(0, probe->steps, reducer->p, reducer->inputs, count, t,
                                reducer->states);
+    for (ptrdiff_t i = 0; i < count; i++)
+        if (s[i] >= 1.0)
+            mechc_take_end(probe->steps, probe->step, reducer->states + i * reducer->width);
     mechc_reduce_states(reducer, quantity, count, t, reducer->states, out);
 }
 
-static double mechc_look_once(const mechc_look *look, double s)
+static double mechc_probe_once(const mechc_probe *probe, double s)
 {
     double value;
-    mechc_look_many(look, 1, &s, &value);
-    if (look->quantity->reduction == MECHC_FIRST_CROSSING) return value - look->quantity->level;
-    return look->sign * value;
+    mechc_probe_many(probe, 1, &s, &value);
+    if (probe->quantity->reduction == MECHC_FIRST_CROSSING) return value - probe->quantity->level;
+    return probe->sign * value;
 }
 
 /* The quantity at a fraction of the step, projected: what is reported. */
-static double mechc_look_projected(const mechc_look *look, double s)
+static double mechc_probe_projected(const mechc_probe *probe, double s)
 {
-    const mechc_reducer *reducer = look->reducer;
-    const double t = mechc_look_time(look, s);
+    const mechc_reducer *reducer = probe->reducer;
+    const double t = mechc_probe_time(probe, s);
     double value;
-    reducer->unit->interpolate(0, look->steps, reducer->p, reducer->inputs, 1, &t,
+    reducer->unit->interpolate(0, probe->steps, reducer->p, reducer->inputs, 1, &t,
                                reducer->states);
-    mechc_reduce_states(reducer, look->quantity, 1, &t, reducer->states, &value);
+    if (s >= 1.0) mechc_take_end(probe->steps, probe->step, reducer->states);
+    mechc_reduce_states(reducer, probe->quantity, 1, &t, reducer->states, &value);
     return value;
 }
 
@@ -195,11 +95,11 @@ static double mechc_vertex(double a, double b, double c, double x, double d)
     return bend != 0.0 ? x + 0.5 * d * (a - c) / bend : NAN;
 }
 
-/* Where within [low, high] the look is least, by golden sections and parabolas in turn. */
-static double mechc_look_least(const mechc_look *look, double low, double middle, double high,
+/* Where within [low, high] the sampled quantity is least, by golden sections and parabolas. */
+static double mechc_probe_least(const mechc_probe *probe, double low, double middle, double high,
                                double least)
 {
-    double f_low = mechc_look_once(look, low), f_high = mechc_look_once(look, high);
+    double f_low = mechc_probe_once(probe, low), f_high = mechc_probe_once(probe, high);
     for (int i = 0; i < 60 && high - low > MECHC_FINE; i++) {
         const double left = middle - low, right = high - middle;
         const double a = (f_low - least) / left, b = (f_high - least) / right;
@@ -209,7 +109,7 @@ static double mechc_look_least(const mechc_look *look, double low, double middle
         if (i % 3 == 2 || !(x > low && x < high))
             x = left > right ? middle - 0.381966 * left : middle + 0.381966 * right;
         if (fabs(x - middle) < nearest) x = middle + (left > right ? -nearest : nearest);
-        const double f = mechc_look_once(look, x);
+        const double f = mechc_probe_once(probe, x);
         if (f < least) {
             if (x < middle) high = middle, f_high = least;
             else low = middle, f_low = least;
@@ -223,8 +123,8 @@ static double mechc_look_least(const mechc_look *look, double low, double middle
     return middle;
 }
 
-/* A zero between two looks of opposite sign, by secants inside a halving bracket. */
-static double mechc_look_zero(const mechc_look *look, double low, double f_low, double high,
+/* A zero between two samples of opposite sign, by secants within a bracket that is halved. */
+static double mechc_probe_zero(const mechc_probe *probe, double low, double f_low, double high,
                               double f_high)
 {
     for (int i = 0; i < 200 && high - low > 4e-16 && f_high != 0.0; i++) {
@@ -234,7 +134,7 @@ static double mechc_look_zero(const mechc_look *look, double low, double f_low, 
             const double past = secant + copysign(2e-16, x - secant);
             if (past > low && past < high) x = past;
         }
-        const double f = mechc_look_once(look, x);
+        const double f = mechc_probe_once(probe, x);
         if (x <= low || x >= high) break;
         if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = x, f_high = f;
         else low = x, f_low = f;
@@ -242,28 +142,33 @@ static double mechc_look_zero(const mechc_look *look, double low, double f_low, 
     return high;
 }
 
-static void mechc_keep_least(const mechc_look *look, int i, double value)
+static void mechc_keep_least(const mechc_probe *probe, int i, double value)
 {
-    mechc_reducer *reducer = look->reducer;
-    if (!reducer->known[i] || look->sign * value < look->sign * reducer->value[i]) {
+    mechc_reducer *reducer = probe->reducer;
+    if (!reducer->known[i] || probe->sign * value < probe->sign * reducer->value[i]) {
         reducer->value[i] = value;
         reducer->known[i] = 1;
     }
 }
 
-/* Refine a minimum between the looks at low and high, unless what is known is less than it can
+/* Whether a minimum whose parabola has the value `foreseen` may be less than what is known. */
+static int mechc_may_be_least(const mechc_probe *probe, int i, double least, double foreseen)
+{
+    return !(least - 3.0 * fabs(least - foreseen) > probe->sign * probe->reducer->value[i]);
+}
+
+/* Refine a minimum between the samples at low and high, unless what is known is less than it can
  * be. */
-static void mechc_refine_extreme(const mechc_look *look, int i, double low, double middle,
+static void mechc_refine_extreme(const mechc_probe *probe, int i, double low, double middle,
                                  double high, double least, double foreseen)
 {
-    const double known = look->sign * look->reducer->value[i];
-    if (least - 3.0 * fabs(least - foreseen) > known) return;
+    if (!mechc_may_be_least(probe, i, least, foreseen)) return;
     if (fabs(least - foreseen) <= MECHC_LEVEL * fabs(least)) { /* nothing but rounding to find */
-        mechc_keep_least(look, i, look->sign * least);
+        mechc_keep_least(probe, i, probe->sign * least);
         return;
     }
-    mechc_keep_least(look, i, mechc_look_projected(look, mechc_look_least(look, low, middle, high,
-                                                                          least)));
+    const double at = mechc_probe_least(probe, low, middle, high, least);
+    mechc_keep_least(probe, i, mechc_probe_projected(probe, at));
 }
 
 /* The parabola's value at its vertex. */
@@ -273,78 +178,89 @@ static double mechc_foreseen(double a, double b, double c)
     return bend != 0.0 ? b - 0.125 * (a - c) * (a - c) / bend : b;
 }
 
-static void mechc_reduce_extreme(const mechc_look *look, int i, const double *s, const double *seen)
+static void mechc_reduce_extreme(const mechc_probe *probe, int i, const double *s,
+                                 const double *seen)
 {
-    const int n = MECHC_LOOKS;
+    const int n = MECHC_SAMPLES;
     const double d = s[1];
-    double f[MECHC_LOOKS + 1];
-    for (int j = 0; j <= n; j++) f[j] = look->sign * seen[j];
-    mechc_keep_least(look, i, seen[0]);
-    mechc_keep_least(look, i, seen[n]);
+    double f[MECHC_SAMPLES + 1];
+    for (int j = 0; j <= n; j++) f[j] = probe->sign * seen[j];
+    mechc_keep_least(probe, i, seen[0]);
+    mechc_keep_least(probe, i, seen[n]);
     for (int j = 1; j < n; j++)
         if (f[j] <= f[j - 1] && f[j] <= f[j + 1] && (f[j] < f[j - 1] || f[j] < f[j + 1]))
-            mechc_refine_extreme(look, i, s[j - 1], s[j], s[j + 1], f[j],
+            mechc_refine_extreme(probe, i, s[j - 1], s[j], s[j + 1], f[j],
                                  mechc_foreseen(f[j - 1], f[j], f[j + 1]));
-    /* beside an end, where the neighbour within the step is higher still */
+    /* next to an end, where the neighbouring sample within the step is higher still */
     const double first = mechc_vertex(f[0], f[1], f[2], s[1], d);
     const double last = mechc_vertex(f[n - 2], f[n - 1], f[n], s[n - 1], d);
-    if (f[0] < f[1] && first > 0.0 && first < s[1]) {
-        const double value = mechc_look_once(look, first);
-        if (value < f[0]) mechc_refine_extreme(look, i, 0.0, first, s[1], value, value);
+    if (f[0] < f[1] && first > 0.0 && first < s[1]
+        && mechc_may_be_least(probe, i, f[0], mechc_foreseen(f[0], f[1], f[2]))) {
+        const double value = mechc_probe_once(probe, first);
+        if (value < f[0]) mechc_refine_extreme(probe, i, 0.0, first, s[1], value, value);
     }
-    if (f[n] < f[n - 1] && last > s[n - 1] && last < look->end) {
-        const double value = mechc_look_once(look, last);
-        if (value < f[n]) mechc_refine_extreme(look, i, s[n - 1], last, look->end, value, value);
+    if (f[n] < f[n - 1] && last > s[n - 1] && last < probe->end
+        && mechc_may_be_least(probe, i, f[n], mechc_foreseen(f[n], f[n - 1], f[n - 2]))) {
+        const double value = mechc_probe_once(probe, last);
+        if (value < f[n]) mechc_refine_extreme(probe, i, s[n - 1], last, probe->end, value, value);
     }
 }
 
-/* Whether the look goes through zero from a to b in the direction asked for. */
-static int mechc_crosses_level(const mechc_look *look, double a, double b)
+/* Whether the quantity goes through zero from a to b in the direction asked for. */
+static int mechc_crosses_level(const mechc_probe *probe, double a, double b)
 {
     const int crosses = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
-    return crosses && look->quantity->direction * (b - a) >= 0.0;
+    return crosses && probe->quantity->direction * (b - a) >= 0.0;
 }
 
-static void mechc_reduce_first(const mechc_look *look, int i, const double *s, const double *seen)
+static void mechc_reduce_first(const mechc_probe *probe, int i, const double *s, const double *seen)
 {
-    double f[MECHC_LOOKS + 1], zero = NAN;
-    for (int j = 0; j <= MECHC_LOOKS; j++) f[j] = seen[j] - look->quantity->level;
-    for (int j = 0; j < MECHC_LOOKS && !(zero >= 0.0); j++) {
+    double f[MECHC_SAMPLES + 1], zero = NAN;
+    for (int j = 0; j <= MECHC_SAMPLES; j++) f[j] = seen[j] - probe->quantity->level;
+    for (int j = 0; j < MECHC_SAMPLES && !(zero >= 0.0); j++) {
         double low = s[j], f_low = f[j];
         const double vertex = j > 0 ? mechc_vertex(f[j - 1], f[j], f[j + 1], s[j], s[1]) : NAN;
-        const double next = j + 2 <= MECHC_LOOKS
+        const double next = j + 2 <= MECHC_SAMPLES
                           ? mechc_vertex(f[j], f[j + 1], f[j + 2], s[j + 1], s[1]) : NAN;
         const double dip = vertex > s[j] && vertex < s[j + 1] ? vertex : next;
         if (dip > s[j] && dip < s[j + 1]) {
-            const double f_dip = mechc_look_once(look, dip);
-            if (mechc_crosses_level(look, f_low, f_dip))
-                zero = mechc_look_zero(look, low, f_low, dip, f_dip);
+            const double f_dip = mechc_probe_once(probe, dip);
+            if (mechc_crosses_level(probe, f_low, f_dip))
+                zero = mechc_probe_zero(probe, low, f_low, dip, f_dip);
             low = dip, f_low = f_dip;
         }
-        if (!(zero >= 0.0) && mechc_crosses_level(look, f_low, f[j + 1]))
-            zero = mechc_look_zero(look, low, f_low, s[j + 1], f[j + 1]);
+        if (!(zero >= 0.0) && mechc_crosses_level(probe, f_low, f[j + 1]))
+            zero = mechc_probe_zero(probe, low, f_low, s[j + 1], f[j + 1]);
     }
     if (!(zero >= 0.0)) return;
-    look->reducer->value[i] = mechc_look_time(look, zero);
-    look->reducer->known[i] = 1;
+    probe->reducer->value[i] = mechc_probe_time(probe, zero);
+    probe->reducer->known[i] = 1;
+}
+
+/* The samples of the quantity in the step; of a whole step they are known. */
+static void mechc_probe_all(const mechc_probe *probe, int i, const double *s, double *out)
+{
+    const int nodes = mechc_set_of(probe->quantity) == MECHC_AT_NODES;
+    const ptrdiff_t count = nodes ? MECHC_SAMPLES : MECHC_SAMPLES + 1;
+    const int looked_up = probe->end == 1.0 && !mechc_is_component(probe->quantity);
+    if (looked_up) memcpy(out, mechc_seen(probe->reducer, probe->steps, probe->step, i),
+                          (size_t)count * sizeof(double));
+    else mechc_probe_many(probe, count, s, out);
 }
 
 /* Gauss-Legendre of order 16 over the step. */
-static void mechc_reduce_mean(const mechc_look *look, int i)
+static void mechc_reduce_mean(const mechc_probe *probe, int i)
 {
-    static const double node[8] = {
-        0.019855071751231884, 0.10166676129318664, 0.2372337950418355,  0.4082826787521751,
-        0.5917173212478249,   0.7627662049581645,  0.8983332387068134,  0.9801449282487681};
-    static const double weight[8] = {
+    static const double weight[MECHC_SAMPLES] = {
         0.05061426814518813, 0.11119051722668724, 0.15685332293894363, 0.18134189168918100,
         0.18134189168918100, 0.15685332293894363, 0.11119051722668724, 0.05061426814518813};
-    const double *t = look->steps->t + look->step;
-    double values[8], s[8], sum = 0.0;
-    for (int j = 0; j < 8; j++) s[j] = look->end * node[j];
-    mechc_look_many(look, 8, s, values);
-    for (int j = 0; j < 8; j++) sum += weight[j] * values[j];
-    look->reducer->value[i] += look->end * (t[1] - t[0]) * sum;
-    look->reducer->known[i] = 1;
+    const double *t = probe->steps->t + probe->step, *node = mechc_fractions(MECHC_AT_NODES);
+    double values[MECHC_SAMPLES], s[MECHC_SAMPLES], sum = 0.0;
+    for (int j = 0; j < MECHC_SAMPLES; j++) s[j] = probe->end * node[j];
+    mechc_probe_all(probe, i, s, values);
+    for (int j = 0; j < MECHC_SAMPLES; j++) sum += weight[j] * values[j];
+    probe->reducer->value[i] += probe->end * (t[1] - t[0]) * sum;
+    probe->reducer->known[i] = 1;
 }
 
 /* Quantity i over the fraction `end` of a step. */
@@ -352,19 +268,19 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
                               int i, double end)
 {
     const mechc_quantity *quantity = reducer->quantity + i;
-    const mechc_look look = {reducer, quantity, steps, step, end,
+    const mechc_probe probe = {reducer, quantity, steps, step, end,
                              quantity->reduction == MECHC_MAXIMUM ? -1.0 : 1.0};
-    double s[MECHC_LOOKS + 1], seen[MECHC_LOOKS + 1];
+    double s[MECHC_SAMPLES + 1], seen[MECHC_SAMPLES + 1];
     if (quantity->reduction == MECHC_LAST) return;
     if (quantity->reduction == MECHC_FIRST_CROSSING && reducer->known[i]) return;
     if (quantity->reduction == MECHC_MEAN) {
-        mechc_reduce_mean(&look, i);
+        mechc_reduce_mean(&probe, i);
         return;
     }
-    for (int j = 0; j <= MECHC_LOOKS; j++) s[j] = end * j / MECHC_LOOKS;
-    mechc_look_many(&look, MECHC_LOOKS + 1, s, seen);
-    if (quantity->reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(&look, i, s, seen);
-    else mechc_reduce_extreme(&look, i, s, seen);
+    for (int j = 0; j <= MECHC_SAMPLES; j++) s[j] = end * j / MECHC_SAMPLES;
+    mechc_probe_all(&probe, i, s, seen);
+    if (quantity->reduction == MECHC_FIRST_CROSSING) mechc_reduce_first(&probe, i, s, seen);
+    else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
 /* The fraction of a step up to the first terminal crossing in it; 1 without one. */
@@ -383,9 +299,10 @@ static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajecto
     return end;
 }
 
-/* Take in the steps at hand, up to a terminal crossing. */
+/* Reduce the steps that are kept, up to a terminal crossing. */
 static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps)
 {
+    mechc_forget_samples(reducer);
     for (ptrdiff_t step = 0; step + 1 < steps->count && isnan(reducer->stop); step++) {
         const double end = mechc_reduce_terminal(reducer, steps, step);
         for (int i = 0; i < reducer->quantities; i++)

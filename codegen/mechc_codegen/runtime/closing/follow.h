@@ -296,6 +296,11 @@ static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t 
     return 0;
 }
 
+static int mechc_follow_stopped(const mechc_following *job)
+{
+    return __atomic_load_n(&job->stop, __ATOMIC_RELAXED);
+}
+
 static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdiff_t member)
 {
     const int nq = job->closure.coordinates;
@@ -314,7 +319,7 @@ static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdi
     goes_on = q[0] == q[0] && mechc_follow_arrive(job, one)
            && one->at.weakest > MECHC_FOLLOW_SINGULAR;
     if (goes_on) memcpy(ratio, one->at.slope, row);
-    for (ptrdiff_t i = 1; i < job->values; i++) {
+    for (ptrdiff_t i = 1; i < job->values && !mechc_follow_stopped(job); i++) {
         const double target = job->value[i];
         goes_on = goes_on && mechc_follow_to(job, one, member, target);
         for (int k = 0; k < nq; k++) q[i * nq + k] = ratio[i * nq + k] = NAN;
@@ -335,7 +340,7 @@ static int mechc_follow_work(mechc_following *job)
 {
     mechc_follower one = {0};
     const int made = mechc_follower_make(job, &one);
-    while (made && !__atomic_load_n(&job->stop, __ATOMIC_RELAXED)) {
+    while (made && !mechc_follow_stopped(job)) {
         const ptrdiff_t member = __atomic_fetch_add(&job->next, 1, __ATOMIC_RELAXED);
         if (member >= job->count) break;
         mechc_follow_member(job, &one, member);

@@ -21,6 +21,7 @@ typedef struct {
     int *row;             /* the row that has it */
     double *residual;     /* its size, per second */
     double *conditioning; /* least singular value of J, of the largest */
+    int stop;
 } mechc_speeds_job;
 
 /* Work space of one state: J, a copy of it, residuals, change, singular values. */
@@ -89,7 +90,10 @@ static int mechc_speeds_work(mechc_speeds_job *job)
 {
     double *space = mechc_speeds_space(job);
     if (!space) return 0;
-    for (ptrdiff_t state = 0; state < job->count; state++) mechc_speeds_of(job, state, space);
+    for (ptrdiff_t state = 0; state < job->count; state++) {
+        if (__atomic_load_n(&job->stop, __ATOMIC_RELAXED)) break;
+        mechc_speeds_of(job, state, space);
+    }
     free(space);
     return 1;
 }

@@ -1,9 +1,9 @@
 /* How many constraint rows are independent at generic configurations of the loops.
  *
  * Rows may be redundant on closed configurations only (Bennett's and Bricard's linkages, parallel
- * cranks): beside one, what is left of a redundant row is the closure error, as large as a real
- * row near a change point.  No size tells one from the other, but the rank does: it is found once,
- * at closed configurations, and every factorisation keeps as many rows.
+ * cranks).  At others the rest of a redundant row is the closure error, as large as an independent
+ * row near a change point.  Their sizes do not distinguish them, but the rank does: it is found
+ * once, at closed configurations, and every factorisation keeps as many rows.
  */
 #pragma once
 
@@ -11,7 +11,7 @@
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
-/* Of the longest row: a shorter one is redundant, or the start lies beside a change point. */
+/* Of the longest row: a shorter one is redundant, or the start is near a change point. */
 #define MECHC_NO_ROW 1e-6
 /* How far each speed is moved to configurations near the start, and how much farther these may be
  * once their loops are closed: there may be other ways to assemble the mechanism. */

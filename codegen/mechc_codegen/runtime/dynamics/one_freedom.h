@@ -74,8 +74,9 @@ MECHC_INLINE void FN(weigh_rows)(const real *mass, real size, FN(freedom) *f)
     }
     real most = f->longest;
     for (int row = 1; row < MECHC_NC; row++) most *= f->longest;
-    f->redundant = ~R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > MECHC_REDUNDANT * most)
-                 | R_MASK(f->rank < (double)MECHC_NC);
+    f->redundant =
+        ~(R_MASK(size * weight[0] * FN(other_weights)(weight, 0) > MECHC_REDUNDANT * most)
+          & R_MASK(f->rank >= (double)MECHC_NC));
 }
 
 /* regular: the rows are known to be far from dependent. */

@@ -97,8 +97,8 @@ MECHC_STATIC double mechc_weakest_rate(const mechc_scalar_place *place,
 
 /* Beside a crossing the closure's rounding leaves q undecided along the weakest row, and that row
  * turns with it: move q there, by no more than closes as well, so that the speeds fit. */
-MECHC_STATIC void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_given *given,
-                                      mechc_scalar_place *place, mechc_scalar_factors *rows)
+MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_given *given,
+                                    mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     const int last = (int)rows->rank - 1;
     double direction[MECHC_NU], turned[MECHC_NU], by[MECHC_NU], moved[MECHC_NQ], rounding;

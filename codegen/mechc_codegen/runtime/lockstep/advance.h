@@ -69,7 +69,7 @@ MECHC_STATIC int mechc_lockstep_go_on(mechc_lockstep *a, mechc_integration **run
 
 /* Up to `steps` attempts of each run, fewer where one of them ends or goes on alone; the attempts
  * made. */
-MECHC_STATIC long mechc_lockstep_advance(mechc_integration **runs, int count, long steps)
+MECHC_SINGLE long mechc_lockstep_advance(mechc_integration **runs, int count, long steps)
 {
     mechc_lockstep a;
     int dense = 0, parted = 0;

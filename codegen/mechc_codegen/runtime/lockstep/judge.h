@@ -52,8 +52,8 @@ MECHC_INLINE mechc_vector mechc_lockstep_factor(mechc_lockstep *a)
     return mechc_lesser(mechc_choose(factor > 0.2, factor, mechc_spread(0.2)), most);
 }
 
-/* The lanes whose step stands, and those that are to go on alone: what is beyond the lanes, or
- * wrong, is for the path of one run to tell. */
+/* The lanes whose step is accepted, and those that leave the lockstep: what it does not treat, and
+ * failures, are left to the driver of one run. */
 MECHC_INLINE mechc_mask mechc_lockstep_judge(mechc_lockstep *a, mechc_mask *leaves)
 {
     const mechc_vector *rates = a->rates[mechc_dop853_tableau.stages];

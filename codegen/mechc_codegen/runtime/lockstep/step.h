@@ -80,7 +80,7 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
 #endif
 }
 
-/* The stages whose conditioning is looked at: with both ends, none lies far from one of them. */
+/* The stages whose conditioning is monitored: with both ends, no stage is far from one of them. */
 MECHC_INLINE int mechc_lockstep_watches(int stage) { return stage == 5 || stage == 8; }
 
 /* Rates of stage i; those of the dense output, after the end, are not watched. */

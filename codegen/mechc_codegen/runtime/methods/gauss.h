@@ -1,14 +1,14 @@
-/* Gauss-Legendre collocation with 8 stages, the stages of one trajectory side by side in the lanes.
+/* Gauss-Legendre collocation with 8 stages, a stage of one trajectory in each lane.
  *
- * Where q' = u the accelerations are the only unknowns and positions and speeds
- * their second and first integrals, otherwise all rates are.  Fixed-point iteration, begun by
- * extrapolating the last step's polynomial.
+ * Where q' = u the accelerations are the only unknowns, and positions and speeds are their second
+ * and first integrals; otherwise all rates are unknowns.  They are found by fixed-point iteration
+ * from the extrapolated polynomial of the last step.
  *
- * Where the conditioning is good the equations are taken as they stand and only the step's end is
- * projected: they keep an exact motion on the constraints, and off it by d they are wrong by d.
- * Elsewhere every stage is on the constraints: the least change that closes its loops is an unknown
- * too, improved by one Gauss-Newton step an iteration, so that nothing is evaluated twice; speeds
- * are projected outright.
+ * Where the conditioning is good the stages are not projected, only the step's end is: the
+ * equations keep an exact motion on the constraints, and a state at the distance d from them has
+ * rates with an error in proportion to d.  Elsewhere every stage is on the constraints: the least
+ * change that closes its loops is an unknown too, improved by one Gauss-Newton step in each
+ * iteration, so that nothing is evaluated twice; speeds are projected exactly.
  */
 #pragma once
 
@@ -27,13 +27,13 @@
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
-#define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which what closes a loop changes quickly */
-/* Conditioning above which equations are taken as they stand. */
+#define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
+/* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
 
-/* Stability limits the steps where the iteration shrinks slowly on steps far more accurate than
- * asked for. */
+/* Stability limits the steps where the iteration converges slowly although the steps are far more
+ * accurate than requested. */
 #define MECHC_GAUSS_SLOW 0.2
 #define MECHC_GAUSS_NEEDLESS 0.01
 
@@ -92,8 +92,8 @@ MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums
     *sums = even + odd;
 }
 
-/* Weights of this step's errors; steps looser than the bound, and stages that no next step can be
- * begun from, cost more in refused steps than they gain. */
+/* Weights of this step's errors.  Tolerances looser than the bound, and stages too inaccurate to
+ * extrapolate, cost more by rejected steps than they save. */
 MECHC_STATIC void mechc_gauss_weigh(const mechc_integration *run, mechc_gauss *g)
 {
     g->tolerated = 0.0;
@@ -135,7 +135,7 @@ MECHC_STATIC double mechc_gauss_factor(mechc_integration *run, double error)
     return mechc_predictive_factor(run, error, g->last_step, g->last_factor, &g->factor);
 }
 
-/* Near a critical configuration the closing of loops must not lag behind. */
+/* Near a critical configuration the loops are closed before the rates are computed. */
 MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 {
 #if MECHC_NH > 0
@@ -156,15 +156,15 @@ MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
     return MECHC_NH > 0 && run->monitor.ahead < fabs(h);
 }
 
-/* Changes that may be rounding.  Over a crossing the closure's rounding is magnified into
- * reactions, which the projection of the end takes away; elsewhere it is motion. */
+/* Changes that may be rounding.  In a step over a crossing the closure's rounding is magnified into
+ * reactions, which the projection of the end removes; elsewhere it changes the motion. */
 MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
     double most = 0.0;
     for (int i = 0; i < MECHC_NX; i++) most = mechc_max(most, run->scale[i] * g->weights[i]);
     if (mechc_gauss_crosses(run, h)) {
-        const int together = MECHC_NC > 2; /* rows may be weak together */
+        const int together = MECHC_NC > 2; /* several rows may be nearly dependent */
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
         return most * mechc_max(1e-9, mechc_min(together ? 1e-6 : 1e-7, 5e-15 / magnified));
     }
@@ -174,23 +174,23 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
     return most * (MECHC_NH > 0 ? mechc_min(1e-9, digit / sqrt(g->lowest)) : 2.5 * digit);
 }
 
-/* What closed the loops of stages far from converged has a part along the motion, where no later
- * correction takes it back: begun anew until what such a part can be no longer matters. */
+/* A correction that closed the loops of stages far from convergence also moved them along the
+ * motion, and no later correction undoes that: corrections are restarted until such a part is
+ * negligible. */
 MECHC_STATIC void mechc_gauss_reclose(mechc_gauss *g, double change)
 {
     if (change * change * g->tolerated > MECHC_GAUSS_LEFT) memset(g->shift, 0, sizeof g->shift);
 }
 
-/* Iterate until what is left cannot matter, or to the noise floor: no longer shrinking by a third
- * though small, which near a singularity is rounding; where loops are closed a round late, changes
- * may shrink every other round.  A step whose error shows after three iterations is not worth
- * more. */
+/* Iterate until the change is negligible, or down to rounding: small changes that no longer shrink
+ * by a third.  Where loops are closed one iteration late, changes may shrink in every second
+ * iteration only.  A step whose error is too large after three iterations is rejected at once. */
 MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     double before = HUGE_VAL, rate_before = 0.0;
     g->shrinking = 0.0;
-    g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* there, noise is reactions */
+    g->left = mechc_knows_crossing(&run->monitor) ? 0.0 : 0.25; /* rounding is reactions */
     for (int iteration = 0; iteration < MECHC_GAUSS_ITERATIONS; iteration++) {
         if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
         if (iteration == 1 || g->closing != MECHC_UNPROJECTED) mechc_gauss_watch(g);
@@ -200,14 +200,14 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         if (iteration == 2) g->shrinking = rate;
         run->head.stats.rhs_evaluations += MECHC_STAGES;
         if (!(change < HUGE_VAL)) return MECHC_NOT_FINITE;
-        /* the first changes shrink faster than those that stay */
+        /* the first changes shrink faster than later ones */
         if (iteration > 0 && change * mechc_max(rate, 0.1) <= MECHC_GAUSS_LEFT)
             return MECHC_RUNNING;
         if (iteration > 1 && rate > 2.0 / 3.0) {
             const int noise = change <= mechc_gauss_floor(run, h);
             if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
             if (!noise && iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
-            /* what stays the same is gaps of a rounding, closed to and fro */
+            /* changes that stay equal are gaps of one rounding unit, closed back and forth */
             if (!noise && iteration > 3) g->left = mechc_min(mechc_max(2.0 * g->left, 0.5), 8.0);
         }
         if (iteration == 2 && mechc_gauss_measure(g, h) > mechc_max(3.0, 2.0 * run->allowed))
@@ -218,8 +218,8 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
     return MECHC_NOT_CLOSED;
 }
 
-/* Were the stages moved little to close their loops?  They are off by the polynomial's error;
- * stages moved farther have landed on another branch or another way to assemble the mechanism. */
+/* Did closing the loops move the stages little?  Their distance is the polynomial's error; stages
+ * moved farther are on another branch or in another assembly of the mechanism. */
 MECHC_STATIC int mechc_gauss_stays(const mechc_integration *run)
 {
     mechc_vector most = {0};
@@ -242,7 +242,7 @@ MECHC_INLINE void mechc_gauss_gain(mechc_gauss *g, const double *y, double gain,
     g->next_compensation[i] = (y[i] - (end[i] - moved)) + (whole - moved);
 }
 
-/* The end of the step in twice the digits, before it is projected. */
+/* The end of the step with compensated sums, before it is projected. */
 MECHC_STATIC void mechc_gauss_end(mechc_gauss *g, const double *y, double h, double *end)
 {
     for (int i = 0; i < MECHC_UNKNOWNS; i++) {
@@ -284,7 +284,7 @@ MECHC_STATIC void mechc_gauss_node(const mechc_integration *run, int node, doubl
         q[i] = g->q[i][stage / MECHC_LANES][stage % MECHC_LANES];
 }
 
-/* The conditioning met at the stages. */
+/* The conditioning at the stages. */
 MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -296,8 +296,8 @@ MECHC_STATIC void mechc_gauss_meet(mechc_integration *run, double h)
     }
 }
 
-/* A step is followed to its end where it will be accepted or where its end tells how to place a
- * crossing. */
+/* The end of a step is computed where the step will be accepted or where its end is needed to place
+ * a crossing. */
 MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double error)
 {
     return error <= run->allowed
@@ -352,7 +352,7 @@ MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const doub
     for (int i = 0; i < MECHC_NX; i++) rows[i] = end[i] - run->y[i];
 }
 
-/* How long a step the last one's polynomial may begin. */
+/* The longest step that the last one's polynomial may begin. */
 MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
 {
     const mechc_gauss *g = mechc_gauss_of(run);
@@ -376,6 +376,7 @@ MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integratio
 MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
+    memset(g, 0, sizeof *g);
     for (int j = 0; j < MECHC_STAGES; j++)
         g->columns[j] = (mechc_sums){mechc_gauss_weights[j], mechc_gauss_second_weights[j],
                                      mechc_gauss_top[j], mechc_gauss_next[j]};

@@ -294,8 +294,10 @@ MECHC_STATIC void mechc_radau_dense(mechc_integration *run, double h, const doub
 
 MECHC_STATIC void mechc_radau_make(mechc_integration *run)
 {
-    mechc_radau_of(run)->jacobian_time = NAN;
-    mechc_radau_of(run)->contraction = 1.0;
+    mechc_radau *radau = mechc_radau_of(run);
+    memset(radau, 0, sizeof *radau);
+    radau->jacobian_time = NAN;
+    radau->contraction = 1.0;
 }
 
 static const mechc_method mechc_radau5 = {

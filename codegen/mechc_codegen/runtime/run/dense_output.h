@@ -13,12 +13,12 @@
 MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, int count, double s,
                                       double *out)
 {
-    for (int i = 0; i < MECHC_NX; i++) {
-        double sum = 0.0;
-        for (int row = count - 1; row >= 0; row--)
-            sum = (row % 2 ? 1.0 - s : s) * (sum + rows[row * MECHC_NX + i]);
-        out[i] = y[i] + sum;
+    double sum[MECHC_NX] = {0.0};
+    for (int row = count - 1; row >= 0; row--) {
+        const double factor = row % 2 ? 1.0 - s : s;
+        for (int i = 0; i < MECHC_NX; i++) sum[i] = factor * (sum[i] + rows[row * MECHC_NX + i]);
     }
+    for (int i = 0; i < MECHC_NX; i++) out[i] = y[i] + sum[i];
 }
 
 MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const double *p,
@@ -26,9 +26,10 @@ MECHC_STATIC void mechc_interpolate(const mechc_trajectory *trajectory, const do
                                     double *out)
 {
     mechc_scalar_given given;
+    ptrdiff_t step = 0;
     mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given);
     for (ptrdiff_t n = 0; n < count; n++, out += MECHC_NX) {
-        const ptrdiff_t step = mechc_step_of(trajectory, t[n]);
+        step = mechc_step_near(trajectory, step, t[n]);
         const double start = trajectory->t[step];
         const double s = trajectory->count > 1
                        ? (t[n] - start) / (trajectory->t[step + 1] - start) : 0.0;

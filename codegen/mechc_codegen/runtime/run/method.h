@@ -37,7 +37,7 @@ struct mechc_method {
     int in_lockstep; /* runs of several states may go on side by side */
 
     size_t work_size;                                            /* 0: none */
-    void (*make)(mechc_integration *run);                        /* the work space, cleared */
+    void (*make)(mechc_integration *run);                        /* the work space, from any content */
     void (*enter)(mechc_integration *run);                       /* go on from any state */
     void (*renew)(mechc_integration *run);                       /* with other inputs */
     int (*step)(mechc_integration *run, double h, double *end);  /* MECHC_RUNNING or why not */
@@ -73,7 +73,6 @@ MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *me
     run->horizon = method->horizon;
     if (method->work_size && !*work) {
         if (!(*work = mechc_new_work(method))) return 0;
-        memset(*work, 0, method->work_size);
         method->make(run);
     }
     if (method->enter) method->enter(run);

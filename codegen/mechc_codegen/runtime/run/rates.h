@@ -44,7 +44,7 @@ MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y,
 
 /* Why rates are not finite: the mass matrix is factored only here where constraints are solved in
  * their free directions. */
-MECHC_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
+MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stats *stats)
 {
 #if MECHC_ARTICULATED
     for (int i = 0; i < MECHC_AT_SAVED; i++)

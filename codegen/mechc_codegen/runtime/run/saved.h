@@ -39,7 +39,7 @@ MECHC_STATIC int mechc_restore_end(mechc_trajectory *trajectory, const double *f
     return 1;
 }
 
-MECHC_STATIC size_t mechc_saved_size(const mechc_run *head)
+MECHC_RARE size_t mechc_saved_size(const mechc_run *head)
 {
     const mechc_integration *run = (const mechc_integration *)head;
     size_t size = mechc_end_size(&head->trajectory) + sizeof *run;
@@ -49,7 +49,7 @@ MECHC_STATIC size_t mechc_saved_size(const mechc_run *head)
 }
 
 /* Into mechc_saved_size(run) bytes, at a multiple of 8. */
-MECHC_STATIC void mechc_save(const mechc_run *head, void *saved)
+MECHC_RARE void mechc_save(const mechc_run *head, void *saved)
 {
     const mechc_integration *run = (const mechc_integration *)head;
     char *to = saved;
@@ -65,7 +65,7 @@ MECHC_STATIC void mechc_save(const mechc_run *head, void *saved)
 }
 
 /* The trajectory of the run is then the step that ended there. */
-MECHC_STATIC void mechc_restore(mechc_run *head, const void *saved)
+MECHC_RARE void mechc_restore(mechc_run *head, const void *saved)
 {
     mechc_integration *run = (mechc_integration *)head;
     const char *from = saved;

@@ -94,3 +94,22 @@ MECHC_STATIC ptrdiff_t mechc_step_of(const mechc_trajectory *trajectory, double 
     }
     return low;
 }
+
+/* Whether this step holds t. */
+MECHC_STATIC int mechc_holds(const mechc_trajectory *trajectory, ptrdiff_t step, double t)
+{
+    const double *times = trajectory->t;
+    const ptrdiff_t last = trajectory->count - 1;
+    const double direction = times[last] >= times[0] ? 1.0 : -1.0;
+    return step < last && direction * (t - times[step]) >= 0.0
+        && (step + 1 == last || direction * (t - times[step + 1]) < 0.0);
+}
+
+/* The same as mechc_step_of, found at once at or right after the step `near`: times that are
+ * asked for are mostly in order. */
+MECHC_STATIC ptrdiff_t mechc_step_near(const mechc_trajectory *trajectory, ptrdiff_t near, double t)
+{
+    if (mechc_holds(trajectory, near, t)) return near;
+    if (mechc_holds(trajectory, near + 1, t)) return near + 1;
+    return mechc_step_of(trajectory, t);
+}

@@ -13,6 +13,13 @@
 #define MECHC_INLINE static inline __attribute__((always_inline, unused))
 #define MECHC_STATIC static __attribute__((unused))
 #define MECHC_ONCE static __attribute__((noinline, unused)) /* compiled once, called from many */
+#define MECHC_RARE static __attribute__((cold, unused)) /* not in every step: compiled small */
+#define MECHC_RARE_ONCE static __attribute__((cold, noinline, unused))
+#ifdef __clang__ /* makes no copies for the constants of a call */
+#define MECHC_SINGLE MECHC_ONCE
+#else
+#define MECHC_SINGLE MECHC_ONCE __attribute__((noclone))
+#endif
 
 #define MECHC_QUOTE_(x) #x
 #define MECHC_QUOTE(x) MECHC_QUOTE_(x)

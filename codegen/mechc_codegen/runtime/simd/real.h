@@ -1,8 +1,8 @@
 /* Code over `real`: compiled once where it is a double and once where it is a vector of them.
  *
- * A generic header includes this one and defines FN(name) functions.  Whoever needs one binds the
- * names first (bind_scalar.h or bind_vector.h), includes it, and takes them away (unbind.h); by
- * itself it is compiled for one double.  Its guard has two names, one a binding:
+ * A generic header includes this one and defines functions FN(name).  A header that needs one binds
+ * the names first (bind_scalar.h or bind_vector.h), includes it, and unbinds them (unbind.h); by
+ * itself it is compiled for one double.  Its guard has two names, one for each binding:
  *
  *     #include "simd/real.h"
  *     #if R_VECTOR ? !defined MECHC_THIS_VECTOR : !defined MECHC_THIS_SCALAR

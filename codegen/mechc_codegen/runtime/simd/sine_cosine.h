@@ -11,9 +11,22 @@
 #include "simd/constants.h"
 #include "simd/lanes.h"
 
-/* Out of line, by value: the usual path keeps its registers. */
-MECHC_ONCE __attribute__((cold)) real FN(sin_beyond)(real x) { return R_CALL(sin, x); }
-MECHC_ONCE __attribute__((cold)) real FN(cos_beyond)(real x) { return R_CALL(cos, x); }
+/* x is small enough for the reduction. */
+MECHC_INLINE rmask FN(reducible)(real x)
+{
+    return R_MASK(x <= MECHC_REDUCTION_LIMIT) & R_MASK(x >= -MECHC_REDUCTION_LIMIT);
+}
+
+/* The C library's where x is large, else what was found; out of line, by value: the usual path
+ * keeps its registers. */
+MECHC_ONCE __attribute__((cold)) real FN(sin_beyond)(real x, real found)
+{
+    return R_SELECT(FN(reducible)(x), found, R_CALL(sin, x));
+}
+MECHC_ONCE __attribute__((cold)) real FN(cos_beyond)(real x, real found)
+{
+    return R_SELECT(FN(reducible)(x), found, R_CALL(cos, x));
+}
 
 MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
 {
@@ -35,10 +48,8 @@ MECHC_INLINE void FN(sincos)(real x, real *sine, real *cosine)
     *sine = R_FROM_BITS(R_BITS(R_SELECT(swap, c, s)) ^ sine_sign);
     *cosine = R_FROM_BITS(R_BITS(R_SELECT(swap, s, c)) ^ cosine_sign);
     if (__builtin_expect(R_ANY_BEYOND(x, MECHC_REDUCTION_LIMIT), 0)) {
-        const rmask near_enough =
-            R_MASK(x <= MECHC_REDUCTION_LIMIT) & R_MASK(x >= -MECHC_REDUCTION_LIMIT);
-        *sine = R_SELECT(near_enough, *sine, FN(sin_beyond)(x));
-        *cosine = R_SELECT(near_enough, *cosine, FN(cos_beyond)(x));
+        *sine = FN(sin_beyond)(x, *sine);
+        *cosine = FN(cos_beyond)(x, *cosine);
     }
 }
 

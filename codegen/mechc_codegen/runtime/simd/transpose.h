@@ -70,7 +70,7 @@ MECHC_INLINE void mechc_gather_block(const double *from, ptrdiff_t stride, int w
     }
 }
 
-/* Rows one after the other. */
+/* Row by row. */
 MECHC_INLINE void mechc_scatter_block(const mechc_vector *values, int width, double *to)
 {
     for (int first = 0; first < width; first += MECHC_LANES) {

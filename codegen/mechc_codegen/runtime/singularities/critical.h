@@ -1,9 +1,9 @@
 /* Critical configurations: where the configuration rows lose rank beyond what they lose everywhere.
  *
- * find: the nearby configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap closed but the one
- * along w; what is left, g = w . gap(q*), is how far the lengths are from those of a change point.
- * Only g tells a change point (the curve of configurations crosses itself) from a near miss (two
- * curves that pass each other); how small a singular value became does not.
+ * Newton's method finds the nearby configuration q*, with J(q*)^T w = 0, |w| = 1 and every gap
+ * closed but the one along w.  That gap, g = w . gap(q*), measures how far the lengths are from
+ * those of a change point.  Only g distinguishes a change point (the curve of configurations
+ * crosses itself) from a near miss (two curves pass each other); the least singular value does not.
  */
 #pragma once
 
@@ -16,9 +16,9 @@
 typedef struct {
     double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
     double gap;      /* g */
-    double rounding; /* what g may be off by */
+    double rounding; /* the error of g by rounding */
     double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
-    int curves;      /* curves cross there, or pass each other; 0: it is the tip of a cone */
+    int curves;      /* branches cross or pass each other there; 0: an apex */
 } mechc_critical;
 
 typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS, MECHC_UNKNOWN } mechc_verdict;
@@ -151,11 +151,11 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     return length;
 }
 
-/* Times the spread of samples of the gap: where many rows meet, a sample moves few of them. */
+/* Factor of the spread of the gap's samples: with many rows, a sample moves few of them. */
 #define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
 
-/* The lengths that a gap is the sum of, as the speeds show them: lengths typed as decimals and
- * their sum are each off by half an ulp. */
+/* The size of the lengths whose sum a gap is, from its derivatives by the speeds: lengths given as
+ * decimals, and their sum, have an error of half an ulp each. */
 MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
 {
     double longest = 0.0;
@@ -167,8 +167,8 @@ MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
     return longest;
 }
 
-/* g and its rounding: at q* the gap along w is stationary, so what its values differ by within a
- * billionth around q* is rounding. */
+/* g and its rounding: at q* the gap along w is stationary, so differences of its values within 1e-9
+ * of q* are rounding. */
 MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
 {
     mechc_scalar_place place;
@@ -214,9 +214,10 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
     return MECHC_NH;
 }
 
-/* With several freedoms: the gap along w is to second order a quadratic form of the moves that the
- * other rows allow.  Of rank 2 it is the crossing of two sheets, which only turning over leads
- * past; of more it is the tip of a cone, which a motion goes around. */
+/* With several degrees of freedom the gap along w is to second order a quadratic form of the moves
+ * that the other rows allow.  Of rank 2, two sheets cross there, and a motion that passes changes
+ * the sign of w; of a higher rank the set is a cone with its apex there, which a motion goes
+ * around. */
 MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
                                     const mechc_critical *c)
 {
@@ -296,8 +297,8 @@ MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scal
     return mechc_find_critical_of(t, q, given, rank, rank - 1, reach, c);
 }
 
-/* Is the critical configuration known from before, whole turns of the coordinates aside, one here
- * too?  Then it is put into c. */
+/* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it
+ * is stored in c. */
 MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scalar_given *given,
                                     double reach, const mechc_critical *known, mechc_critical *c)
 {

@@ -1,13 +1,13 @@
-/* What a step did near a critical configuration, and whether it may stand.
+/* What a step did near a critical configuration, and whether it may be accepted.
  *
- * A step whose conditioning dipped is asked three things: did the weakest direction turn over, did
- * the configuration pass q*, and is q* a change point.  Through a change point the motion goes
- * straight: both or neither.  Past a near miss it bends: the direction never turns over.  Any other
- * answer means that the step has reached another branch, and it is rejected.
+ * Of a step with a poor conditioning three questions are asked: did the weakest direction change
+ * its sign, did the configuration pass q*, and is q* a change point.  Through a change point the
+ * motion goes straight, and the first two answers are the same.  At a near miss it is deflected,
+ * and the sign never changes.  Otherwise the step has reached another branch, and it is rejected.
  *
- * Between the nodes of a step near a change point, the nearest decides how much the rounding of
- * the closure is magnified (as its distance to the power -3); so the crossing is put into the
- * middle of the widest gap between the nodes, and no accepted state sits near it.
+ * The node that is nearest to a change point decides how much the rounding of the closure is
+ * magnified (as its distance to the power -3).  So the step is chosen such that the crossing lies
+ * in the middle of the widest gap between the nodes, and no accepted state is near it.
  */
 #pragma once
 
@@ -19,13 +19,13 @@
 #include "singularities/turned_rows.h"
 #include "singularities/weakest.h"
 
-/* An accepted state nearer than this to a crossing (conditioning there) is noise. */
+/* Conditioning below which a state beside a crossing has too large an error to be accepted. */
 #define MECHC_TOO_NEAR 3e-4
 
 /* Middle of the widest gap between the nodes of the explicit pair of order 8. */
 #define MECHC_PAIR_GAP 0.4667
 
-/* The same beside a gap that cannot be told from rounding. */
+/* The same where the gap cannot be distinguished from rounding. */
 #define MECHC_LOST 1e-5
 
 #if MECHC_NH > 0
@@ -80,8 +80,7 @@ MECHC_STATIC double mechc_nearest(const mechc_span *span, const mechc_critical *
     return 0.5 * (left + right);
 }
 
-/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it leads away
- * from it or past it. */
+/* Time until the motion, on a parabola from here, is nearest to q*; infinite where it recedes. */
 MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *c)
 {
     const double direction = span->h < 0.0 ? -1.0 : 1.0;
@@ -99,7 +98,7 @@ MECHC_STATIC double mechc_time_to(const mechc_span *span, const mechc_critical *
     return discriminant > 0.0 ? 2.0 * away / (square + sqrt(discriminant)) : HUGE_VAL;
 }
 
-/* Does q* lie between the two ends, seen along the faster one's direction? */
+/* Is q* between the two ends, along the velocity of the faster one? */
 MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical *c)
 {
     double before = 0.0, after = 0.0, slow = 0.0, fast = 0.0;
@@ -115,7 +114,7 @@ MECHC_STATIC int mechc_lies_between(const mechc_span *span, const mechc_critical
     return before * after < 0.0;
 }
 
-/* How far the step reaches, in mass-weighted speeds. */
+/* An upper bound of the step's length in mass-weighted coordinates. */
 MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
 {
     double square = 0.0;
@@ -127,7 +126,8 @@ MECHC_STATIC double mechc_reach(const mechc_span *span, const double *mass)
     return fabs(span->h) * sqrt(square);
 }
 
-/* How far away, in mass-weighted coordinates, what makes the conditioning so small may lie. */
+/* How far away, in mass-weighted coordinates, the critical configuration may be that makes the
+ * conditioning so small. */
 MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mass)
 {
     double heaviest = 0.0;
@@ -135,8 +135,8 @@ MECHC_STATIC double mechc_beside(const mechc_weakest *weakest, const double *mas
     return weakest->ratio < MECHC_NARROW ? 30.0 * weakest->ratio * sqrt(heaviest) : 0.0;
 }
 
-/* Place a crossing that lies at the fraction s: into the widest gap between the nodes of this step
- * or of the next one.  1 where the step stands as it is. */
+/* The factor of the step that puts a crossing, now at its fraction s, into the widest gap between
+ * the nodes of this step or of the next one; 1 where the step needs no change. */
 MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
 {
     if (s < 0.1 || s > 1.3) return 1.0;
@@ -145,8 +145,8 @@ MECHC_STATIC double mechc_aim(const mechc_span *span, double s)
     return s - span->best;
 }
 
-/* A step that ends too near a crossing to stand, and shortened would only creep up to it: the one
- * that straddles it instead, where the explicit pair has its widest gap.  1 where it is longer. */
+/* Replace a step that ends too near a crossing, and would only approach it when shortened, by a
+ * longer one that has the crossing in the explicit pair's widest gap.  1 where there is one. */
 MECHC_STATIC int mechc_straddle(const mechc_span *span, const mechc_critical *c,
                                 mechc_decision *out)
 {
@@ -202,7 +202,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     else if (turned) out->action = MECHC_CROSSES;
 }
 
-/* The critical configuration near q: the one known from before where nothing spoke against it. */
+/* The critical configuration near q: the last one found, where it is one of this step too. */
 MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
 {
@@ -214,7 +214,7 @@ MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_g
     return 1;
 }
 
-/* Judge a step whose conditioning dipped. */
+/* Judge a step with a poor conditioning. */
 MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_decision *out)
 {
     mechc_weakest before, after;

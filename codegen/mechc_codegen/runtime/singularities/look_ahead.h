@@ -11,14 +11,14 @@
 #include "singularities/weakest.h"
 
 #if MECHC_NH > 0
-/* Steps within which the conditioning, falling on as it does, would be gone. */
+/* Steps within which the conditioning would vanish if it kept falling at this rate. */
 #define MECHC_SOON 4.0
 
-/* Gap over the length below which a near miss is passed in a bend so sharp that the iteration
+/* Gap over the length below which the motion past a near miss curves so sharply that the iteration
  * would magnify rounding there. */
 #define MECHC_SHARP 1e-6
 
-/* Time to the next crossing, looked for where the conditioning is as poor as it is beside one. */
+/* Time to the next crossing; it is searched for only where the conditioning is poor. */
 MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *monitor)
 {
     const double open = fabs(span->h);
@@ -42,15 +42,15 @@ MECHC_STATIC double mechc_look_ahead(const mechc_span *span, mechc_monitor *moni
     return HUGE_VAL;
 }
 
-/* A step, as a rule no longer than that of the span, that keeps well away from crossings ahead or
- * straddles them well; reach: the longest that the last step's polynomial may begin, where stages
- * begun far off would close on the other branch. */
+/* A step, usually no longer than that of the span, that ends well before the next crossing or has
+ * it in a wide gap of its nodes.  reach: the longest step that the last step's polynomial may
+ * begin; stages begun farther away could close on the other branch. */
 MECHC_STATIC double mechc_plan_ahead(const mechc_span *span, mechc_monitor *monitor, int refused,
                                      double reach)
 {
     double open = fabs(span->h);
     if (isnan(monitor->ahead)) monitor->ahead = mechc_look_ahead(span, monitor);
-    /* so near that noise grows with every step that ends before it: over it at once */
+    /* so near that errors grow with every step that ends before it: cross it at once */
     if (monitor->first < MECHC_NARROW && monitor->ahead < HUGE_VAL && !refused)
         open = mechc_max(open, 2.0 * monitor->ahead);
     if (monitor->ahead >= 1.5 * open) return open;

@@ -5,18 +5,18 @@
 
 #include "singularities/critical.h"
 
-/* The conditioning met within one step, and what is known of critical configurations. */
+/* The conditioning within one step, and what is known of critical configurations. */
 typedef struct {
     double first, least, most;
-    double q[MECHC_NQ]; /* where it was least */
+    double q[MECHC_NQ]; /* time where it was least */
     int rank;           /* of the configuration rows at a generic place; 0: not known yet */
     int tries;          /* since the last accepted step */
-    double patience;    /* the crossing may be bridged from this time before it */
+    double patience;    /* time before the crossing from which one step may cross it */
     double wanted;      /* the step that the error would have allowed, before it was shortened to
                            place a crossing; 0: was not */
     double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
     int leaving;        /* over the last step the conditioning rose */
-    int bends;          /* a near miss comes, so narrow that the motion bends sharply */
+    int bends;          /* a near miss ahead is so narrow that the motion curves sharply */
     double fall;        /* of the conditioning in time, over the last step; 0: not known */
 #if MECHC_NH > 0
     mechc_critical known; /* the last one found */
@@ -38,7 +38,7 @@ MECHC_STATIC void mechc_monitor_meet(mechc_monitor *monitor, double conditioning
     memcpy(monitor->q, q, sizeof monitor->q);
 }
 
-/* Conditioning below which even short steps are examined, though they see little change. */
+/* Conditioning below which even short steps, with little change of it, are examined. */
 #define MECHC_NARROW 0.03
 
 /* Conditioning above which no crossing is near, however fast it falls. */
@@ -52,7 +52,7 @@ MECHC_STATIC int mechc_nears_critical(const mechc_monitor *monitor, double horiz
         && monitor->least <= mechc_max(MECHC_NARROW, horizon * (monitor->most - monitor->least));
 }
 
-/* Is what was found near a crossing?  Past a near miss everything is regular. */
+/* Was a crossing found nearby?  Beyond a near miss all is regular. */
 MECHC_STATIC int mechc_knows_crossing(const mechc_monitor *monitor)
 {
 #if MECHC_NH > 0

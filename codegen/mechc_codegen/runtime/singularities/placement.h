@@ -11,8 +11,8 @@ typedef struct {
     const double *at;
 } mechc_nodes;
 
-/* The longest step, no longer than `open`, that is good for a crossing so far ahead: the crossing
- * lies in a wide gap between the nodes, or well beyond the end. */
+/* The longest step, up to `open`, that suits a crossing so far ahead: the crossing is in a wide gap
+ * between the nodes, or well beyond the end. */
 MECHC_STATIC double mechc_plan(mechc_nodes nodes, double ahead, double open)
 {
     if (!(ahead < 1.5 * open)) return open;

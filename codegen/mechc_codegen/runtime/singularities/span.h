@@ -24,7 +24,7 @@ typedef struct {
     double low, best, high; /* fractions of a step between which a crossing is best placed */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
-    int last;               /* of the run: nothing goes on from its end */
+    int last;               /* of the run: no step follows */
     int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
     mechc_nodes nodes;      /* ... between these */
     const mechc_path *path; /* NULL: not known yet */
@@ -36,8 +36,8 @@ typedef struct {
     int action;
     int why;         /* MECHC_CANNOT_TELL: the status */
     double factor;   /* MECHC_RETRY: of the step */
-    int bridge;      /* MECHC_RETRY: with the table that bridges change points */
-    int to_pair;     /* MECHC_RETRY: the explicit pair goes on from here */
+    int bridge;      /* MECHC_RETRY: with the method that crosses change points */
+    int to_pair;     /* MECHC_RETRY: the explicit pair takes the steps that follow */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_decision;

@@ -1,8 +1,8 @@
-/* Which weak directions turned over within a step, seen from node to node.
+/* Which weak directions changed their sign within a step, followed from node to node.
  *
- * A step's ends alone do not tell: two near misses leapt in one step turn a direction over twice,
- * and behind the weakest row a second one may pass its own.  So every direction whose singular
- * value is below the clear level is followed with its sign over all nodes of the step.
+ * The step's ends alone cannot show it: a step over two near misses changes the sign twice, and
+ * besides the weakest row a second one may change its own.  So every direction whose singular value
+ * is below the clear level is followed with its sign over all nodes of the step.
  */
 #pragma once
 
@@ -21,7 +21,7 @@ typedef struct {
     mechc_weakest weakest;
 } mechc_seen;
 
-/* The share of the singular value after that u . J v must be, to count. */
+/* The least share of the later singular value that u . J v must have to count. */
 #define MECHC_SURE 0.3
 
 MECHC_STATIC int mechc_surely_turned(const mechc_weakest *before, const mechc_weakest *after, int k)
@@ -68,7 +68,7 @@ MECHC_STATIC int mechc_is_positive(double *b, int n)
 }
 #endif
 
-/* Surely no weak direction turned over: together they went on, however they mixed. */
+/* True only where no weak direction changed its sign, however they mixed. */
 MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weakest *after)
 {
 #if MECHC_NH > 2
@@ -83,14 +83,14 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
 #endif
 }
 
-/* Closure that a critical configuration may leave beside what it leaves along its normal, in units
- * of rounding: more is the gap of another row. */
+/* The gap besides that along its normal that a critical configuration may have, in units of
+ * rounding: a larger one is the gap of another row. */
 #define MECHC_CLOSED_BESIDE 4.0
 
-/* A step that leaves in doubt what the weak directions did is shortened so often. */
+/* How often a step is shortened whose weak directions cannot be followed with certainty. */
 #define MECHC_DOUBTS 16
 
-/* How often a piece between two nodes is halved to look closer. */
+/* How often a piece between two nodes is halved. */
 #define MECHC_HALVINGS 3
 
 /* Is it one, with every gap closed but the one along its normal? */
@@ -106,14 +106,15 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
     return 1;
 }
 
-/* What is found between two nodes: directions that surely turned over, and the last gap judged. */
+/* What is found between two nodes: directions that certainly changed their sign, and the last gap
+ * judged. */
 typedef struct {
     int turned;
     double gap;
 } mechc_tally;
 
-/* What direction k passed there, seen from the node at which it is weaker.  Where no critical
- * configuration explains that it surely turned, the step is too long to follow the motion. */
+/* What direction k passed there, from the node at which it is weaker.  Where it changed its sign
+ * and no critical configuration explains it, the step is too long to follow the motion. */
 MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_seen *before,
                                            const mechc_seen *after, int k, double reach, int surely,
                                            mechc_tally *tally)
@@ -154,8 +155,8 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
 }
 
 #if MECHC_NH > 2
-/* Could a direction have turned over twice between two places?  Singular values move no more than
- * the rows do: Weyl (1912). */
+/* Could a direction have changed its sign twice between two configurations?  Singular values change
+ * no more than the rows do: Weyl (1912). */
 MECHC_STATIC int mechc_may_hide(const mechc_weakest *before, const mechc_weakest *after)
 {
     const int last = before->rank - 1;
@@ -170,8 +171,8 @@ MECHC_STATIC int mechc_may_hide(const mechc_weakest *before, const mechc_weakest
     return sqrt(mechc_max(square, 0.0)) > before->values[last] + after->values[last];
 }
 
-/* A place of the step after node i - 1, on the cubic through the four nodes around it, its loops
- * closed where they can be. */
+/* A configuration after node i - 1, on the cubic through the four nodes around it, its loops closed
+ * where they can be. */
 MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fraction, int rank,
                                     mechc_seen *out)
 {
@@ -196,7 +197,7 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
 }
 #endif
 
-/* The same, looked at in halves where it may hide more than it shows. */
+/* The same; the piece is halved where a direction may have changed its sign twice. */
 MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mechc_seen *before,
                                               const mechc_seen *after, int i, int halvings,
                                               double reach, mechc_tally *tally)
@@ -226,9 +227,9 @@ MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, int rank, mechc_
     mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
 }
 
-/* Follow the step's nodes: 1 where `out` says that the step cannot stand.  A direction that turned
- * over at a near miss has leapt over it; a step over several crossings is to end between the first
- * two. */
+/* Follow the step's nodes: 1 where `out` rejects the step.  A change of sign at a near miss means
+ * that the step jumped to the other curve; a step over several crossings is shortened to end
+ * between the first two. */
 MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor *monitor,
                                     double reach, mechc_decision *out)
 {

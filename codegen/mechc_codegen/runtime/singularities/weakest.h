@@ -1,12 +1,12 @@
 /* The weakest of the configuration rows: the smallest singular value of their Jacobian, with its
- * two vectors, and whether the direction that it belongs to turned over between two places.
+ * two vectors, and whether that direction changed its sign between two configurations.
  */
 #pragma once
 
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NH > 0
-/* Below this share of the largest singular value, a row counts as redundant at a generic place. */
+/* Below this share of the largest singular value at generic configurations a row is redundant. */
 #define MECHC_GENERIC 1e-7
 
 typedef struct {
@@ -55,7 +55,7 @@ MECHC_STATIC void mechc_rotate(double *x, double *y, int count, double c, double
     }
 }
 
-/* Turn rows i and j of `a`, and of the basis, into orthogonal ones; their cosine before. */
+/* Rotate rows i and j of `a`, and of the basis, until orthogonal; their cosine before. */
 MECHC_STATIC double mechc_rotate_rows(double *a, double *basis, int i, int j)
 {
     double *x = a + i * MECHC_NU, *y = a + j * MECHC_NU;
@@ -92,7 +92,7 @@ MECHC_STATIC void mechc_sort_rows(double *a, mechc_weakest *out)
     }
 }
 
-/* Rows over speeds that are measured by the mass they move; in trees, by the mass matrix. */
+/* Rows by speeds that are weighted by the mass each moves; in trees, by the mass matrix. */
 MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, double *a)
 {
 #if MECHC_LINKS > 0
@@ -145,7 +145,7 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
 #endif
 }
 
-/* The same of a place that was located to be solved, where rows may not have been written out. */
+/* The same of a configuration whose rows may not have been computed explicitly. */
 MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mechc_weakest *out)
 {
 #if MECHC_LINKS > 0
@@ -165,13 +165,12 @@ MECHC_STATIC double mechc_weakest_ratio(const mechc_scalar_place *place, int ran
     return weakest.ratio;
 }
 
-/* 1 where the weakest direction turned over between two places: the signed smallest singular value,
- * followed with its vectors, changed sign.  0 where it did not, -1 where the vectors turned too far
- * to tell. */
+/* 1 where the signed smallest singular value, followed with its vectors, changed its sign between
+ * two configurations; 0 where it did not; -1 where the vectors rotated too far to decide. */
 #if MECHC_NH > 2
-/* Rows of several loops may turn over together, and then their vectors mix.  So each weak direction
- * of the place before is followed by what the rows after do to it, u . J v; where some turned over
- * and others did not, loops have gone different ways. */
+/* Rows of several loops may change their signs together, and their vectors then mix.  So each weak
+ * direction of the first configuration is followed by the rows of the second, u . J v; where some
+ * signs changed and others did not, the loops have taken different branches. */
 #define MECHC_ALIKE 1.6 /* times the smallest singular value */
 
 /* u . J v of the rows after for the k-th vectors before */

@@ -23,7 +23,7 @@
 #if MECHC_NH > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
  * in turn has moved it a little and the loops are closed again. */
-MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
+MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span *span)
 {
     int rank = 0;
     for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(span->given); j++) {
@@ -44,7 +44,7 @@ MECHC_STATIC int mechc_generic_rank(const mechc_integration *run, const mechc_sp
 #endif
 
 /* Learn at the start which rows are redundant everywhere, and refuse a start where more are. */
-MECHC_STATIC void mechc_monitor_start(mechc_integration *run)
+MECHC_RARE void mechc_monitor_start(mechc_integration *run)
 {
 #if MECHC_NH > 0
     const mechc_span span = {.given = &run->given};

@@ -46,8 +46,7 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
 }
 #endif
 
-MECHC_STATIC void mechc_integration_extend(mechc_run *head, double t1,
-                                           const mechc_inputs *inputs)
+MECHC_RARE void mechc_integration_extend(mechc_run *head, double t1, const mechc_inputs *inputs)
 {
     mechc_integration *run = (mechc_integration *)head;
     const ptrdiff_t count = head->trajectory.count;
@@ -99,8 +98,8 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 }
 
 /* methods: by their numbers. */
-MECHC_STATIC void mechc_integration_start(mechc_run *head, const mechc_options *options,
-                                          const mechc_method *const *methods)
+MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *options,
+                                        const mechc_method *const *methods)
 {
     mechc_integration *run = (mechc_integration *)head;
     memset(run, 0, sizeof *run);

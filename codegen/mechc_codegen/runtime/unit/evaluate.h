@@ -27,7 +27,7 @@ MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, 
     }
 }
 
-/* Inlined into one function an output, so that `f` and `width` are constants there. */
+/* Inlined where `f` and `width` are constants. */
 MECHC_INLINE void mechc_evaluate_blocks(mechc_vector_output *f, int width, ptrdiff_t count,
                                         mechc_rows t, mechc_rows y, mechc_rows p,
                                         const mechc_inputs *inputs, double *out)
@@ -68,6 +68,17 @@ MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *
     mechc_vector_rates(t, q, given, out);
 }
 
+/* One copy for all outputs but the rates. */
+MECHC_ONCE void mechc_evaluate_by(mechc_vector_output *f, int width, ptrdiff_t count,
+                                    mechc_rows t, mechc_rows y, mechc_rows p,
+                                    const mechc_inputs *inputs, double *out)
+{
+    mechc_evaluate_blocks(f, width, count, t, y, p, inputs, out);
+}
+
 #define MECHC_EVALUATE(label, width, ...) \
-    mechc_evaluate_blocks(mechc_vector_output_##label, width, __VA_ARGS__)
+    if (mechc_vector_output_##label == mechc_vector_output_rates) \
+        mechc_evaluate_blocks(mechc_vector_output_rates, width, __VA_ARGS__); \
+    else \
+        mechc_evaluate_by(mechc_vector_output_##label, width, __VA_ARGS__)
 #include "unit/outputs.h"

@@ -35,7 +35,7 @@ static int mechc_unit_project(double t, double *y, const double *p, const mechc_
     return mechc_project_state(t, y, &given, moved);
 }
 
-static void mechc_unit_start(mechc_run *run, const mechc_options *options)
+MECHC_RARE void mechc_unit_start(mechc_run *run, const mechc_options *options)
 {
     mechc_integration_start(run, options, mechc_methods);
 }

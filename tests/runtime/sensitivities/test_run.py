@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 from sympy import Symbol, cos
-from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
 import mechc
 from tests.support.differences import apart, extrapolated
+from tests.support.pendulums import bob_on_a_rod
 
 METHODS = {"gauss8": 1e-9, "dop853": 1e-9, "dopri5": 1e-8, "radau5": 1e-8}
 GIVEN = {"m": 1.3, "l": 0.8, "g": 9.81, "c": 0.4}
@@ -20,17 +21,9 @@ def swing():
     t = dynamicsymbols._t
     q, u, torque = dynamicsymbols("q u F")
     m, l, g, c = (Symbol(name) for name in "mlgc")
-    r = ReferenceFrame("r")
-    e = r.orientnew("e", "Axis", (q, r.z))
-    e.set_ang_vel(r, u * r.z)
-    origin = Point("O")
-    origin.set_vel(r, 0)
-    tip = origin.locatenew("P", l * e.x)
-    tip.v2pt_theory(origin, r, e)
-    bob = Particle("bob", tip, m)
-    bob.potential_energy = m * g * tip.pos_from(origin).dot(r.y)
+    r, e, _, bob = bob_on_a_rod(q, u, m, l, g)
     method = KanesMethod(r, [q], [u], [q.diff(t) - u])
-    method.kanes_equations([bob], [(tip, -m * g * r.y), (e, (torque - c * u) * r.z)])
+    method.kanes_equations([bob], [(bob.point, -m * g * r.y), (e, (torque - c * u) * r.z)])
     own = {"push": torque * u, "pull": m * l * u**2 + m * g * cos(q) + u.diff(t)}
     return mechc.compile(
         method, name="swing", defaults=GIVEN, outputs=("energy", "points", "sensitivities", own)

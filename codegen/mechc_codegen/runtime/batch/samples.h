@@ -1,0 +1,250 @@
+/* Samples of the quantities of which a trajectory is reduced to numbers: values within every step.
+ *
+ * Many steps are sampled together, so that parameters are prepared once and outputs are evaluated
+ * in full lanes; quantities of the same output share its values.
+ */
+#pragma once
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "abi/codes.h"
+#include "abi/model.h"
+
+#define MECHC_SAMPLES 8 /* of a step */
+#define MECHC_MOST_AHEAD 16 /* steps that are sampled together, */
+#define MECHC_MOST_VALUES 16384 /* and numbers of an output there, where it is wide */
+
+/* One reduction of one quantity: a component of the state, or of an output. */
+typedef struct {
+    int reduction, form;
+    int output, second; /* -1: the state; second: added to it, or -1 */
+    int component;
+    int direction;      /* of a crossing: 1 upwards, -1 downwards, 0 both */
+    int terminal;       /* the run ends at this crossing */
+    double level;
+} mechc_quantity;
+
+/* Where in a step quantities are sampled: one set of fractions for extremes and crossings, another
+ * for means.  The first sample of a block of steps is at its start. */
+enum { MECHC_EVENLY, MECHC_AT_NODES, MECHC_SETS };
+
+typedef struct {
+    double *values;  /* a row a quantity */
+    ptrdiff_t first; /* of the steps that were sampled */
+    int count;       /* how many; 0: none yet */
+} mechc_samples;
+
+typedef struct {
+    const mechc_unit *unit;
+    int width, widest, quantities;
+    const mechc_quantity *quantity;
+    const double *p;
+    const mechc_inputs *inputs;
+    double t0;
+    double stop;    /* when a terminal crossing came, or NaN */
+    double *value;  /* a quantity each: the result so far */
+    int *known;
+    int *shared;    /* a quantity each: the first one that has the same values */
+    int ahead, rows; /* steps that are sampled together, and samples in them */
+    mechc_samples samples[MECHC_SETS];
+    double *t, *states, *outputs; /* at the samples of one set at a time */
+} mechc_reducer;
+
+static int mechc_set_of(const mechc_quantity *quantity)
+{
+    return quantity->reduction == MECHC_MEAN ? MECHC_AT_NODES : MECHC_EVENLY;
+}
+
+/* Whether two quantities need the same values as long as either needs any. */
+static int mechc_sampled_alike(const mechc_quantity *a, const mechc_quantity *b)
+{
+    const int first = a->reduction == MECHC_FIRST_CROSSING;
+    return mechc_set_of(a) == mechc_set_of(b) && a->form == b->form && a->output == b->output
+        && a->second == b->second && a->component == b->component && !first
+        && b->reduction != MECHC_FIRST_CROSSING && b->reduction != MECHC_LAST;
+}
+
+/* The first quantity with the same samples. */
+static int mechc_reducer_shared(const mechc_reducer *reducer, int i)
+{
+    for (int j = 0; j < i; j++)
+        if (mechc_sampled_alike(reducer->quantity + i, reducer->quantity + j)) return j;
+    return i;
+}
+
+static int mechc_reducer_make(mechc_reducer *reducer, const mechc_unit *unit, int width,
+                              int quantities, const mechc_quantity *quantity)
+{
+    const size_t some = (size_t)(quantities > 0 ? quantities : 1);
+    reducer->unit = unit;
+    reducer->width = width;
+    reducer->quantities = quantities;
+    reducer->quantity = quantity;
+    reducer->widest = 1;
+    for (int i = 0; i < unit->output_count; i++)
+        if (unit->outputs[i].width > reducer->widest) reducer->widest = unit->outputs[i].width;
+    const int fit = MECHC_MOST_VALUES / (MECHC_SAMPLES * reducer->widest);
+    reducer->ahead = fit < 1 ? 1 : fit < MECHC_MOST_AHEAD ? fit : MECHC_MOST_AHEAD;
+    reducer->rows = 1 + MECHC_SAMPLES * reducer->ahead;
+    reducer->value = malloc(some * sizeof(double));
+    reducer->known = malloc(some * sizeof(int));
+    reducer->shared = malloc(some * sizeof(int));
+    const size_t rows = (size_t)reducer->rows * sizeof(double);
+    reducer->t = malloc(rows);
+    reducer->states = malloc(rows * (size_t)width);
+    reducer->outputs = malloc(2 * rows * (size_t)reducer->widest);
+    int made = reducer->value && reducer->known && reducer->shared && reducer->t
+            && reducer->states && reducer->outputs;
+    for (int set = 0; set < MECHC_SETS; set++) {
+        reducer->samples[set].values = malloc(rows * some);
+        made = made && reducer->samples[set].values;
+    }
+    for (int i = 0; made && i < quantities; i++)
+        reducer->shared[i] = mechc_reducer_shared(reducer, i);
+    return made;
+}
+
+static void mechc_reducer_free(mechc_reducer *reducer)
+{
+    free(reducer->value);
+    free(reducer->known);
+    free(reducer->shared);
+    free(reducer->t);
+    free(reducer->states);
+    free(reducer->outputs);
+    for (int set = 0; set < MECHC_SETS; set++) free(reducer->samples[set].values);
+}
+
+static void mechc_reducer_begin(mechc_reducer *reducer, const mechc_options *options)
+{
+    reducer->p = options->p;
+    reducer->inputs = options->inputs;
+    reducer->t0 = options->t0;
+    reducer->stop = NAN;
+    for (int i = 0; i < reducer->quantities; i++) {
+        reducer->known[i] = 0;
+        reducer->value[i] = 0.0;
+    }
+}
+
+/* Output `output` of `count` states. */
+static void mechc_reduce_output(const mechc_reducer *reducer, int output, ptrdiff_t count,
+                                const double *t, const double *states, double *out)
+{
+    const mechc_rows times = {t, 1}, rows = {states, reducer->width}, p = {reducer->p, 0};
+    reducer->unit->outputs[output].evaluate(count, times, rows, p, reducer->inputs, out);
+}
+
+/* One number from the values of an output at one state. */
+static double mechc_reduce_form(const mechc_quantity *quantity, const double *values, int width)
+{
+    double square = 0.0;
+    if (quantity->form != MECHC_NORM) {
+        const double value = values[quantity->component];
+        return quantity->form == MECHC_ABSOLUTE ? fabs(value) : value;
+    }
+    for (int i = 0; i < width; i++) square += values[i] * values[i];
+    return sqrt(square);
+}
+
+/* The quantity at `count` states, no more than there are rows. */
+static void mechc_reduce_states(const mechc_reducer *reducer, const mechc_quantity *quantity,
+                                ptrdiff_t count, const double *t, const double *states,
+                                double *out)
+{
+    const double *values = states;
+    int width = reducer->width;
+    if (quantity->output >= 0) {
+        width = reducer->unit->outputs[quantity->output].width;
+        values = reducer->outputs;
+        mechc_reduce_output(reducer, quantity->output, count, t, states, reducer->outputs);
+    }
+    for (ptrdiff_t i = 0; i < count; i++)
+        out[i] = mechc_reduce_form(quantity, values + i * width, width);
+    if (quantity->second < 0) return;
+    double *others = reducer->outputs + (ptrdiff_t)reducer->rows * reducer->widest;
+    width = reducer->unit->outputs[quantity->second].width;
+    mechc_reduce_output(reducer, quantity->second, count, t, states, others);
+    for (ptrdiff_t i = 0; i < count; i++) out[i] += others[i * width + quantity->component];
+}
+
+/* Whether a quantity is a component of the state, which is read off the polynomial of a step. */
+static int mechc_is_component(const mechc_quantity *quantity)
+{
+    return quantity->output < 0 && quantity->form != MECHC_NORM;
+}
+
+/* Whether its values are still needed in a set. */
+static int mechc_needs_samples(const mechc_reducer *reducer, int i, int set)
+{
+    const mechc_quantity *quantity = reducer->quantity + i;
+    const int over = quantity->reduction == MECHC_FIRST_CROSSING && reducer->known[i];
+    return reducer->shared[i] == i && mechc_set_of(quantity) == set && !over
+        && quantity->reduction != MECHC_LAST && !mechc_is_component(quantity);
+}
+
+/* The fractions of a step in one of the sets. */
+static const double *mechc_fractions(int set)
+{
+    static const double fractions[MECHC_SETS][MECHC_SAMPLES] = {
+        {0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0},
+        {0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
+         0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681}};
+    return fractions[set];
+}
+
+static double mechc_time_in(const mechc_trajectory *steps, ptrdiff_t step, double s)
+{
+    const double *t = steps->t + step;
+    return s <= 0.0 ? t[0] : s >= 1.0 ? t[1] : t[0] + s * (t[1] - t[0]);
+}
+
+/* A state at the end of a step: the accepted one, whether the run has gone on from it or not. */
+static void mechc_take_end(const mechc_trajectory *steps, ptrdiff_t step, double *state)
+{
+    memcpy(state, steps->y + (step + 1) * steps->width, (size_t)steps->width * sizeof(double));
+}
+
+/* The values of all quantities that are sampled in this set, in the steps from `first` on. */
+static void mechc_sample(mechc_reducer *reducer, const mechc_trajectory *steps, ptrdiff_t first,
+                         int set)
+{
+    mechc_samples *samples = reducer->samples + set;
+    const double *fractions = mechc_fractions(set);
+    const ptrdiff_t left = steps->count - 1 - first, width = reducer->width;
+    samples->first = first;
+    samples->count = left < reducer->ahead ? (int)left : reducer->ahead;
+    const ptrdiff_t rows = 1 + MECHC_SAMPLES * (ptrdiff_t)samples->count;
+    reducer->t[0] = steps->t[first];
+    for (ptrdiff_t row = 0; row + 1 < rows; row++)
+        reducer->t[row + 1] = mechc_time_in(steps, first + row / MECHC_SAMPLES,
+                                            fractions[row % MECHC_SAMPLES]);
+    reducer->unit->interpolate(0, steps, reducer->p, reducer->inputs, rows, reducer->t,
+                               reducer->states);
+    if (set == MECHC_EVENLY)
+        mechc_take_end(steps, first + samples->count - 1, reducer->states + (rows - 1) * width);
+    for (int i = 0; i < reducer->quantities; i++)
+        if (mechc_needs_samples(reducer, i, set))
+            mechc_reduce_states(reducer, reducer->quantity + i, rows, reducer->t, reducer->states,
+                                samples->values + i * (ptrdiff_t)reducer->rows);
+}
+
+/* The samples of a quantity in a step, preceded by its value at the step's start where they include
+ * that at its end. */
+static const double *mechc_seen(mechc_reducer *reducer, const mechc_trajectory *steps,
+                                ptrdiff_t step, int i)
+{
+    const int set = mechc_set_of(reducer->quantity + i);
+    const mechc_samples *samples = reducer->samples + set;
+    if (step < samples->first || step >= samples->first + samples->count)
+        mechc_sample(reducer, steps, step, set);
+    const ptrdiff_t row = MECHC_SAMPLES * (step - samples->first) + (set == MECHC_AT_NODES);
+    return samples->values + reducer->shared[i] * (ptrdiff_t)reducer->rows + row;
+}
+
+/* The trajectory has other steps now. */
+static void mechc_forget_samples(mechc_reducer *reducer)
+{
+    for (int set = 0; set < MECHC_SETS; set++) reducer->samples[set].count = 0;
+}

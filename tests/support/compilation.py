@@ -1,0 +1,36 @@
+"""How tests compile scenes: what they need, and where no claim depends on it, in half the time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from mechc_codegen.extension import build, flags
+
+from mechc.compilation import toolchain
+from mechc.compilation.pending import Pending
+
+LESS = tuple("-O1" if flag == "-O3" else flag for flag in flags.FLAGS)
+
+
+class MadeOnRequest(Pending):
+    """In place of the thread that compiles the integrators: many tests need none.
+
+    Rates and outputs are compiled first; the integrators when they are asked for, not behind a
+    test.
+    """
+
+    def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
+        super().__init__(make, at_once=False)
+
+
+def compile_less_optimised(patch: pytest.MonkeyPatch) -> None:
+    """Until the patch is undone; under keys of their own in the cache, by the compiler's name.
+
+    Whether a mechanism is derived right shows at any level of optimisation.  The flags that users
+    get compile the scenes of all other tests, and of these with ``--thorough``.
+    """
+    patch.setenv("CC", " ".join((*toolchain.compiler(), "-DMECHC_LESS_OPTIMISED")))
+    for module in (flags, build):
+        patch.setattr(module, "FLAGS", LESS)

@@ -74,7 +74,7 @@ def convert(
     refuse_other_accelerations(source, bodies, rates, speeds_held)
     refuse_contributing(source, reactions, rates, speeds_held)
     origin = source.origin or _origin(source)
-    potential = potential_of(source, bodies, origin, stationary)
+    potential = potential_of(source, bodies, origin, stationary, kinematics)
     given = _resolved(settings.units, "units", source, (*parameters, *states))
     units = Units(source, read, kinematics, given)
     return Mechanism(

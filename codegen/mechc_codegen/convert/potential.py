@@ -1,7 +1,8 @@
 """The potential energy of a mechanism whose loads are given as forces, as far as it is known.
 
-A force that is constant in the inertial frame has V = -F . r.  For any other load that depends on
-the configuration it is not known whether it has a potential, unless the bodies have a
+A force that is constant in the inertial frame has V = -F . r.  For all other loads that depend on
+the configuration, springs for instance, V is sought with dV = -(F . dr + T . dphi) of all of them
+together.  Where none is found it is not known whether there is one, unless the bodies have a
 ``potential_energy``: it is then that of all loads.  Loads that depend only on speeds, time or
 inputs have none.
 """
@@ -11,11 +12,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from sympy import Add, Expr, S, sympify
+from sympy import Add, Dummy, Expr, ImmutableDenseMatrix, S, sympify
 from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
+from mechc_codegen.convert.antiderivative import antiderivative
 from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.description.source import Source
 
@@ -57,19 +59,23 @@ def potential_of(
     bodies: Sequence[RigidBody | Particle],
     origin: Point | None,
     stationary: Stationary,
+    rates: Sequence[Expr],
 ) -> Potential:
-    """The potential energy, as far as it can be known."""
+    """The potential energy, as far as it can be known; ``rates``: q' of each coordinate."""
     said = sum((sympify(b.potential_energy) for b in bodies), S.Zero)
     if said != 0:
         return Potential(said)
-    total, unknown = S.Zero, []
+    total, others = S.Zero, []
     for place, vector in source.loads:
         value = _of_load(source, place, vector, origin, stationary)
         if value is None:
-            unknown.append(f"the load on {place.name}")
+            others.append((place, vector))
         else:
             total += value
-    return Potential(total, tuple(unknown))
+    elastic = _of_loads(source, others, origin, rates) if others else S.Zero
+    if elastic is None:
+        return Potential(total, tuple(f"the load on {place.name}" for place, _ in others))
+    return Potential(total + elastic)
 
 
 def _of_load(
@@ -94,6 +100,53 @@ def _of_load(
     )
 
 
+def _of_loads(
+    source: Source,
+    loads: Sequence[tuple[Point | ReferenceFrame, Vector]],
+    origin: Point | None,
+    rates: Sequence[Expr],
+) -> Expr | None:
+    """The potential energy of loads that depend on the configuration; None where none is found."""
+    slopes = [S.Zero] * len(source.q)
+    for place, vector in loads:
+        components = [_at_rest(source, c) for c in vector.to_matrix(source.frame)]
+        moved = _moved(source, place, origin, rates)
+        if moved is None or any(_of_time(source, c) for c in (*components, *moved)):
+            return None
+        for j in range(len(source.q)):
+            slopes[j] -= sum((f * d for f, d in zip(components, moved.col(j), strict=True)), S.Zero)
+    return antiderivative(slopes, source.q)
+
+
+def _of_time(source: Source, value: Expr) -> bool:
+    """Whether it depends on time other than through the coordinates, or is not known."""
+    plain = value.xreplace({q: Dummy() for q in source.q})
+    return value is S.NaN or bool(plain.has(dynamicsymbols._t))
+
+
+def _moved(
+    source: Source, place: Point | ReferenceFrame, origin: Point | None, rates: Sequence[Expr]
+) -> ImmutableDenseMatrix | None:
+    """Displacement of a point, or rotation of a frame, by each coordinate (3, nq)."""
+    if isinstance(place, ReferenceFrame):
+        if tuple(rates) != tuple(source.u):
+            return None
+        turning = dict(zip((q.diff(dynamicsymbols._t) for q in source.q), source.u, strict=True))
+        turned = place.ang_vel_in(source.frame).to_matrix(source.frame).xreplace(turning)
+        return ImmutableDenseMatrix(turned.jacobian(list(source.u)))
+    arm = _arm(place, origin)
+    if arm is None:
+        return None
+    return ImmutableDenseMatrix(arm.to_matrix(source.frame).jacobian(list(source.q)))
+
+
+def _arm(place: Point, origin: Point | None) -> Vector | None:
+    try:
+        return place.pos_from(origin) if origin is not None else None
+    except ValueError:  # positions unknown
+        return None
+
+
 def _at_rest(source: Source, component: Expr) -> Expr:
     """The load at zero speeds and zero inputs; NaN where that is not known."""
     time = dynamicsymbols._t
@@ -115,10 +168,7 @@ def _term_at_rest(term: Expr, moving: Sequence[Expr], still: Mapping[Expr, Expr]
 def _constant_force(
     source: Source, place: Point, components: Sequence[Expr], origin: Point | None
 ) -> Expr | None:
-    try:
-        arm = place.pos_from(origin) if origin is not None else None
-    except ValueError:  # positions unknown
-        return None
+    arm = _arm(place, origin)
     axes = (source.frame.x, source.frame.y, source.frame.z)
     force = sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
     return None if arm is None else -force.dot(arm)

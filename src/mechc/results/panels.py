@@ -321,7 +321,9 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
     except MechcError as error:
         return _message(area, clean_text(str(error), 300))
     if not view.names:
-        return _message(area, "This scene names no points: nothing to draw.")
+        return _message(
+            area, "No points to draw: compile with outputs=(..., 'points') to see bodies move."
+        )
     axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)
     for name, colour in zip(run.model.traced, _colours(len(run.model.traced)), strict=True):

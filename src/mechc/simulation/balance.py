@@ -192,13 +192,15 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     """The energy that the work does not explain, J: the larger of what is missing in some steps
     spread evenly, scaled up to all, and in those whose energies change unlike their neighbours'."""
     t, y = run.states()
-    gained = np.diff(system.energy(y, values, t))
+    steps = np.flatnonzero(np.diff(t))  # resets are none
+    begin, end = t[steps], t[steps + 1]
+    gained = np.diff(system.energy(y, values, t))[steps]
     count, most = len(gained), min(MOST_STEPS, len(gained))
     even = np.unique(np.linspace(0, count - 1, most).astype(int))
     neighbours = np.convolve(np.pad(gained, 1, mode="edge"), [0.5, 0.0, 0.5], mode="valid")
     odd = np.sort(np.argsort(np.abs(gained - neighbours))[-most:])
     chosen = np.concatenate([even, odd])
-    middle, half = 0.5 * (t[chosen] + t[chosen + 1]), 0.5 * (t[chosen + 1] - t[chosen])
+    middle, half = 0.5 * (begin + end)[chosen], 0.5 * (end - begin)[chosen]
     inner = (middle[:, None] + half[:, None] * NODES).ravel()
     lengths = np.repeat(np.abs(2.0 * half), len(NODES))
     power = power_at(system, values, inner, run.interpolate(inner), lengths).value

@@ -346,14 +346,16 @@ def test_an_acceleration_may_use_the_constraints() -> None:
 # -- potential energy -----------------------------------------------------------------------------
 
 
-def test_weight_has_its_potential_and_a_spring_does_not_pass_for_none() -> None:
+def test_weight_and_a_spring_have_their_potential_and_a_whirl_does_not_pass_for_none() -> None:
     g, k = symbols("g k")
     heavy = mechanism(slider(lambda q, u, N: -Symbol("m") * g * N.y - 3 * u[0] * N.x))
     assert heavy.potential == Symbol("m") * g * y
     assert heavy.unknown_potentials == ()
     sprung = mechanism(slider(lambda q, u, N: -k * q[0] * N.x))
-    assert sprung.unknown_potentials == ("the load on P",)
-    told = slider(lambda q, u, N: -k * q[0] * N.x)
+    assert (sprung.potential, sprung.unknown_potentials) == (k * x**2 / 2, ())
+    whirled = mechanism(slider(lambda q, u, N: -k * q[0] * N.y))
+    assert whirled.unknown_potentials == ("the load on P",)
+    told = slider(lambda q, u, N: -k * q[0] * N.y)
     told.bodies[0].potential_energy = k * x**2 / 2
     assert mechanism(told).potential == k * x**2 / 2
 

@@ -6,7 +6,7 @@ import pytest
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.frontend.read import read
-from sympy import sqrt, symbols
+from sympy import cos, exp, simplify, sin, sqrt, symbols
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 t = dynamicsymbols._t
@@ -36,9 +36,52 @@ def test_friction_whose_size_depends_on_the_place_has_none() -> None:
     assert potential(-mu * (1 + x**2) * along) == (0, ())
 
 
-@pytest.mark.parametrize("force", [-mu * along - k * x * N.x, k * (x + v / sqrt(w**2)) * N.x])
-def test_beside_friction_a_spring_is_still_one_whose_potential_is_not_known(force) -> None:
+def test_beside_friction_a_spring_keeps_its_potential() -> None:
+    found, unknown = potential(-mu * along - k * x * N.x)
+    assert (found, unknown) == (k * x**2 / 2, ())
+
+
+def test_a_force_with_a_part_that_has_no_value_at_rest_is_unknown() -> None:
+    assert potential(k * (x + v / sqrt(w**2)) * N.x)[1] == ("the load on P",)
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        k * (x**2 + y**2) / 2 + m * g * y,
+        k * (sqrt(x**2 + y**2) - mu) ** 2 / 2,
+        k * sin(x + 2 * y) * cos(y) + mu * exp(-g * x) * y,
+        -g * m / sqrt(x**2 + y**2),
+        k * (x - mu) ** 4 * y,
+    ],
+)
+def test_forces_of_a_potential_have_it_but_for_a_constant(known) -> None:
+    found, unknown = potential(-known.diff(x) * N.x - known.diff(y) * N.y)
+    assert unknown == ()
+    assert [simplify(found.diff(q) - known.diff(q)) for q in (x, y)] == [0, 0]
+
+
+@pytest.mark.parametrize("force", [k * y * N.x, k * x * y * N.x, k * x * t * N.x, k * x * N.x / y])
+def test_forces_that_turn_about_or_depend_on_time_have_none(force) -> None:
     assert potential(force)[1] == ("the load on P",)
+
+
+def test_a_spring_between_two_bodies_and_one_in_a_joint_are_seen_together() -> None:
+    theta, omega = dynamicsymbols("theta omega")
+    A = N.orientnew("A", "Axis", (theta, N.z))
+    A.set_ang_vel(N, omega * N.z)
+    Q = P.locatenew("Q", mu * A.x)
+    Q.v2pt_theory(P, N, A)
+    kane = KanesMethod(N, [x, theta], [v, omega], [x.diff(t) - v, theta.diff(t) - omega])
+    apart = Q.pos_from(O).xreplace({y: 0})
+    kane.kanes_equations(
+        [Particle("P", P, m), Particle("Q", Q, m)],
+        [(Q, -k * apart), (A, -g * theta * N.z), (O, k * apart)],
+    )
+    found = convert(read(kane), ConversionSettings())
+    known = k * (x**2 + 2 * mu * x * cos(theta)) / 2 + g * theta**2 / 2
+    assert found.unknown_potentials == ()
+    assert simplify(found.potential.xreplace({y: 0}) - known).free_symbols <= {k, mu}
 
 
 def test_a_force_that_has_no_limit_at_rest_and_no_sign_is_unknown() -> None:

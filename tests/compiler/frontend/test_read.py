@@ -116,21 +116,21 @@ def test_fixed_parameters_fall_away_and_take_operations_with_them(four_bar):
 
 
 def test_what_was_not_asked_for_or_is_not_known_says_so():
-    spring = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.x), defaults={"k": 2.0})
-    assert spring.defaults == {"k": 2.0}
+    whirl = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.y), defaults={"k": 2.0})
+    assert whirl.defaults == {"k": 2.0}
     y = [0.1, 0.2, 0.3, 0.4]
     with pytest.raises(UnavailableOutputError, match=r"load on P has a potential cannot be seen"):
-        spring.energy(y, {"m": 1.0})
+        whirl.energy(y, {"m": 1.0})
     with pytest.raises(UnavailableOutputError, match=r"compile with outputs=\(..., 'points'\)"):
-        spring.points(y, {"m": 1.0})
-    assert spring.kinetic_energy(y, {"m": 2.0}) == pytest.approx(0.25)
+        whirl.points(y, {"m": 1.0})
+    assert whirl.kinetic_energy(y, {"m": 2.0}) == pytest.approx(0.25)
 
 
 def test_a_run_without_a_known_energy_is_told_and_shown(monkeypatch, tmp_path):
     monkeypatch.undo()
-    spring = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.x), defaults={"k": 2.0})
-    sol = spring.simulate(np.pi, [1.0, 0.0, 0.0, 1.0], {"m": 0.5}, rtol=1e-10)
-    np.testing.assert_allclose(sol.y[-1], [1.0, np.pi, 0.0, 1.0], atol=1e-8)
+    whirl = mechc.compile(slider(lambda q, u, N: -Symbol("k") * q[0] * N.y), defaults={"k": 2.0})
+    sol = whirl.simulate(1.0, [1.0, 0.0, 0.0, 1.0], {"m": 0.5}, rtol=1e-10)
+    np.testing.assert_allclose(sol.y[-1], [1.0, -1.0, 0.0, -3.0], atol=1e-8)
     assert np.isnan(sol.energy).all()
     assert np.isnan(sol.energy_drift)
     assert "energy is not known" in sol._repr_html_()

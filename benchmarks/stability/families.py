@@ -14,7 +14,9 @@ from . import (
     near_misses,
     random_starts,
     stiff,
+    turns,
     values,
+    window_misses,
 )
 from .judge import Row
 
@@ -53,6 +55,10 @@ FAMILIES: dict[str, Family] = {
         "l_3 = 4 +- 10^-k: the bend of the 40-digit motion, or a status where doubles cannot tell",
         near_misses.near_misses, 0.85, TIMES_START + ", and rounding of the closure",
     ),
+    "window near misses": Family(
+        "two and three windows in a row that miss their change points by 1e-3 to 1e-15 m",
+        window_misses.window_misses, 0.8, TIMES_START + ", and rounding of the closure",
+    ),
     "exact motion": Family(
         "through change points for 20 s and 100 s, by every method at every tolerance",
         exact_motion.exact_motion, unit="of the limit that was promised",
@@ -68,6 +74,10 @@ FAMILIES: dict[str, Family] = {
     "decimal lengths": Family(
         "lengths as 7.6, 3.8, 7.7 m that add up as typed make a change point",
         crossings.decimal_lengths, 0.99,
+    ),
+    "whole turns": Family(
+        "the four-bar 1e3 to 1e6 turns on moves as it does without them", turns.turns,
+        unit=TIMES_START + ", and the last digit of its angles",
     ),
     "dead points": Family(
         "links in line without a change point are nothing special", geometry.dead_points

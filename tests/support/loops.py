@@ -126,32 +126,6 @@ def parallel_cranks(count: int) -> Mechanism:
     )  # fmt: skip
 
 
-def window_row(count: int) -> Mechanism:
-    """Four-bars in a row: cranks and couplers of 1 m, ground pivots at 0, g_1, g_2, ..."""
-    ground = RigidBody("ground")
-    rods = [rod(f"rod_{k}", Integer(1)) for k in range(2 * count + 1)]
-    near, far = [-r.x / 2 for r in rods], [r.x / 2 for r in rods]
-    joints: list[PinJoint | Cut] = []
-    for k in range(len(rods)):
-        on = k - 2 if k > 2 and k % 2 else k - 1  # couplers hang on couplers: 1, 3, 5, ...
-        parent, place = (rods[on], far[on]) if k else (ground, None)
-        joints.append(
-            PinJoint(
-                f"pin_{k}", parent, rods[k], *dynamicsymbols(f"q_{k} u_{k}"), place, near[k],
-                joint_axis=parent.z,
-            )
-        )  # fmt: skip
-    for k in range(1, count + 1):
-        place = symbols(f"g_{k}") * ground.x
-        joints.append(
-            Cut.pin(f"g_{k}", ground, rods[2 * k], place, far[2 * k], joint_axis=ground.z)
-        )
-    return from_joints(
-        "window_row", joints, gravity=-FREE_FALL * ground.y,
-        parameters={f"g_{k}": float(k) for k in range(1, count + 1)}, ground=ground,
-    )  # fmt: skip
-
-
 def five_bar() -> Mechanism:
     """Four moving rods of lengths a, b, c, d in a ring, ground pivots g apart: two freedoms."""
     ground = at = RigidBody("ground")

@@ -19,14 +19,14 @@ from mechc.native._codes import (
     NOT_CLOSED,
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
-    UNDECIDED,
 )
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import CODES, Status
+from mechc.simulation.status import AT_CROSSINGS, CODES, Status
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-LIMITED = frozenset((STEP_TOO_SMALL, NOT_CLOSED, UNDECIDED, TOO_MANY_STEPS, MEMORY_LIMIT))
+SHRUNK_AWAY = frozenset((STEP_TOO_SMALL, NOT_CLOSED, *AT_CROSSINGS))
+LIMITED = SHRUNK_AWAY | {TOO_MANY_STEPS, MEMORY_LIMIT}
 TOO_SMALL = "the step size fell below the spacing of doubles"
 TAIL = 48  # accepted steps that are examined
 # Degree of a polynomial through them that a step of the method does not tell from its own end.
@@ -89,7 +89,7 @@ def explained(
             limit = jump or _growth(last) or _not_accuracy(last)
     except (MechcError, np.linalg.LinAlgError):  # a user's input fails; no number is finite
         return status
-    if jump and code in (STEP_TOO_SMALL, NOT_CLOSED, UNDECIDED):
+    if jump and code in SHRUNK_AWAY:
         return replace(status, code=CODES[DISCONTINUITY][0], cause=jump.what, advice=jump.advice)
     if code == STEP_TOO_SMALL and limit:
         return replace(status, cause=f"{TOO_SMALL}: {limit.what}", advice=limit.advice)

@@ -22,7 +22,6 @@ from mechc.native._codes import (
     RUNNING,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
-    UNDECIDED,
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
@@ -47,7 +46,6 @@ CHUNK = 2000  # attempted steps between checks of signals and progress
 EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
-EXACT = 1e-15  # of the model's length: a change point that is missed by less is exact
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -126,7 +124,6 @@ def _driven(
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
-        rounding=EXACT * system.length(values) if code == UNDECIDED else 0.0,
     )
     if code in LIMITED:
         status = explained(status, code, system, compiled, values, policy, span)
@@ -252,8 +249,8 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
         return ()
     return (
         f"{system.coordinates[largest]} comes to {angles[largest]:.3g} rad, where doubles lie "
-        f"{np.spacing(angles[largest]):.1g} rad apart: closure and energy are no more accurate, "
-        "near change points much less, at any rtol. Subtract whole turns from the start, "
+        f"{np.spacing(angles[largest]):.1g} rad apart: what is computed from the states, closure "
+        "and energy too, is no more accurate, at any rtol. Subtract whole turns from the start, "
         "or divide the run into shorter ones",
     )
 

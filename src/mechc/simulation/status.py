@@ -81,13 +81,22 @@ class Status:
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
 
 
+# Near critical configurations, where another method may do.
+AT_CROSSINGS = (
+    codes.UNDECIDED,
+    codes.NO_STEP_FITS,
+    codes.BRANCH_IN_DOUBT,
+    codes.BEND_TOO_SHARP,
+)
+
 CODES = {
     codes.FINISHED: ("finished", "", ""),
     codes.NOT_CLOSED: (
         "not closed",
-        "the loops could not be closed any further: the step led to a configuration that the "
-        "lengths do not allow",
-        "Check the state with model.constraints(y); start from model.assemble(...)",
+        "however short a step was, the loops could not be closed at its end: the links come to the "
+        "end of their reach, or loops that close in this place only are held apart by rounding",
+        "Look at sol.y[-1] and model.constraints(sol.y[-1]); loosen rtol, or start from "
+        "model.assemble(...), which closes the loops to rounding",
     ),
     codes.STEP_TOO_SMALL: (
         "step too small",
@@ -124,10 +133,27 @@ CODES = {
     ),
     codes.UNDECIDED: (
         "undecided",
-        "the links come so nearly in line that doubles cannot decide on which side they pass: the "
-        "gap at the change point is {gap:.1e} m",
-        "The branch of the motion depends on digits below rounding. Change a length by more "
-        "than that, or make it exact",
+        "the lengths miss a change point by {gap:.1e} m, of the size of their rounding: doubles "
+        "cannot decide on which side the links pass",
+        "Give lengths that meet the change point as typed, or miss it by 1e-12 of their size",
+    ),
+    codes.NO_STEP_FITS: (
+        "no step fits",
+        "a change point comes next, and no step could be placed across it: rounding near it is "
+        "more than a step may err by",
+        "Loosen rtol, or take method='dop853'; the motion until there is good",
+    ),
+    codes.BRANCH_IN_DOUBT: (
+        "branch in doubt",
+        "several rows of the constraints are nearly dependent together, and however short a step "
+        "was, it did not show which of them reversed",
+        "Loosen rtol, or take another method; the motion until there is good",
+    ),
+    codes.BEND_TOO_SHARP: (
+        "bend too sharp",
+        "the links pass a change point that they miss by {gap:.1e} m: the motion bends there so "
+        "sharply that rounding is more than a step may err by",
+        "Loosen rtol, or take method='dop853'; the motion until there is good",
     ),
     codes.AT_CHANGE_POINT: (
         "at a change point",
@@ -189,27 +215,15 @@ CODES = {
 }
 
 
-# Undecided, where the loop closes in line to rounding.
-NO_STEP_FITS = (
-    "a change point comes next, to the rounding of the lengths, and no step could be placed across "
-    "it: rounding near it is more than a step may err by",
-    "Loosen rtol, or take method='dop853'; the motion until there is good",
-)
-
-
 def status_of(
     code: int,
     t: float,
     coordinate: str = "",
     gap: float = 0.0,
     warnings: tuple[str, ...] = (),
-    *,
-    rounding: float = 0.0,
 ) -> Status:
-    """The status for a code of the compiled integrator; a gap up to the rounding given is none."""
+    """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
-    if code == codes.UNDECIDED and gap <= rounding:
-        cause, advice = NO_STEP_FITS
     if not cause:
         return Status(name, t, warnings=warnings)
     return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)

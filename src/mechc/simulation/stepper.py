@@ -9,10 +9,10 @@ from functools import partial
 from typing import Any
 
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.native._codes import FINISHED, RUNNING, STEP_TOO_SMALL, UNDECIDED
+from mechc.native._codes import FINISHED, RUNNING, STEP_TOO_SMALL
 from mechc.simulation.initialise import begin, checked_state
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import ChangePoint, Status, status_of
+from mechc.simulation.status import AT_CROSSINGS, ChangePoint, Status, status_of
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
@@ -181,7 +181,7 @@ class Stepper:
             code = run.reach(t1)
             if run.t >= t1:
                 break
-            beside = code in (UNDECIDED, STEP_TOO_SMALL) and method != BESIDE
+            beside = code in (*AT_CROSSINGS, STEP_TOO_SMALL) and method != BESIDE
             if code not in (RUNNING, FINISHED) and not beside:
                 self._t = float(run.t)
                 self._fail(code)

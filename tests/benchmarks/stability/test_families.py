@@ -4,6 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from benchmarks.problems.data import reference
+from benchmarks.references.linkage_curve import PlanarLinkage
 from benchmarks.stability import batches, crossings, long_runs, near_misses, stiff, values
 
 
@@ -76,3 +78,18 @@ def test_a_stiff_spring_moves_as_its_modes_do():
     rows = list(stiff._linear([1e6], [1e-6]))
     assert {row["word"] for row in rows} <= {"right", "flagged"}
     assert sum(row["word"] == "right" for row in rows) >= 4
+
+
+@pytest.mark.parametrize("miss", [1e-3, -1e-8, 1e-13])
+def test_the_curve_of_a_linkage_is_that_of_38_digits(miss):
+    ground = 4.0 + miss
+    known = reference("four_bar_near_misses")[repr(ground)]
+    exact = np.array(known["3.0"], float)
+    linkage = PlanarLinkage([-1, 0, 1], [1, 2, 3], [1, 2, 3], [2], [(ground, 0.0)])
+    found = linkage.integrate(near_misses.start(ground), np.array([3.0]))[0]
+    apart = max(np.abs(np.exp(1j * found[:3]) - np.exp(1j * exact[:3])).max(),
+                np.abs(found[3:] - exact[3:]).max())  # fmt: skip
+    assert apart < 1e-10
+    moved = linkage.moved(0, 2.0**-51).integrate(near_misses.start(ground), np.array([3.0]))[0]
+    rounded = np.abs(np.array(known["rounded"], float)).max()  # over twice as much
+    assert np.abs(moved - found).max() == pytest.approx(rounded / 2, rel=0.2)

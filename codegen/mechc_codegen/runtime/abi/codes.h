@@ -17,7 +17,10 @@ typedef enum {
     MECHC_NO_MEMORY = 7,
     MECHC_UNDECIDED = 8,       /* a gap so small that doubles cannot tell which way it bends */
     MECHC_AT_CHANGE_POINT = 9, /* the start is a change point: two ways lead on from it */
-    MECHC_STOPPED_AT_CHANGE_POINT = 10 /* as asked for; the crossing is recorded, not the step */
+    MECHC_STOPPED_AT_CHANGE_POINT = 10, /* as asked for; the crossing is recorded, not the step */
+    MECHC_NO_STEP_FITS = 12,      /* none could be placed across a crossing */
+    MECHC_BRANCH_IN_DOUBT = 13,   /* the weak directions were lost, however short the step */
+    MECHC_BEND_TOO_SHARP = 14     /* a near miss, in whose bend the steps shrank to nothing */
 } mechc_status;
 
 /* How a run, or a member of a batch, ended where its driver decides that. */

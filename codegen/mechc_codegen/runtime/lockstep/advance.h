@@ -15,7 +15,7 @@
 
 #if MECHC_LOCKSTEP
 /* Keep the steps that were accepted. */
-MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep *a, mechc_integration **runs, int lane,
+MECHC_STATIC int mechc_lockstep_keep(mechc_lockstep *a, mechc_integration **runs, int lane,
                                     const mechc_vector *rows)
 {
     mechc_trajectory *trajectory = &runs[lane]->head.trajectory;
@@ -27,7 +27,10 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep *a, mechc_integration 
         dense[i] = i < mechc_dop853_tableau.dense_rows * MECHC_NX ? rows[i][lane] : 0.0;
     if (size) trajectory->methods[trajectory->count - 1] = MECHC_DOP853;
     for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
-    return mechc_append(trajectory, a->t[lane], y);
+    const int kept = mechc_append_turned(trajectory, a->t[lane], y, runs[lane]->turns);
+    mechc_take_turns(y, runs[lane]->turns);
+    for (int i = 0; i < MECHC_NQ; i++) a->y[i][lane] = y[i];
+    return kept;
 }
 
 /* What each run does next, once a step of all of them is judged; 1 where one is to leave. */

@@ -36,6 +36,7 @@ typedef struct {
     double compensation[MECHC_NX], next_compensation[MECHC_NX]; /* of y: Kahan (1965) */
     double time_compensation;
     double y[MECHC_NX], tolerance[MECHC_NX], scale[MECHC_NX];
+    double turns[MECHC_NQ]; /* whole turns taken out of y: see turns.h */
     double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
     int may_stiffen;           /* go over to the implicit method where stability limits the step */
     int stiff, easy;           /* steps in a row that were limited so; that were not */

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 #include "abi/run.h"
+#include "run/turns.h"
 #include "simd/lanes.h"
 
 MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
@@ -54,6 +55,15 @@ MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, d
     row[0] = t;
     row[1] = gap;
     memcpy(row + 2, q, (size_t)coordinates * sizeof(double));
+    return 1;
+}
+
+/* A state whose turns were taken out. */
+MECHC_STATIC int mechc_append_turned(mechc_trajectory *trajectory, double t, const double *y,
+                                     const double *turns)
+{
+    if (!mechc_append(trajectory, t, y)) return 0;
+    mechc_give_turns(turns, trajectory->y + (trajectory->count - 1) * trajectory->width);
     return 1;
 }
 

@@ -330,12 +330,11 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     return 1;
 }
 
-/* A gap of a few units of rounding or less counts as a change point, since lengths are rounded to
- * doubles; up to a hundred units the closure's own rounding deflects the curve as much as the gap
- * does, and nothing can be decided. */
+/* Gaps of up to one unit of rounding are a change point to whoever typed the lengths as doubles; a
+ * gap of some units keeps its sign, and the curve its bend, whatever rounding the closure has. */
 MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
 {
     if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
-    return fabs(c->gap) <= 100.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
+    return fabs(c->gap) <= 8.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
 }
 #endif

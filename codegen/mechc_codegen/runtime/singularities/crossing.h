@@ -165,7 +165,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
     if (turned != between || (too_near && !span->last)) {
         monitor->ahead = HUGE_VAL;
-        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        if (monitor->tries >= 24) mechc_give_up(out, MECHC_NO_STEP_FITS, critical->gap);
         else if (turned != between || monitor->tries % 4 != 2
                  || !mechc_straddle(span, critical, out))
             mechc_retry(out, factors[monitor->tries % 8], 0);
@@ -234,7 +234,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     if (mechc_scalar_stopped(span->given)) return;
     if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
-        if (monitor->tries >= 24) out->action = MECHC_CANNOT_TELL;
+        if (monitor->tries >= 24) mechc_give_up(out, MECHC_BRANCH_IN_DOUBT, HUGE_VAL);
         else mechc_retry(out, 0.5, 0);
         return;
     }
@@ -249,7 +249,8 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
                                after.ratio < MECHC_TOO_NEAR, out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
-        if (between || turned || after.ratio < MECHC_LOST) out->action = MECHC_CANNOT_TELL;
+        if (between || turned || after.ratio < MECHC_LOST)
+            mechc_give_up(out, MECHC_UNDECIDED, critical.gap);
         break;
     default:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);

@@ -13,6 +13,7 @@ typedef struct {
     int count;
     double fraction[MECHC_MOST_NODES];
     double q[MECHC_MOST_NODES][MECHC_NQ];
+    int open[MECHC_MOST_NODES]; /* its loops could not be closed there */
 } mechc_path;
 
 /* A step as proposed: states and rates at both ends. */
@@ -33,6 +34,7 @@ enum { MECHC_STANDS, MECHC_CROSSES, MECHC_RETRY, MECHC_CANNOT_TELL };
 
 typedef struct {
     int action;
+    int why;         /* MECHC_CANNOT_TELL: the status */
     double factor;   /* MECHC_RETRY: of the step */
     int bridge;      /* MECHC_RETRY: with the method that crosses change points */
     int to_pair;     /* MECHC_RETRY: the explicit pair takes the steps that follow */
@@ -47,6 +49,13 @@ MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
     out->factor = factor;
     out->bridge = bridge;
     out->to_pair = 0;
+}
+
+MECHC_STATIC void mechc_give_up(mechc_decision *out, int why, double gap)
+{
+    out->action = MECHC_CANNOT_TELL;
+    out->why = why;
+    out->gap = gap;
 }
 
 MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *span, int rank,

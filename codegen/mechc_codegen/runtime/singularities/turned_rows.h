@@ -17,6 +17,7 @@
 /* A configuration of a step, and its weak directions. */
 typedef struct {
     double fraction, q[MECHC_NQ];
+    int open; /* off the manifold: from there another sheet is near, unseen */
     mechc_weakest weakest;
 } mechc_seen;
 
@@ -105,10 +106,18 @@ MECHC_STATIC int mechc_is_critical(const mechc_span *span, double t, const mechc
     return 1;
 }
 
+/* What is found between two nodes: directions that certainly changed their sign, and the last gap
+ * judged. */
+typedef struct {
+    int turned;
+    double gap;
+} mechc_tally;
+
 /* What direction k passed there, from the node at which it is weaker.  Where it changed its sign
  * and no critical configuration explains it, the step is too long to follow the motion. */
 MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_seen *before,
-                                           const mechc_seen *after, int k, double reach, int surely)
+                                           const mechc_seen *after, int k, double reach, int surely,
+                                           mechc_tally *tally)
 {
     const int first = before->weakest.values[k] <= after->weakest.values[k];
     const mechc_seen *node = first ? before : after;
@@ -118,27 +127,28 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_s
         mechc_find_critical_of(t, node->q, span->given, node->weakest.rank, k, reach, &found)
         && mechc_is_critical(span, t, &found);
     if (is_one && !found.curves) return MECHC_CROSSING;
+    if (is_one) tally->gap = found.gap;
     return is_one ? mechc_judge(&found) : surely ? MECHC_NEAR_MISS : MECHC_UNKNOWN;
 }
 
-/* The worst that a weak direction passed between two nodes; *turned counts those that certainly
- * changed their sign. */
+/* The worst that a weak direction passed between two nodes. */
 MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc_seen *before,
-                                             const mechc_seen *after, double reach, int *turned)
+                                             const mechc_seen *after, double reach,
+                                             mechc_tally *tally)
 {
     const mechc_weakest *from = &before->weakest, *to = &after->weakest;
     int first = from->rank, turned_here = 0;
-    if (mechc_surely_kept(from, to)) return MECHC_CROSSING;
+    if (!before->open && !after->open && mechc_surely_kept(from, to)) return MECHC_CROSSING;
     while (first > 0 && from->values[first - 1] <= MECHC_CLEAR * from->values[0]) first--;
     for (int k = from->rank - 1; k >= first; k--) {
         if (!mechc_surely_turned(from, to, k)) continue;
-        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 1);
+        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 1, tally);
         turned_here++;
-        ++*turned;
+        tally->turned++;
         if (found != MECHC_CROSSING) return found;
     }
     for (int k = from->rank - 1; k >= first && !turned_here; k--) {
-        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 0);
+        const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 0, tally);
         if (found != MECHC_UNKNOWN) return found;
     }
     return turned_here ? MECHC_CROSSING : MECHC_UNKNOWN;
@@ -181,16 +191,16 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
     const double t = span->t + fraction * span->h;
     out->fraction = fraction;
     memcpy(out->q, closed, sizeof closed);
-    if (mechc_scalar_close_loops(t, closed, span->given, &place, &unused) == MECHC_RUNNING)
-        memcpy(out->q, closed, sizeof closed);
-    mechc_weakest_at(t, out->q, span, rank, &out->weakest);
+    out->open = mechc_scalar_close_loops(t, closed, span->given, &place, &unused) != MECHC_RUNNING;
+    if (!out->open) memcpy(out->q, closed, sizeof closed);
+    mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
 }
 #endif
 
 /* The same; the piece is halved where a direction may have changed its sign twice. */
 MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mechc_seen *before,
                                               const mechc_seen *after, int i, int halvings,
-                                              double reach, int *turned)
+                                              double reach, mechc_tally *tally)
 {
 #if MECHC_NH > 2
     if (halvings > 0 && mechc_may_hide(&before->weakest, &after->weakest)) {
@@ -198,14 +208,14 @@ MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mech
         mechc_see_between(span, i, 0.5 * (before->fraction + after->fraction),
                           before->weakest.rank, &middle);
         const mechc_verdict found =
-            mechc_judge_halves(span, before, &middle, i, halvings - 1, reach, turned);
+            mechc_judge_halves(span, before, &middle, i, halvings - 1, reach, tally);
         if (found != MECHC_CROSSING) return found;
-        return mechc_judge_halves(span, &middle, after, i, halvings - 1, reach, turned);
+        return mechc_judge_halves(span, &middle, after, i, halvings - 1, reach, tally);
     }
 #else
     (void)i, (void)halvings;
 #endif
-    return mechc_judge_piece(span, before, after, reach, turned);
+    return mechc_judge_piece(span, before, after, reach, tally);
 }
 
 /* A node of the step. */
@@ -213,6 +223,7 @@ MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, int rank, mechc_
 {
     out->fraction = span->path->fraction[i];
     memcpy(out->q, span->path->q[i], sizeof out->q);
+    out->open = span->path->open[i];
     mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
 }
 
@@ -227,28 +238,29 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     int crossed = 0;
     mechc_see_node(span, 0, monitor->rank, &nodes[0]);
     for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
-        int turned = 0;
+        mechc_tally tally = {0, HUGE_VAL};
         mechc_see_node(span, i, monitor->rank, &nodes[i % 2]);
         switch (mechc_judge_halves(span, &nodes[(i - 1) % 2], &nodes[i % 2], i, MECHC_HALVINGS,
-                                   reach, &turned)) {
+                                   reach, &tally)) {
         case MECHC_TOO_CLOSE_TO_CALL:
-            out->action = MECHC_CANNOT_TELL;
+            mechc_give_up(out, MECHC_UNDECIDED, tally.gap);
             return 1;
         case MECHC_NEAR_MISS:
-            mechc_retry(out, turned ? 0.3 : 0.5, 0);
+            mechc_retry(out, tally.turned ? 0.3 : 0.5, 0);
             return 1;
         case MECHC_UNKNOWN:
-            if (monitor->tries >= MECHC_DOUBTS) out->action = MECHC_CANNOT_TELL;
+            if (monitor->tries >= MECHC_DOUBTS)
+                mechc_give_up(out, MECHC_BRANCH_IN_DOUBT, HUGE_VAL);
             else mechc_retry(out, 0.5, 0);
             return 1;
         case MECHC_CROSSING:
             break;
         }
-        if (turned && crossed && i > crossed + 1 && monitor->tries < 16) {
+        if (tally.turned && crossed && i > crossed + 1 && monitor->tries < 16) {
             mechc_retry(out, 0.5 * (fraction[crossed] + fraction[i - 1]), span->bridge);
             return 1;
         }
-        if (turned && !crossed) crossed = i;
+        if (tally.turned && !crossed) crossed = i;
     }
     return 0;
 }

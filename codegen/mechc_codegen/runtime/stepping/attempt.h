@@ -94,8 +94,9 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     mechc_widen_scale(run);
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;
-    return mechc_append(&run->head.trajectory, t, run->y) && made ? MECHC_RUNNING
-                                                                  : MECHC_NO_MEMORY;
+    made &= mechc_append_turned(&run->head.trajectory, t, run->y, run->turns);
+    mechc_take_turns(run->y, run->turns);
+    return made ? MECHC_RUNNING : MECHC_NO_MEMORY;
 }
 
 /* Try again from the same state, with a step by `factor` as long. */
@@ -114,7 +115,8 @@ MECHC_STATIC int mechc_too_small(const mechc_integration *run)
 {
     const int examined = run->head.stats.critical_gap < HUGE_VAL;
     if (run->failure == MECHC_NOT_FINITE) return MECHC_NOT_FINITE;
-    if (MECHC_NH > 0 && examined && run->monitor.least < MECHC_NARROW) return MECHC_UNDECIDED;
+    if (MECHC_NH > 0 && examined && run->monitor.least < MECHC_NARROW)
+        return mechc_knows_crossing(&run->monitor) ? MECHC_NO_STEP_FITS : MECHC_BEND_TOO_SHARP;
     return run->failure ? run->failure : MECHC_STEP_TOO_SMALL;
 }
 

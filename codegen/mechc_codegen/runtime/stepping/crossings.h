@@ -18,6 +18,7 @@
 #include "singularities/span.h"
 #include "singularities/weakest.h"
 #include "stepping/control.h"
+#include "stepping/work.h"
 
 #if MECHC_NH > 0
 /* The rank of the configuration rows around a configuration: the most that is found when each speed
@@ -145,8 +146,8 @@ MECHC_STATIC int mechc_come_back(mechc_integration *run)
 }
 
 #if MECHC_NH > 0
-/* On the cubic through both ends of a step, its loops closed where they can be. */
-MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double *q)
+/* On the cubic through both ends of a step, its loops closed; 1 where they cannot be. */
+MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *q)
 {
     const double r = 1.0 - s;
     double closed[MECHC_NQ];
@@ -156,10 +157,12 @@ MECHC_STATIC void mechc_close_on_cubic(const mechc_span *span, double s, double 
         q[i] = span->start[i] * r * r * (1.0 + 2.0 * s) + span->end[i] * s * s * (3.0 - 2.0 * s)
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
-    if (!mechc_scalar_stopped(span->given)
-        && mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
-               == MECHC_RUNNING)
-        memcpy(q, closed, sizeof closed);
+    if (mechc_scalar_stopped(span->given)
+        || mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
+               != MECHC_RUNNING)
+        return 1;
+    memcpy(q, closed, sizeof closed);
+    return 0;
 }
 
 /* The configurations of a step: those of the method where it keeps them. */
@@ -173,10 +176,21 @@ MECHC_STATIC void mechc_path_of(const mechc_integration *run, const mechc_span *
         const double s = method->node ? method->nodes.at[i] : (double)i / last;
         double *q = path->q[i];
         path->fraction[i] = s;
+        path->open[i] = 0;
         if (i == 0 || i == last) memcpy(q, i ? span->end : span->start, sizeof path->q[i]);
         else if (method->node) method->node(run, i, q);
-        else mechc_close_on_cubic(span, s, q);
+        else path->open[i] = mechc_close_on_cubic(span, s, q);
     }
+}
+#endif
+
+#if MECHC_NH > 0
+/* The status of a run that gives up, and the gap that decides it. */
+MECHC_STATIC int mechc_tell_why(mechc_integration *run)
+{
+    run->head.stats.critical_gap = fabs(run->decision.gap);
+    run->head.stats.critical_time = run->head.t;
+    return run->decision.why;
 }
 #endif
 
@@ -194,12 +208,15 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     run->decision.gap = HUGE_VAL;
     mechc_examine(&span, &run->monitor, &run->decision);
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
+    if (run->decision.action == MECHC_STANDS && run->monitor.least < MECHC_NARROW
+        && !mechc_keeps_work(run, &span))
+        mechc_retry(&run->decision, 0.3, 0);
     stats->examined++;
     if (fabs(run->decision.gap) < stats->critical_gap) {
         stats->critical_gap = fabs(run->decision.gap);
         stats->critical_time = run->head.t;
     }
-    if (run->decision.action == MECHC_CANNOT_TELL) return MECHC_UNDECIDED;
+    if (run->decision.action == MECHC_CANNOT_TELL) return mechc_tell_why(run);
     if (run->decision.action == MECHC_RETRY) {
         const int bridge = run->decision.bridge && !run->method->holds_crossing;
         run->monitor.tries++;
@@ -242,7 +259,10 @@ MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const d
         s -= here / slope;
     }
     const double t = run->head.t + s * h;
-    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, run->decision.q,
+    double q[MECHC_NQ];
+    memcpy(q, run->decision.q, sizeof q);
+    mechc_give_turns(run->turns, q);
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, q,
                                MECHC_NQ))
         return MECHC_NO_MEMORY;
     return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT

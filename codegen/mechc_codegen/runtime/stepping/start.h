@@ -79,6 +79,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
     memcpy(run->y, options->y0, sizeof run->y);
+    mechc_take_turns(run->y, run->turns);
     mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
@@ -107,7 +108,7 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     const int made = mechc_use_method(run, methods[options->method]);
     mechc_count_dense_rows(run, options->dense);
     head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));
-    if (!mechc_append(&head->trajectory, head->t, run->y) || !made)
+    if (!mechc_append_turned(&head->trajectory, head->t, run->y, run->turns) || !made)
         head->status = MECHC_NO_MEMORY;
     if (head->status != MECHC_RUNNING) return;
     mechc_monitor_start(run);

@@ -1,0 +1,106 @@
+"""Exact motion of a planar linkage with one freedom, however near its change points it passes.
+
+For judging: on the curve of configurations nothing is singular but a change point itself.  The unit
+null vector n of the closure's rows R, oriented so that det [R; n] > 0, is smooth along the curve,
+and with its length s measured by the mass matrix s'' = -dV/ds.  In extended precision, by
+extrapolation, the loops closed at every step: linkage_curve.c, which is compiled at the first use.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..problems.problem import Array
+
+MOST = 16
+GRAVITY = 9.81  # m/s^2
+
+
+class _Linkage(ctypes.Structure):
+    _fields_ = (
+        ("rods", ctypes.c_int), ("loops", ctypes.c_int), ("inertia", ctypes.c_double * MOST**2),
+        ("moment", ctypes.c_double * MOST), ("tips", ctypes.c_double * MOST**2),
+        ("grounds", ctypes.c_double * MOST), ("parts", ctypes.c_double * MOST),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PlanarLinkage:
+    """Thin uniform rods in a vertical plane.
+
+    Parameters
+    ----------
+    hung
+        By rod: the rod on whose end it hangs, -1 for the pivot at the origin.
+    lengths, masses
+        Of the rods, m and kg.
+    ends
+        The rods whose ends are pinned to the ground, one a loop.
+    grounds
+        Where, as (x, parts of x below its last digit), m.
+    """
+
+    hung: Sequence[int]
+    lengths: Sequence[float]
+    masses: Sequence[float]
+    ends: Sequence[int]
+    grounds: Sequence[tuple[float, float]]
+
+    def moved(self, loop: int, by: float) -> PlanarLinkage:
+        """The same with one pivot on the ground moved, by less than an ulp too."""
+        x, part = self.grounds[loop]
+        grounds = list(self.grounds)
+        grounds[loop] = x, part + by
+        return replace(self, grounds=grounds)
+
+    def integrate(self, y0: Array, times: Array, tolerance: float = 1e-14) -> Array:
+        """Absolute angles and their rates at the times, (len(times), 2 rods); NaN where the motion
+        takes too many steps."""
+        times = np.ascontiguousarray(times, float)
+        start = np.ascontiguousarray(y0, float)
+        out = np.full((len(times), 2 * len(self.hung)), np.nan)
+        made = _library().integrate(
+            ctypes.byref(self._passed()), _pointer(start), len(times), _pointer(times),
+            ctypes.c_double(tolerance), _pointer(out),
+        )  # fmt: skip
+        return out if made else np.full_like(out, np.nan)
+
+    def _passed(self) -> _Linkage:
+        n, lengths, masses = len(self.hung), np.array(self.lengths), np.array(self.masses)
+        tips = np.zeros((n, n))  # of rod k, in unit vectors along the rods
+        for k, on in enumerate(self.hung):
+            tips[k] = tips[on] if on >= 0 else 0.0
+            tips[k, k] = lengths[k]
+        middles = tips - 0.5 * np.diag(lengths)
+        inertia = (middles.T * masses) @ middles + np.diag(masses * lengths**2 / 12)
+        flat = _Linkage(n, len(self.ends))
+        flat.inertia[: n * n] = inertia.ravel().tolist()
+        flat.moment[:n] = (GRAVITY * masses @ middles).tolist()
+        flat.tips[: len(self.ends) * n] = tips[list(self.ends)].ravel().tolist()
+        flat.grounds[: len(self.ends)] = [x for x, _ in self.grounds]
+        flat.parts[: len(self.ends)] = [part for _, part in self.grounds]
+        return flat
+
+
+@cache
+def _library() -> Any:
+    source = Path(__file__).with_suffix(".c")
+    target = Path(tempfile.mkdtemp()) / "linkage_curve.so"
+    compiler = os.environ.get("CC", "cc").split()
+    command = [*compiler, "-O3", "-shared", "-fPIC", "-o", str(target), str(source), "-lm"]
+    subprocess.run(command, check=True)
+    return ctypes.CDLL(str(target))
+
+
+def _pointer(a: Array) -> Any:
+    return a.ctypes.data_as(ctypes.POINTER(ctypes.c_double))

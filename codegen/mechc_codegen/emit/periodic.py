@@ -1,0 +1,58 @@
+"""Which coordinates appear in sines and cosines alone: a whole turn of them changes nothing.
+
+Input: the scene's functions.  Output: their indices.  Invariant: what is not recognised is not
+periodic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sympy import Add, Expr, Integer, Symbol
+
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.ir.program import SineCosine
+
+Sum = Mapping[Symbol, int]  # of coordinates, by their whole multiples
+
+
+def periodic(functions: SceneFunctions) -> list[int]:
+    """Of coordinates in the configuration and the motion; none where inputs read them."""
+    program = functions.program
+    if program.input_values():
+        return []
+    sums: dict[Symbol, Sum] = {q: {q: 1} for q in program.symbols.q}
+    turned = set[Symbol]()
+    used = set[Symbol]()  # other than in a sine or a cosine of a sum of whole multiples
+    for statement in (*functions.configuration, *functions.motion):
+        angle = _sum_of(statement.value, sums)
+        if angle is None:
+            used |= _carried(statement.value, sums)
+        elif isinstance(statement, SineCosine):
+            turned |= angle.keys()
+        else:
+            sums[statement.target] = angle
+    layout = functions.layout
+    for name in (*layout.configuration, *layout.motion):
+        for element in functions.outputs[name].elements if name in functions.outputs else ():
+            used |= _carried(element, sums)
+    return [i for i, q in enumerate(program.symbols.q) if q in turned - used]
+
+
+def _sum_of(value: Expr, sums: Mapping[Symbol, Sum]) -> Sum | None:
+    """The value as whole multiples of coordinates, and of what is free of them; else None."""
+    found: dict[Symbol, int] = {}
+    for term in Add.make_args(value):
+        if not _carried(term, sums):
+            continue
+        factor, symbol = term.as_coeff_Mul()
+        if not isinstance(factor, Integer) or symbol not in sums:
+            return None
+        for q, count in sums[symbol].items():
+            found[q] = found.get(q, 0) + int(factor) * count
+    return found
+
+
+def _carried(value: Expr, sums: Mapping[Symbol, Sum]) -> set[Symbol]:
+    """The coordinates that reach a value other than through sines and cosines."""
+    return {q for symbol in value.free_symbols & sums.keys() for q in sums[symbol]}

@@ -14,7 +14,6 @@ from . import (
     near_misses,
     random_starts,
     stiff,
-    turns,
     values,
     window_misses,
 )
@@ -76,7 +75,7 @@ FAMILIES: dict[str, Family] = {
         crossings.decimal_lengths, 0.99,
     ),
     "whole turns": Family(
-        "the four-bar 1e3 to 1e6 turns on moves as it does without them", turns.turns,
+        "the four-bar 1e3 to 1e6 turns on moves as it does without them", exact_motion.turns,
         unit=TIMES_START + ", and the last digit of its angles",
     ),
     "dead points": Family(

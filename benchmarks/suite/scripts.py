@@ -76,7 +76,7 @@ COMMANDS = {
     "sensitivities": Command("run times with derivatives over those without",
                              "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
-                      "stability.states"),
+                      "suite.states"),
     "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 

@@ -38,8 +38,8 @@ def _work(slopes: Sequence[Expr], variables: Sequence[Expr]) -> int:
     """Products of sines and cosines of n angles become up to 2^n terms, with as many factors."""
     turned = set[Expr]().union(*(slope.atoms(sin, cos) for slope in slopes))
     angles = sum(any(part.has(x) for part in turned) for x in variables)
-    operations: int = sum(slope.count_ops() for slope in slopes)
-    return operations * 4**angles
+    operations = sum(int(slope.count_ops()) for slope in slopes)
+    return int(operations * 4**angles)
 
 
 def _sum_of_terms(expression: Expr) -> Expr:

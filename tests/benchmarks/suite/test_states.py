@@ -3,7 +3,7 @@
 import json
 
 import mechc
-from benchmarks.stability import states
+from benchmarks.suite import states
 
 
 def test_the_states_of_before_are_found_again_and_another_bit_is_named(tmp_path, capsys):

@@ -279,7 +279,7 @@ class Model(Configurations):
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
             ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times
             and states are in ``sol.events``.
-            One with a ``reset`` changes the state, and the run goes on: ``sol.segments``.
+            One with a ``reset`` changes the state, and the run continues: ``sol.segments``.
         on_change_point
             At a configuration where branches of the motion cross: ``"continue"`` straight on along
             the same branch, ``"stop"`` before it, or ``"raise"``

@@ -95,7 +95,7 @@ def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
     """The same, with an expression where a function of a coordinate is given by data.
 
     ``(positions, values)`` become a cubic spline; a :class:`mechc.Signal` and interpolants of SciPy
-    are taken as they are.  Beyond the data the first and the last polynomial go on.
+    are taken as they are.  Beyond the data the first and the last polynomial continue.
 
     Raises
     ------

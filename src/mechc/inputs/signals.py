@@ -33,7 +33,7 @@ class Signal:
         4 continuous derivatives ("not a knot" at the ends; de Boor 1978, chapters IV and XIII).
     outside
         ``"refuse"``: a run must stay within the samples; ``"hold"``: before the first and after
-        the last sample their values go on.
+        the last sample their values continue.
 
     Raises
     ------

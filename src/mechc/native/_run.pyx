@@ -1,5 +1,5 @@
 # cython: language_level=3, boundscheck=False, wraparound=False, initializedcheck=False
-"""An integration of a compiled scene: it goes on in pieces, without the GIL."""
+"""An integration of a compiled scene: it continues in pieces, without the GIL."""
 
 import numpy as np
 

@@ -78,7 +78,7 @@ class Conditioning:
         return least < HIDING * (most - least)
 
     def poor(self) -> bool:
-        """Whether the rows are too nearly dependent to go on."""
+        """Whether the rows are too nearly dependent to continue."""
         return bool(self.rank) and min(self.met) < POOR * self.usual
 
     def fading(self) -> bool:

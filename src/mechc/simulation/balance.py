@@ -31,7 +31,7 @@ UNDOUBTED = 100.0  # times its own error: a power that is not rounding
 ROWS = 4096  # states taken together
 
 # Of the warning:
-NEAR = 1e3  # times the tolerance, of the largest kinetic energy: nothing more is looked at
+NEAR = 1e3  # times the tolerance, of the largest kinetic energy: nothing more is examined
 FAR = 100.0  # times what changes of the size of the tolerance do to the energy, ...
 MANY = 1000  # ... for so many steps, and in proportion beyond
 FINEST = 1e-9  # tolerances below it are taken for it: differences of energies have rounding

@@ -40,7 +40,7 @@ class Event:
         after it.
     reset
         ``f(t, q, u)`` that returns new coordinates (nq,) and speeds (nu,), with which the motion
-        goes on.  They are put onto the constraints: coordinates to the nearest that close the
+        continues.  They are put onto the constraints: coordinates to the nearest that close the
         loops, speeds by the impulse of the constraints through the mass matrix.  A reset that
         leaves the rate of the function with its sign is a switch: the zero is not found again.
     """

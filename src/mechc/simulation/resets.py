@@ -57,7 +57,7 @@ class Resets:
         finder.enter(chain, first, self._sides(float(t[first]), y[first]))
 
     def after(self, t: float, number: int) -> int:
-        """Apply the reset of an event, and go on; RUNNING, or the status that ends the run."""
+        """Apply the reset of an event, and continue; RUNNING, or the status that ends the run."""
         event = self.finder.events[number]
         self.chain.end_at(t)
         before = self.chain.last.interpolate(np.array([t]))[0]

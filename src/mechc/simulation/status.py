@@ -123,7 +123,7 @@ CODES = {
     codes.MEMORY_LIMIT: (
         "memory limit",
         "the trajectory needs more memory than max_bytes allows",
-        "Or raise max_bytes, pass dense=False, or go on from sol.y[-1] in shorter runs",
+        "Or raise max_bytes, pass dense=False, or continue from sol.y[-1] in shorter runs",
     ),
     codes.DISCONTINUITY: ("discontinuity", "the equations jump", "Write the law smoothly"),
     codes.NO_MEMORY: (
@@ -185,7 +185,7 @@ CODES = {
         "resets accumulate",
         "the times between the resets of an event became too short to be told apart (Zeno)",
         "A contact that lasts is no event: end the run before it, with terminal=n or a terminal "
-        "event on the speed, and go on without what has come to rest",
+        "event on the speed, and continue without what has come to rest",
     ),
     codes.INPUT_FAILED: (
         "input failed",

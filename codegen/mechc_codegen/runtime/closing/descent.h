@@ -1,7 +1,7 @@
 /* Starts on their way to configurations that close the loops, several at once.
  *
  * Levenberg-Marquardt with the damping of Yamashita & Fukushima (2001).  Close to a solution steps
- * go on while they close the loops further: where two assemblies meet each gains a bit.
+ * continue while they close the loops further: where two assemblies meet each gains a bit.
  */
 #ifndef MECHC_DESCENT_H
 #define MECHC_DESCENT_H

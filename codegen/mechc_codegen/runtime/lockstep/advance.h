@@ -1,4 +1,4 @@
-/* The runs of a unit go on: in lockstep where they are fit for it, else one by one. */
+/* The runs of a unit continue: in lockstep where they are fit for it, else one by one. */
 #pragma once
 
 #include "abi/run.h"
@@ -55,7 +55,7 @@ MECHC_STATIC int mechc_lockstep_part(mechc_lockstep *a, mechc_integration **runs
     return any;
 }
 
-/* Judge a step of every lane and go on from it; 1 where a run is to leave. */
+/* Judge a step of every lane and continue from it; 1 where a run is to leave. */
 MECHC_STATIC int mechc_lockstep_go_on(mechc_lockstep *a, mechc_integration **runs, int count,
                                      int dense)
 {
@@ -67,7 +67,7 @@ MECHC_STATIC int mechc_lockstep_go_on(mechc_lockstep *a, mechc_integration **run
     return mechc_lockstep_part(a, runs, count, accepted, leaves, rows);
 }
 
-/* Up to `steps` attempts of each run, fewer where one of them ends or goes on alone; the attempts
+/* Up to `steps` attempts of each run, fewer where one of them ends or continues alone; the attempts
  * made. */
 MECHC_SINGLE long mechc_lockstep_advance(mechc_integration **runs, int count, long steps)
 {
@@ -103,7 +103,7 @@ MECHC_STATIC long mechc_lockstep_left(const mechc_integration *run, long steps)
 }
 
 /* Up to `steps` attempts of each of up to MECHC_LANES runs; returns early where one that ran beside
- * others has ended or goes on alone. */
+ * others has ended or continues alone. */
 MECHC_STATIC void mechc_lockstep_advance_runs(mechc_run **heads, int count, long steps)
 {
     mechc_integration *together[MECHC_LANES];

@@ -37,7 +37,7 @@ MECHC_INLINE mechc_vector mechc_lockstep_error(mechc_lockstep *a)
     return mechc_choose(squares > 0.0, squares * squares / (both * MECHC_NX), squares);
 }
 
-/* What the error lets the step grow by; it is expected to go on growing as it did.
+/* What the error lets the step grow by; it is expected to continue growing as it did.
  * Gustafsson (1991). */
 MECHC_INLINE mechc_vector mechc_lockstep_factor(mechc_lockstep *a)
 {

@@ -5,7 +5,7 @@
  * numbers of a run do not depend on what runs beside it, and a run by itself is the case of one
  * lane in use.  Stages are taken as the equations stand and the step's end is projected: off the
  * constraints by d the equations are wrong by d over the conditioning, which counts with the
- * step's error.  A lane whose conditioning falls low takes its step back and goes on alone
+ * step's error.  A lane whose conditioning falls low takes its step back and continues alone
  * (stepping/attempt.h), with every stage on the constraints and crossings looked for.
  */
 #pragma once

@@ -34,11 +34,11 @@ struct mechc_method {
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
 
-    int in_lockstep; /* runs of several states may go on side by side */
+    int in_lockstep; /* runs of several states may continue side by side */
 
     size_t work_size;                                            /* 0: none */
     void (*make)(mechc_integration *run);                        /* the work space, from any content */
-    void (*enter)(mechc_integration *run);                       /* go on from any state */
+    void (*enter)(mechc_integration *run);                       /* continue from any state */
     void (*renew)(mechc_integration *run);                       /* with other inputs */
     int (*step)(mechc_integration *run, double h, double *end);  /* MECHC_RUNNING or why not */
     double (*error)(mechc_integration *run, double h, const double *end); /* over the tolerance */

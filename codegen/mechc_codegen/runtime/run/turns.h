@@ -1,4 +1,4 @@
-/* Whole turns of angles that appear in sines and cosines alone, kept apart from what is left of them:
+/* Whole turns of angles that appear in sines and cosines alone, kept apart from their remainders:
  * the closer two angles are to zero, the closer doubles lie.  What a run gives back is the sum.
  */
 #pragma once

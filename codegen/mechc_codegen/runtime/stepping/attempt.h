@@ -73,7 +73,7 @@ MECHC_STATIC void mechc_monitor_accept(mechc_integration *run, double h, double 
     monitor->ahead = NAN;
 }
 
-/* Accept a step: record it and go on from its end. */
+/* Accept a step: record it and continue from its end. */
 MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const double *end,
                               double error)
 {

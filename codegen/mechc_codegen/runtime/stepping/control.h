@@ -78,7 +78,7 @@ MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
     return 16.0 * MECHC_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
 }
 
-/* A step so long, cut to the run's end or to half of what is left; 1 where it is the last. */
+/* A step so long, cut to the run's end or to half of the rest; 1 where it is the last. */
 MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, double *h)
 {
     const double left = run->t1 - run->head.t;

@@ -128,7 +128,7 @@ MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
 }
 
 /* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
- * rounding more than an explicit step does.  1 where the pair is to go on. */
+ * rounding more than an explicit step does.  1 where the pair is to continue. */
 MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
 {
     const mechc_monitor *monitor = &run->monitor;

@@ -1,10 +1,10 @@
-/* Which runs may go on side by side: those of one method, far from critical configurations. */
+/* Which runs may continue side by side: those of one method, far from critical configurations. */
 #pragma once
 
 #include "run/integration.h"
 #include "run/method.h"
 
-#define MECHC_LOCKSTEP_LOW 0.2   /* conditioning below which a run goes on alone */
+#define MECHC_LOCKSTEP_LOW 0.2   /* conditioning below which a run continues alone */
 #define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
 
 /* Larger states and their stages leave the first cache. */

@@ -304,7 +304,7 @@ class Stepper:
         """
         if saved._of is not self:
             raise ValueOutOfBoundsError(
-                "this moment was saved by another stepper: stepper.set(saved.y, t=saved.t) continues "
+                "another stepper saved this moment: stepper.set(saved.y, t=saved.t) continues "
                 "from its state"
             )
         self._give(saved._numbers)

@@ -148,7 +148,9 @@ MECHC_STATIC int mechc_radau_end(mechc_integration *run, double h, double *end)
     return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, last + 1));
 }
 
-/* Solve for the stages; MECHC_NOT_CLOSED where the iteration does not converge. */
+/* Solve for the stages; MECHC_NOT_CLOSED where the iteration does not converge.  A small
+ * correction proves nothing until a second one shows that they contract: a Jacobian differenced
+ * across a jump makes all of them small. */
 MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end)
 {
     const double enough = 1e-2; /* of what is tolerated */
@@ -161,12 +163,14 @@ MECHC_STATIC int mechc_radau_solve(mechc_integration *run, double h, double *end
         if (status != MECHC_RUNNING) return status;
         const double size = mechc_radau_correct(run, h);
         const double contraction = size / before;
+        const int contracts = contraction <= 0.95 || size <= 16.0 * floor;
         if (iteration) mechc_radau_of(run)->contraction = contraction;
-        if (!(size < HUGE_VAL) || (iteration > 1 && contraction > 0.95 && size > 16.0 * floor))
-            return MECHC_NOT_CLOSED;
+        if (!(size < HUGE_VAL) || (iteration > 1 && !contracts)) return MECHC_NOT_CLOSED;
         const double left =
             iteration ? size * contraction / mechc_max(1.0 - contraction, 0.05) : size;
-        if (left <= mechc_max(enough, 8.0 * floor)) return mechc_radau_end(run, h, end);
+        if ((iteration ? contracts : size <= 16.0 * floor)
+            && left <= mechc_max(enough, 8.0 * floor))
+            return mechc_radau_end(run, h, end);
         before = size;
     }
     return MECHC_NOT_CLOSED;

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive.derive_equations import derive_equations
+from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
@@ -100,14 +101,15 @@ def _options() -> argparse.ArgumentParser:
 
 def measure(name: str, size: int) -> dict[str, Any]:
     """One row of the table."""
-    mechanism, request = read_mechanism(SCENES[name](size))
+    thing = SCENES[name](size)
+    mechanism, request = read_mechanism(thing)
     _, derive = spent(lambda: derive_equations(mechanism, request))
     build, until_emitted = spent(lambda: build_scene(mechanism, (native(),), request))
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: entries.make_outputs_only(build, Path(folder)))
         _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
         scene = entries.scene_in(Path(folder) / "scene.so")
-        model = Model(system_with(scene, ModelReference("", custom=True)))
+        model = Model(system_with(scene, ModelReference("", custom=True, defaults=_numbers(thing))))
     start = state(name, size, model)
     return {
         "n": size, "links": len(model.coordinates), "derive_s": derive,
@@ -116,6 +118,16 @@ def measure(name: str, size: int) -> dict[str, Any]:
         "operations": model.system.data["operations"]["after"],
         "rhs_us": 1e6 * scalar_seconds(model, start), "lane_us": 1e6 * lane_seconds(model, start),
     }  # fmt: skip
+
+
+def _numbers(mechanism: Mechanism) -> dict[str, float]:
+    """Its default values, which are not compiled in."""
+    defaults = {str(p.symbol): p.default for p in mechanism.parameters}
+    return {name: float(value) for name, value in defaults.items() if _is_number(value)}
+
+
+def _is_number(value: Any) -> bool:
+    return value is not None and not getattr(value, "free_symbols", ())
 
 
 def spent(run: Callable[[], Any]) -> tuple[Any, float]:

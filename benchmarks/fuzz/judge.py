@@ -72,7 +72,8 @@ def _not_kept(model: mechc.Model, case: Case, sol: mechc.Solution) -> str:
     energy, kinetic = sol.energy, sol.model.kinetic_energy(sol.y, sol.params, sol.t)
     size = max(float(kinetic.max()), float(np.ptp(energy - kinetic)), 1e-12)
     drift = float(np.abs(energy - energy[0]).max()) / size
-    allowed = SHARES * case.rtol * max(1.0, sol.stats["steps"] / 30.0) + ROUNDING
+    digit = float(np.spacing(np.abs(energy).max()))  # of which a difference has some
+    allowed = SHARES * case.rtol * max(1.0, sol.stats["steps"] / 30.0) + ROUNDING + 4 * digit / size
     return "" if drift <= allowed else f"energy off by {drift:.2g}, allowed {allowed:.2g}"
 
 

@@ -8,6 +8,7 @@ from tests.support import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = (
+    "fitting.md",
     "inputs.md",
     "library.md",
     "mechanism.md",

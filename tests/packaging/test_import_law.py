@@ -40,7 +40,8 @@ RUNTIME_LAW = {
     "load": {"model", "system", "compilation"},
     "export": {"compilation", "results"},
     "open": {"model", "system", "simulation", "results", "batch"},
-    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch"},
+    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch",
+            "fitting"},
 }  # fmt: skip
 
 # A folder of the compiler -> the folders that it may import; of those in DATA, these modules alone.

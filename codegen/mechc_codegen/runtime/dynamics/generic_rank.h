@@ -28,7 +28,8 @@ MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given
     mechc_scalar_locate_all(t, q, given, &place);
     mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, (double)MECHC_NC, &rows);
     if (!(rows.norm[0] < HUGE_VAL)) return MECHC_NC;
-    const double longest = mechc_max(rows.norm[0], place.ordinary_length);
+    const double radian = place.ordinary_length / (MECHC_OF_A_RADIAN * MECHC_OF_A_RADIAN);
+    const double longest = mechc_max(rows.norm[0], radian);
     for (; rank < MECHC_NC; rank++) {
         scale *= rows.scale[rank - 1];
         if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * longest * (scale * scale)))

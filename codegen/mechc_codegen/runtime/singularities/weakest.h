@@ -135,8 +135,9 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
     }
     mechc_sort_rows(a, out);
     out->largest = mechc_max(out->values[0], sqrt(ordinary));
+    const double radian = mechc_max(out->values[0], sqrt(ordinary) / MECHC_OF_A_RADIAN);
     out->found = 0;
-    while (out->found < MECHC_NH && out->values[out->found] > MECHC_GENERIC * out->largest)
+    while (out->found < MECHC_NH && out->values[out->found] > MECHC_GENERIC * radian)
         out->found++;
     out->rank = rank > 0 ? rank : out->found > 0 ? out->found : 1;
     const int last = out->rank - 1;

@@ -52,8 +52,8 @@ MECHC_RARE void mechc_monitor_start(mechc_integration *run)
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->monitor.rank = weakest.rank;
     if (weakest.found < MECHC_NH) {
-        const int generic = mechc_generic_rank(run, &span);
-        if (generic > weakest.found) run->head.status = MECHC_AT_CHANGE_POINT;
+        /* where every row vanishes they may do so at this configuration alone, and none is beside */
+        if (weakest.found == 0 || mechc_generic_rank(run, &span) > weakest.found) run->head.status = MECHC_AT_CHANGE_POINT;
     }
     run->conditioning = weakest.ratio;
 #endif

@@ -78,8 +78,11 @@ def _not_kept(model: mechc.Model, case: Case, sol: mechc.Solution) -> str:
 
 
 def _energy_of_rounding(model: mechc.Model, sol: mechc.Solution, length: float) -> float:
-    """What the last digits of the states of all steps do to the energy, J: of the energy itself, and
-    of coordinates that loops close to rounding, magnified as the rows of their Jacobian are short."""
+    """What the last digits of the states of all steps do to the energy, J.
+
+    Those of the energy itself, and of coordinates that loops close to rounding, magnified as the
+    rows of their Jacobian are short.
+    """
     step, count = 1e-6, len(model.coordinates)
     moved = sol.y[:, None] + step * np.eye(sol.y.shape[1])[:count]
     flat = moved.reshape(-1, sol.y.shape[1])

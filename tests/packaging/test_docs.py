@@ -8,6 +8,8 @@ from tests.support import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = (
+    "differentiable.md",
+    "fitting.md",
     "inputs.md",
     "library.md",
     "mechanism.md",

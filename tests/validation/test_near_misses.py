@@ -6,7 +6,7 @@ import pytest
 
 import mechc
 from benchmarks.problems.window_row import window_row
-from benchmarks.stability import crossings, window_misses
+from benchmarks.stability import crossings, near_misses, window_misses
 from tests.support.loops import five_bar
 
 METHODS = ("dopri5", "dop853", "gauss8")
@@ -79,6 +79,36 @@ def test_a_bend_that_a_step_cuts_short_is_seen_by_the_work_done():
     """The step's own estimate misses it: 1 % of the kinetic energy was made within one step."""
     found = window_misses.case(1078, narrowest=15.0, widest=13.0)
     assert found["word"] in ("right", "flagged"), found
+
+
+@pytest.mark.slow
+def test_a_leap_to_the_other_branch_is_seen_though_the_directions_turn_smoothly():
+    """By dopri5 at 1e-6, past a gap of 9e-14 m, while other links are fast."""
+    assert window_misses.case(2279)["word"] == "right"
+
+
+@pytest.mark.parametrize("ground", [4.000000000000001, 3.999999999999999, 3.9999999999999996])
+def test_gaps_below_rounding_are_no_change_point(ground):
+    sol = mechc.load("four_bar").simulate(3.0, near_misses.start(ground), {"l_3": ground})
+    assert sol.status.code == "undecided"
+    assert f"{abs(ground - 4.0):.1e} m" in sol.status.cause
+
+
+@pytest.mark.parametrize(
+    "lengths",
+    [
+        (7.6, 3.8, 7.7, 3.7),  # as typed, not as stored
+        (0.4, 0.3, 0.2, 0.1 + 0.2),  # computed: 0.30000000000000004
+        (1.0 + 2**-20, 2.0, 2.5 - 2**-20, 3.5 - 2**-19),  # as stored: of seventeen digits
+    ],
+)
+def test_lengths_as_given_make_a_change_point(lengths):
+    params = dict(zip(("l_0", "l_1", "l_2", "l_3"), lengths, strict=True))
+    model = mechc.load("four_bar")
+    start = model.assemble({"theta_0": 1.0}, speeds={"omega_0": 5.0}, params=params)
+    sol = model.simulate(5.0, start, params)
+    assert sol.status.ok, str(sol.status)
+    assert sol.change_points
 
 
 @pytest.mark.parametrize("family", [crossings.equal_lengths, crossings.decimal_lengths])

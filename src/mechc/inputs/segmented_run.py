@@ -80,6 +80,12 @@ class SegmentedRun:
         found: Array = self._run.methods()
         return found
 
+    def vary(
+        self, first: int, last: int, directions: Array, start: Array, rates: int = 0
+    ) -> tuple[Array, Array]:
+        ends, taken = self._run.vary(first, last, directions, start, rates)
+        return ends, taken
+
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self._run.change_points()
         return t, q, gap

@@ -54,7 +54,7 @@ def _pieces(sol: Trajectory, run: Any, columns: Columns, start: Array) -> list[P
         return found
     if isinstance(run, Until):
         return _pieces(sol, run.piece, columns, start)
-    return follow(sol.system, run, sol.params, columns, start)
+    return [follow(sol.system, run, sol.params, columns, start)]
 
 
 def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -> Array:
@@ -141,6 +141,5 @@ def _end_at(pieces: Sequence[Piece], t: float, bad: Array) -> None:
     for piece in pieces:
         forwards = 1.0 if piece.t[-1] >= piece.t[0] else -1.0
         step = max(int(np.searchsorted(forwards * piece.t, forwards * t, side="right")) - 1, 0)
-        if step < len(piece.rates):
-            piece.rates[step:, :, :, bad] = np.nan
+        if step < len(piece.t) - 1:
             piece.ends[step + 1 :, :, bad] = np.nan

@@ -133,8 +133,8 @@ CODES = {
     ),
     codes.UNDECIDED: (
         "undecided",
-        "the lengths miss a change point by {gap:.1e} m, of the size of their rounding: doubles "
-        "cannot decide on which side the links pass",
+        "the lengths, as given, miss a change point by {gap:.1e} m, of the size of rounding: "
+        "doubles cannot follow the links past it",
         "Give lengths that meet the change point as typed, or miss it by 1e-12 of their size",
     ),
     codes.NO_STEP_FITS: (

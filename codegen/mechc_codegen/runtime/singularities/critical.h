@@ -8,21 +8,10 @@
 #pragma once
 
 #include "dynamics/scalar_stage.h"
+#include "singularities/gap.h"
 #include "singularities/weakest.h"
 
-#define MECHC_EPS 2.220446049250313e-16
-
 #if MECHC_NH > 0
-typedef struct {
-    double q[MECHC_NQ], normal[MECHC_NH]; /* q*, w */
-    double gap;      /* g */
-    double rounding; /* the error of g by rounding */
-    double speeds[MECHC_NU]; /* weights of the speeds: square roots of the masses */
-    int curves;      /* branches cross or pass each other there; 0: an apex */
-} mechc_critical;
-
-typedef enum { MECHC_CROSSING, MECHC_TOO_CLOSE_TO_CALL, MECHC_NEAR_MISS, MECHC_UNKNOWN } mechc_verdict;
-
 /* Solve the square system a x = b in place, full pivoting; directions that the equations leave
  * free, whose pivots are below a share of the first, do not move.  The rank. */
 MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
@@ -59,39 +48,6 @@ MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
     for (int i = 0; i < n; i++) b[order[i]] = x[i];
     return rank;
 }
-
-/* q moved by a displacement given in speeds. */
-MECHC_STATIC void mechc_displace(double t, const double *q, const mechc_scalar_given *given,
-                                 const double *by, double *out)
-{
-#if MECHC_IDENTITY_KINEMATICS
-    (void)t, (void)given;
-    for (int i = 0; i < MECHC_NQ; i++) out[i] = q[i] + by[i];
-#else
-    double map[MECHC_NQ * MECHC_NU], still[MECHC_NU] = {0};
-    mechc_scalar_output_kinematic_matrix(t, q, still, given, map);
-    for (int i = 0; i < MECHC_NQ; i++)
-        out[i] = q[i] + mechc_dot(map + i * MECHC_NU, by, MECHC_NU);
-#endif
-}
-
-/* Gap, Jacobian and mass matrix at q; compiled once, since no step waits for it. */
-MECHC_ONCE void mechc_place_at(double t, const double *q, const mechc_scalar_given *given,
-                               mechc_scalar_place *place)
-{
-    mechc_scalar_locate_all(t, q, given, place);
-}
-
-#if MECHC_LINKS > 0
-MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_given *given,
-                              mechc_scalar_place *place)
-{
-    mechc_scalar_configuration(t, q, given, place->gap, place->jacobian, place->bias, 0,
-                               place->saved, 0, 0);
-}
-#else
-#define mechc_rows_at mechc_place_at
-#endif
 
 /* J^T w at q moved by `step` along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
@@ -152,41 +108,6 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
     return length;
 }
 
-/* Factor of the spread of the gap's samples: with many rows, a sample moves few of them. */
-#define MECHC_SAMPLED (MECHC_NH > 2 ? 4.0 : 1.0)
-
-/* The size of the lengths whose sum a gap is, from its derivatives by the speeds: lengths given as
- * decimals, and their sum, have an error of half an ulp each. */
-MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
-{
-    double longest = place->ordinary_sum / MECHC_OF_A_RADIAN;
-    for (int i = 0; i < MECHC_NH; i++) {
-        double sum = 0.0;
-        for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);
-        longest = mechc_max(longest, sum);
-    }
-    return longest;
-}
-
-/* g and its rounding: at q* the gap along w is stationary, so differences of its values within 1e-9
- * of q* are rounding. */
-MECHC_STATIC void mechc_measure_gap(double t, const mechc_scalar_given *given, mechc_critical *c)
-{
-    mechc_scalar_place place;
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (int sample = 0; sample <= 2 * MECHC_NU && !mechc_scalar_stopped(given); sample++) {
-        double by[MECHC_NU] = {0}, moved[MECHC_NQ];
-        if (sample > 0) by[(sample - 1) / 2] = sample % 2 ? 1e-9 : -1e-9;
-        mechc_displace(t, c->q, given, by, moved);
-        mechc_rows_at(t, moved, given, &place);
-        const double gap = mechc_dot(c->normal, place.gap, MECHC_NH);
-        low = mechc_min(low, gap), high = mechc_max(high, gap);
-    }
-    c->gap = 0.5 * (low + high);
-    c->rounding =
-        mechc_max(MECHC_EPS * mechc_sum_of_lengths(&place), MECHC_SAMPLED * (high - low));
-}
-
 /* Unit vectors, in weighted speeds, that span the rows which do not vanish at q*; how many. */
 MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_critical *c,
                                  double *rows)
@@ -215,16 +136,13 @@ MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_cr
     return MECHC_NH;
 }
 
-/* With several degrees of freedom the gap along w is to second order a quadratic form of the moves
- * that the other rows allow.  Of rank 2, two sheets cross there, and a motion that passes changes
- * the sign of w; of a higher rank the set is a cone with its apex there, which a motion goes
- * around. */
-MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
-                                    const mechc_critical *c)
+/* The gap along w to second order: its quadratic form in the moves that the other rows allow, in
+ * weighted speeds. */
+MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
+                                    const mechc_critical *c, double *form)
 {
     const double step = 1e-7;
-    double form[MECHC_NU * MECHC_NU], rows[MECHC_NH * MECHC_NU], zero[MECHC_NU] = {0};
-    double pull[MECHC_NU], moved[MECHC_NU];
+    double rows[MECHC_NH * MECHC_NU], pull[MECHC_NU], moved[MECHC_NU];
     mechc_scalar_place place;
     mechc_place_at(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
@@ -246,6 +164,16 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
             for (int i = 0; i < MECHC_NU; i++) form[i * MECHC_NU + j] -= part * row[i];
         }
     }
+}
+
+/* With several degrees of freedom, a form of rank 2 means that two sheets cross there, and a motion
+ * that passes changes the sign of w; of a higher rank the set is a cone with its apex there, which a
+ * motion goes around. */
+MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
+                                    const mechc_critical *c)
+{
+    double form[MECHC_NU * MECHC_NU], zero[MECHC_NU] = {0};
+    mechc_second_form(t, given, c, form);
     return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
 }
 
@@ -332,11 +260,4 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     return 1;
 }
 
-/* Gaps of up to one unit of rounding are a change point to whoever typed the lengths as doubles; a
- * gap of some units keeps its sign, and the curve its bend, whatever rounding the closure has. */
-MECHC_STATIC mechc_verdict mechc_judge(const mechc_critical *c)
-{
-    if (fabs(c->gap) <= c->rounding) return MECHC_CROSSING;
-    return fabs(c->gap) <= 8.0 * c->rounding ? MECHC_TOO_CLOSE_TO_CALL : MECHC_NEAR_MISS;
-}
 #endif

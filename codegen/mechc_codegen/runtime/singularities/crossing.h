@@ -12,6 +12,7 @@
 #pragma once
 
 #include "dynamics/scalar_stage.h"
+#include "singularities/branch.h"
 #include "singularities/critical.h"
 #include "singularities/monitor.h"
 #include "singularities/placement.h"
@@ -254,6 +255,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         break;
     default:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
+        else if (mechc_changes_branch(span, &critical)) mechc_retry(out, 0.3, 0);
         break;
     }
 }

@@ -1,0 +1,1 @@
+"""Parameters and starts identified from recorded motions."""

@@ -1,0 +1,124 @@
+"""The picture of a fit: data over the fitted motion, and the residuals below."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from mechc.fitting.quantities import Measured
+from mechc.results.figures import STYLE, _figure_class, _matplotlib
+from mechc.results.panels import COLOURS, QUIET, _plain
+from mechc.results.sampling import clean_text
+from mechc.system.kinds import shown_in
+from mechc.system.parameters import Array
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mechc.fitting.result import FitResult
+
+MOST: Final = 4  # recordings in one picture
+SAMPLES: Final = 800
+
+
+def draw_fit(result: FitResult) -> Figure:
+    """Of each recording a column, four at most; of each quantity its data and its residuals."""
+    problem = result.problem
+    shown = range(min(MOST, len(problem.recordings)))
+    rows = len(problem.measured)
+    with _matplotlib().rc_context(STYLE):
+        size = (max(7.4, 4.6 * len(shown)), 0.6 + 3.2 * rows)
+        figure = _figure_class()(figsize=size, layout="constrained")
+        panels = figure.subplots(
+            2 * rows, len(shown), squeeze=False, sharex="col",
+            gridspec_kw={"height_ratios": [3.0, 1.2] * rows},
+        )  # fmt: skip
+        for place in shown:
+            for k, one in enumerate(problem.measured):
+                _draw_data(panels[2 * k, place], result, place, k)
+                _draw_residuals(panels[2 * k + 1, place], result, place, k)
+                if place == 0:
+                    _name(panels[2 * k, place], panels[2 * k + 1, place], one)
+            panels[-1, place].set_xlabel("time (s)")
+            if len(shown) > 1:
+                panels[0, place].set_title(f"recording {place}")
+        figure.suptitle(_plain(_title(result, len(shown))), x=0.01, ha="left")
+        _legend(figure, panels[0, 0], panels[1, 0])
+    return figure
+
+
+def _title(result: FitResult, shown: int) -> str:
+    problem = result.problem
+    left = len(problem.recordings) - shown
+    more = f", {left} more recordings not shown" if left else ""
+    return f"{clean_text(problem.model.title, 60)}: fit of {_listed(result.names)}{more}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Names as they are typed, a few of them."""
+    told = ", ".join(clean_text(name) for name in names[:5])
+    return told + (" ..." if len(names) > 5 else "")
+
+
+def _legend(figure: Figure, *panels: Any) -> None:
+    handles: list[Any] = []
+    names: list[str] = []
+    for axes in panels:
+        some, told = axes.get_legend_handles_labels()
+        handles += some
+        names += told
+    figure.legend(handles, names, loc="outside upper right", ncols=len(names), fontsize=8)
+
+
+def _name(data: Any, residuals: Any, one: Measured) -> None:
+    unit, _ = shown_in(one.kind, one.unit)
+    told = f" ({unit})" if unit else ""
+    data.set_ylabel(_plain(clean_text(one.name) + told))
+    residuals.set_ylabel(_plain("fit - data" + told), fontsize=8)
+
+
+def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
+    problem, one = result.problem, result.problem.measured[k]
+    _, factor = shown_in(one.kind, one.unit)
+    recording, sol = problem.recordings[place], result.solutions[place]
+    t = np.linspace(sol.span[0], sol.span[1], SAMPLES)
+    line = one.on(problem.model.system, sol(t), sol.params, t)
+    line = line + _turns(result, place, k)
+    known = recording.known[:, k]
+    axes.plot(
+        recording.t[known], factor * recording.values[known, k], "o", markersize=_dot(known),
+        color=QUIET, alpha=0.6, markeredgewidth=0, label="data",
+    )  # fmt: skip
+    axes.plot(t, factor * line, color=COLOURS[0], label="fit")
+
+
+def _turns(result: FitResult, place: int, k: int) -> float:
+    """Whole turns by which the data of an angle differ from the motion as it is assembled."""
+    recording, sol = result.problem.recordings[place], result.solutions[place]
+    one = result.problem.measured[k]
+    own = one.on(result.problem.model.system, sol.y, sol.params, sol.t)
+    left = result.residuals[place][:, k] + recording.values[:, k] - own
+    return float(left[recording.known[:, k]][0])
+
+
+def _dot(known: Array) -> float:
+    return 4.0 if np.count_nonzero(known) < 200 else 2.5
+
+
+def _draw_residuals(axes: Any, result: FitResult, place: int, k: int) -> None:
+    one, recording = result.problem.measured[k], result.problem.recordings[place]
+    _, factor = shown_in(one.kind, one.unit)
+    known = recording.known[:, k]
+    left = factor * result.residuals[place][known, k]
+    if np.isfinite(one.sigma):
+        band = 2 * factor * one.sigma
+        axes.axhspan(-band, band, color=COLOURS[5], alpha=0.18, linewidth=0, label="2 sigma")
+    axes.axhline(0.0, color=QUIET, linewidth=0.8)
+    axes.plot(
+        recording.t[known], left, "o", markersize=_dot(known), color=COLOURS[1], markeredgewidth=0
+    )
+    largest = float(np.abs(left).max(initial=0.0))
+    if largest:
+        axes.set_ylim(-1.15 * largest, 1.15 * largest)

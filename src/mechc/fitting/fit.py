@@ -1,0 +1,174 @@
+"""Parameters, starts and constant inputs from recorded motions, by least squares."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.assembly.initial_values import checked_numbers
+from mechc.errors import MechcError, ValueOutOfBoundsError, brief
+from mechc.fitting.losses import loss_of
+from mechc.fitting.problem import Problem
+from mechc.fitting.quantities import checked_measured
+from mechc.fitting.recordings import read_recordings
+from mechc.fitting.result import FitResult
+from mechc.fitting.search import Found, Settings, beginnings, refine
+from mechc.fitting.statistics import statistics_of
+from mechc.fitting.unknowns import START, Known, checked_unknowns
+from mechc.simulation.settings import checked_count
+from mechc.system.names import by_name
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+Report = Callable[[float, str], None]
+
+
+def fit(
+    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, *, params: Any, y0: Any,
+    guess: Any, inputs: Any, t0: float | None, shared: Any, confidence: float, settings: Settings,
+    policy: dict[str, Any], progress: Report | None,
+) -> FitResult:  # fmt: skip
+    """See :meth:`mechc.Model.fit`."""
+    if not 0 < confidence < 1:
+        raise ValueOutOfBoundsError(f"confidence = {confidence} must lie between 0 and 1")
+    _check_settings(settings)
+    problem = _problem(model, measurements, free, measured, params, y0, guess, inputs, t0, shared)
+    problem.policy = policy
+    report = progress or _silent
+    report(0.0, "choosing starts")
+    points = beginnings(problem, settings)
+    ends = []
+    for number, point in enumerate(points):
+        ends.append(refine(problem, point, settings))
+        report((number + 1) / len(points), f"cost {min(e.cost for e in ends):.6g}")
+    ends.sort(key=lambda end: end.cost)
+    return _result(problem, ends, settings, confidence)
+
+
+def _check_settings(settings: Settings) -> None:
+    checked_count("starts", settings.starts)
+    checked_count("refined", settings.refined)
+    for name, value in (("f_scale", settings.f_scale), ("tol", settings.tol)):
+        if not (value > 0 and np.isfinite(value)):
+            raise ValueOutOfBoundsError(f"{name} = {value} must be positive and finite")
+    loss_of(settings.loss, settings.f_scale)
+
+
+def _problem(
+    model: Any, measurements: Any, free: Mapping[Any, Any], measured: Any, params: Any, y0: Any,
+    guess: Any, inputs: Any, t0: float | None, shared: Any,
+) -> Problem:  # fmt: skip
+    """All arguments, checked before anything is computed."""
+    system: System = model.system
+    wanted = checked_measured(system, measured)
+    recordings = read_recordings(measurements, wanted)
+    count = len(recordings)
+    known = Known(
+        _all_by_name(system, params),
+        [_checked_start(system, one) for one in _each(y0, count, "y0")],
+        [{} if one is None else dict(one) for one in _each(inputs, count, "inputs")],
+    )
+    unknowns = checked_unknowns(system, free, shared, known, wanted, recordings)
+    near = checked_numbers(by_name(guess or {}, "guess"), system.coordinates, "coordinate")
+    begin = [float(one.t[0]) if t0 is None else float(t0) for one in recordings]
+    problem = Problem(model, unknowns, wanted, recordings, known, near, begin, {})
+    _check_enough(problem)
+    _check_starts(problem)
+    for place, one in enumerate(recordings):
+        if not begin[place] <= one.t[0]:
+            raise ValueOutOfBoundsError(
+                f"t0 = {begin[place]:g} s: the motion begins after the first sample of recording "
+                f"{place}, at {one.t[0]:g} s"
+            )
+    return problem
+
+
+def _all_by_name(system: System, params: Any) -> dict[str, Any]:
+    if params is None or isinstance(params, Mapping):
+        found = by_name(params or {}, "params")
+        for name, value in found.items():
+            if np.ndim(value):
+                raise ValueOutOfBoundsError(f"{name}: a fit takes one value, not {brief(value)}")
+        return found
+    values = system.parameter_set.resolve(params)
+    if values.ndim != 1:
+        raise ValueOutOfBoundsError("a fit takes one set of parameters")
+    return dict(zip(system.parameters, values.tolist(), strict=True))
+
+
+def _each(given: Any, count: int, what: str) -> Sequence[Any]:
+    """One for all recordings, or a list with one each."""
+    if not isinstance(given, list) or (what == "y0" and given and np.ndim(given[0]) == 0
+                                       and not isinstance(given[0], Mapping)):  # fmt: skip
+        return [given] * count
+    if len(given) != count:
+        raise ValueOutOfBoundsError(f"{what} has {len(given)} entries for {count} recordings")
+    return given
+
+
+def _checked_start(system: System, given: Any) -> Any:
+    if given is None:
+        return None
+    if isinstance(given, Mapping):
+        states = (*system.coordinates, *system.speeds)
+        return checked_numbers(by_name(given, "y0"), states, "coordinate or speed")
+    return np.asarray(given, dtype=np.float64)
+
+
+def _check_enough(problem: Problem) -> None:
+    recordings, count = problem.recordings, len(problem.unknowns)
+    for k, one in enumerate(problem.measured):
+        if not any(recording.known[:, k].any() for recording in recordings):
+            raise ValueOutOfBoundsError(f"{one.name} was measured nowhere: all samples are NaN")
+    if problem.count < count:
+        raise ValueOutOfBoundsError(
+            f"{problem.count} samples do not determine {count} free values: give more of the "
+            "recording, or free fewer"
+        )
+
+
+def _check_starts(problem: Problem) -> None:
+    """Refuse free starts of a recording whose whole state is given."""
+    starts = [one.name for one in problem.unknowns if one.kind == START]
+    if starts and any(isinstance(each, np.ndarray) for each in problem.known.starts):
+        raise MechcError(
+            f"y0 is a whole state and {starts[0]} is free: give y0 as a mapping of coordinates and "
+            "speeds, which is assembled"
+        )
+
+
+def _result(
+    problem: Problem, ends: Sequence[Found], settings: Settings, confidence: float
+) -> FitResult:
+    best = ends[0]
+    noise_known = not np.isnan([one.sigma for one in problem.measured]).any()
+    names = tuple(one.label for one in problem.unknowns)
+    statistics = statistics_of(
+        problem.jacobian(best.x), problem.residuals(best.x),
+        loss_of(settings.loss, settings.f_scale),
+        absolute=noise_known, sizes=_sizes(problem, best.x), active=best.active, labels=names,
+        rounding=problem.policy["rtol"],
+    )  # fmt: skip
+    return FitResult(
+        problem, names, best.x, best.cost, best.converged, best.message, statistics, confidence,
+        noise_known, best.active, tuple((end.x, end.cost) for end in ends), problem.runs,
+    )  # fmt: skip
+
+
+def _sizes(problem: Problem, x: Array) -> Array:
+    """In units of which changes are measured (k,): a value itself, 1 rad, the model's length."""
+    system = problem.model.system
+    scale = system.scale(system.parameter_set.resolve(problem.setting(x, 0).params))
+    sizes = np.ones(len(x))
+    for k, (one, value) in enumerate(zip(problem.unknowns, x.tolist(), strict=True)):
+        if one.kind == START:
+            sizes[k] = scale[system.state_index(one.name)]
+        elif value:
+            sizes[k] = abs(value)
+    return sizes
+
+
+def _silent(_: float, __: str) -> None:
+    pass

@@ -1,0 +1,180 @@
+"""The least-squares problem of a fit: residuals and their exact Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.assembly.initial_values import filled_start
+from mechc.errors import AssemblyError, MechcError
+from mechc.fitting.quantities import Measured
+from mechc.fitting.recordings import Recording
+from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
+from mechc.system.kinds import Kind
+from mechc.system.parameters import Array
+
+TURN = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Setting:
+    """All that one run needs: parameters, its start, its inputs."""
+
+    params: dict[str, Any]
+    start: dict[str, float] | Array
+    inputs: dict[str, Any]
+
+
+@dataclass
+class Problem:
+    """Residuals (model - data) / sigma of all samples, as a function of the unknowns.
+
+    Attributes
+    ----------
+    model
+        The :class:`mechc.Model`.
+    unknowns, measured, recordings
+        What is free, what was measured, and the data.
+    known, guess
+        What stays; coordinates near the assembly wanted.
+    begin : list of float
+        When each recording's motion begins, s.
+    policy
+        Arguments of ``simulate``.
+    runs
+        How many motions were computed.
+    """
+
+    model: Any
+    unknowns: tuple[Unknown, ...]
+    measured: tuple[Measured, ...]
+    recordings: tuple[Recording, ...]
+    known: Known
+    guess: Mapping[str, float]
+    begin: list[float]
+    policy: dict[str, Any]
+    runs: int = 0
+    kept: tuple[bytes, Array] = (b"", np.zeros(0))  # where the last Jacobian was taken, and it
+
+    @property
+    def count(self) -> int:
+        """How many samples there are."""
+        return sum(int(np.count_nonzero(one.known)) for one in self.recordings)
+
+    def setting(self, x: Sequence[float] | Array, place: int) -> Setting:
+        """The run of one recording with these values of the unknowns."""
+        free: dict[str, dict[str, Any]] = {PARAMETER: {}, START: {}, INPUT: {}}
+        for one, value in zip(self.unknowns, x, strict=True):
+            if one.holds_for(place):
+                free[one.kind][one.name] = value if np.ndim(value) else float(value)
+        given = self.known.starts[place]
+        start: Any = given
+        if given is None or isinstance(given, Mapping):
+            start = {**(given or {}), **free[START]}
+        return Setting(
+            {**self.known.params, **free[PARAMETER]}, start,
+            {**self.known.inputs[place], **free[INPUT]},
+        )  # fmt: skip
+
+    def named_start(
+        self, start: Mapping[str, Any], place: int
+    ) -> tuple[dict[str, Any], dict[str, Any], dict[str, Any]]:
+        """Coordinates, speeds and a guess to assemble from; the mechanism's where none is given."""
+        model = self.model
+        speeds = {name: value for name, value in start.items() if name in model.speeds}
+        rest = {name: value for name, value in start.items() if name not in speeds}
+        if self.known.starts[place] is None:
+            return filled_start(model.system, rest, speeds, self.guess)
+        return rest, speeds, dict(self.guess)
+
+    def simulate(self, x: Sequence[float] | Array, place: int, names: Sequence[str] = ()) -> Any:
+        """The motion of one recording, with derivatives by the names.
+
+        Raises
+        ------
+        AssemblyError
+            If its loops do not close.
+        """
+        given, recording = self.setting(x, place), self.recordings[place]
+        self.runs += 1
+        model = self.model.with_inputs(given.inputs) if given.inputs else self.model
+        begin, start, state = self.begin[place], given.start, given.start
+        if isinstance(start, dict):
+            near = self.named_start(start, place)
+            start = {**near[0], **near[1]}
+            state = model.assemble(*near, params=given.params, t=begin)
+        span = (begin, float(recording.t[-1]))
+        sol = model.simulate(span, state, given.params, t_eval=recording.t, **self.policy)
+        if names:
+            sol.differentiate(names, start, given.params)
+        return sol
+
+    def residuals(self, x: Array) -> Array:
+        """(n,); infinite where a motion cannot be assembled or does not reach its end."""
+        parts = []
+        for place, recording in enumerate(self.recordings):
+            try:
+                sol = self.simulate(x, place)
+            except AssemblyError:
+                sol = None
+            if sol is None or not sol.status.ok:
+                parts.append(np.full(int(np.count_nonzero(recording.known)), np.inf))
+            else:
+                parts.append(self.deviations(sol.y, sol.params, place)[recording.known])
+        return np.concatenate(parts)
+
+    def deviations(self, y: Array, values: Array, place: int) -> Array:
+        """(model - data) / sigma (..., nt, k) on states (..., nt, nq + nu); NaN without a sample.
+
+        Whole turns of an angle that assembly chooses are left out: nobody measured them.
+        """
+        recording, system = self.recordings[place], self.model.system
+        found = np.empty((*y.shape[:-1], len(self.measured)))
+        for k, one in enumerate(self.measured):
+            apart = one.on(system, y, values, recording.t) - recording.values[:, k]
+            if self._assembled(one, place) and recording.known[:, k].any():
+                first = int(np.argmax(recording.known[:, k]))
+                apart = apart - TURN * np.round(apart[..., first, None] / TURN)
+            found[..., k] = apart / one.weight
+        return found
+
+    def _assembled(self, one: Measured, place: int) -> bool:
+        """Whether it is an angle that follows from the closing of the loops."""
+        start = self.known.starts[place]
+        held = {u.name for u in self.unknowns} | {*(start if isinstance(start, Mapping) else ())}
+        return one.kind is Kind.ANGLE and one.output not in held
+
+    def jacobian(self, x: Array) -> Array:
+        """Derivatives of the residuals (n, k), exact.
+
+        Raises
+        ------
+        MechcError
+            Where a derivative does not exist, with the reason.
+        """
+        if self.kept[0] != x.tobytes():
+            parts = [self._slopes(x, place) for place in range(len(self.recordings))]
+            self.kept = x.tobytes(), np.concatenate(parts)
+        return self.kept[1].copy()
+
+    def _slopes(self, x: Array, place: int) -> Array:
+        """The part of one recording."""
+        recording = self.recordings[place]
+        mine = [k for k, one in enumerate(self.unknowns) if one.holds_for(place)]
+        names = [self.unknowns[k].name for k in mine]
+        sol = self.simulate(x, place, names)
+        slopes = np.zeros((len(recording.t), len(self.measured), len(self.unknowns)))
+        for j, one in enumerate(self.measured):
+            slopes[:, j, mine] = one.slopes(sol, names) / one.weight
+        part: Array = slopes[recording.known]
+        if not np.isfinite(part).all():
+            raise MechcError(_no_derivative(sol, place))
+        return part
+
+
+def _no_derivative(sol: Any, place: int) -> str:
+    notes = "; ".join(sol.sensitivity.notes) or "they are not finite"
+    return f"the motion of recording {place} has no derivatives there: {notes}"

@@ -1,0 +1,170 @@
+"""What was measured: names of quantities with their uncertainty, and their values on states."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import (
+    MechcError,
+    UnavailableOutputError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+    brief,
+)
+from mechc.system.kinds import Kind
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+_ENTRY = re.compile(r"\s*([^\W\d]\w*)\s*(?:\[\s*(\d+(?:\s*,\s*\d+)*)\s*\])?\s*")
+_UNITS = {"energy": "J", "kinetic_energy": "J", "potential_energy": "J", "points": "m"}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One number that was recorded.
+
+    Attributes
+    ----------
+    name
+        As it is written: ``theta_0``, ``points[2,0]``.
+    output, index
+        A coordinate, a speed, ``energy`` or an output, and which number of it.
+    sigma
+        Standard deviation of its noise; NaN where that is not known.
+    unit, kind
+        Where known.
+    """
+
+    name: str
+    output: str
+    index: tuple[int, ...]
+    sigma: float
+    unit: str
+    kind: Kind
+
+    @property
+    def weight(self) -> float:
+        """What its residuals are divided by."""
+        return 1.0 if math.isnan(self.sigma) else self.sigma
+
+    def on(self, system: System, y: Array, values: Array, t: Array) -> Array:
+        """Its values (...) on states (..., nq + nu)."""
+        if self.output in (*system.coordinates, *system.speeds):
+            return np.asarray(y[..., system.state_index(self.output)])
+        if self.output == "energy":
+            return system.energy(y, values, t)
+        return self._entry(system.evaluate(self.output, y, values, t))
+
+    def slopes(self, sol: Any, names: Sequence[str]) -> Array:
+        """Its derivatives (nt, names) along a solution with sensitivities."""
+        system = sol.system
+        if self.output in (*system.coordinates, *system.speeds):
+            place = system.state_index(self.output)
+            return np.stack([sol.sensitivity[name][:, place] for name in names], axis=-1)
+        found = [self._entry(sol.sensitivity_of(self.output, name)) for name in names]
+        return np.stack(found, axis=-1)
+
+    def _entry(self, values: Array) -> Array:
+        """The number of an output (..., *shape) that was measured."""
+        place: Any = (..., *self.index)
+        return np.asarray(values[place])
+
+
+def checked_measured(system: System, given: Any) -> tuple[Measured, ...]:
+    """What was measured, from ``{name: sigma}`` or from names alone.
+
+    Raises
+    ------
+    UnknownNameError, UnavailableOutputError, ValueOutOfBoundsError
+        For a quantity that the model does not have, and a standard deviation that is none.
+    """
+    if "differentiated" not in system.data:
+        raise UnavailableOutputError(
+            f"{system.name} was compiled without derivatives of motions: compile or load it with "
+            "outputs=(..., 'sensitivities')"
+        )
+    pairs = given.items() if isinstance(given, Mapping) else ((name, None) for name in _each(given))
+    found = tuple(_measured(system, name_of(name), sigma) for name, sigma in pairs)
+    if not found:
+        raise ValueOutOfBoundsError("nothing is measured: give measured={'theta_0': sigma}")
+    names = [one.name for one in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueOutOfBoundsError(f"{name} is measured twice")
+    if len({math.isnan(one.sigma) for one in found}) > 1:
+        raise ValueOutOfBoundsError(
+            "give the standard deviation of everything measured, or of nothing: without it all "
+            "residuals count alike, in SI units"
+        )
+    return found
+
+
+def _each(given: Any) -> Sequence[Any]:
+    return [given] if isinstance(given, str) or not isinstance(given, Sequence) else given
+
+
+def _measured(system: System, name: Any, sigma: Any) -> Measured:
+    match = _ENTRY.fullmatch(name) if isinstance(name, str) else None
+    if match is None:
+        raise ValueOutOfBoundsError(
+            f"{brief(name)} is not a quantity: write theta_0, energy or points[2,0]"
+        )
+    output, typed = match.groups()
+    index = tuple(int(each) for each in typed.split(",")) if typed else ()
+    _check_index(output, index, _shapes(system, output))
+    quantity = system.quantities.get(output)
+    unit = quantity.unit if quantity is not None else _UNITS.get(output, "")
+    own = Kind.LENGTH if output == "points" else Kind.OTHER
+    kind = quantity.kind if quantity is not None else own
+    text = "".join(name.split())
+    return Measured(text, output, index, _checked_sigma(text, sigma), unit, kind)
+
+
+def _shapes(system: System, output: str) -> tuple[int, ...]:
+    """The shape of a quantity that has derivatives along a motion."""
+    energies = {"kinetic_energy", "potential_energy"}
+    known: dict[str, tuple[int, ...]] = dict.fromkeys(
+        (*system.coordinates, *system.speeds, *system.data["own"]), ()
+    )
+    own = {name: system.data["shapes"].get(name, ()) for name, _ in system.data["differentiated"]}
+    known |= {name: tuple(shape) for name, shape in own.items()}
+    known |= system.array_outputs
+    if energies <= set(own):
+        known["energy"] = ()
+    if output not in known:
+        raise UnknownNameError("measured quantity", output, known)
+    return known[output]
+
+
+def _check_index(output: str, index: tuple[int, ...], shape: tuple[int, ...]) -> None:
+    if len(index) == len(shape) and all(i < n for i, n in zip(index, shape, strict=True)):
+        return
+    if not shape:
+        raise MechcError(f"{output} is one number: write {output} without an index")
+    last = ",".join(str(n - 1) for n in shape)
+    raise MechcError(
+        f"{output} has the shape {shape}: write one of its numbers, from "
+        f"{output}[{','.join('0' for _ in shape)}] to {output}[{last}]"
+    )
+
+
+def _checked_sigma(name: str, sigma: Any) -> float:
+    if sigma is None:
+        return math.nan
+    try:
+        value = float(sigma)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (value > 0 and math.isfinite(value)):
+        raise ValueOutOfBoundsError(
+            f"{name}: the standard deviation of its noise must be a positive number, not "
+            f"{brief(sigma)}; where it is not known, give measured=[names]"
+        )
+    return value

@@ -1,0 +1,141 @@
+"""Recordings of motions, read from arrays, mappings, xarray or tables: times and values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.fitting.quantities import Measured
+from mechc.system.parameters import Array
+
+TIMES = ("time", "t")
+SECONDS = ("", "s", "sec", "second", "seconds")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Times (nt,) in s, rising, and values (nt, k) of what was measured, NaN where missing."""
+
+    t: Array
+    values: Array
+
+    @property
+    def known(self) -> Any:
+        """Which values are not missing (nt, k)."""
+        return np.isfinite(self.values)
+
+
+def read_recordings(given: Any, measured: Sequence[Measured]) -> tuple[Recording, ...]:
+    """One recording or a list of several.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError, MechcError
+        For columns that are missing, times that do not rise or are not in seconds, wrong shapes
+        and units.
+    """
+    several = given if isinstance(given, list) else [given]
+    if not several:
+        raise ValueOutOfBoundsError("measurements has no recording")
+    return tuple(_recording(one, measured, _words(several, i)) for i, one in enumerate(several))
+
+
+def _words(several: Sequence[Any], number: int) -> str:
+    return "the recording" if len(several) == 1 else f"recording {number}"
+
+
+def _recording(given: Any, measured: Sequence[Measured], words: str) -> Recording:
+    if isinstance(given, tuple):
+        times, values = _from_arrays(given, measured, words)
+    elif hasattr(given, "keys"):
+        times, values = _from_columns(given, measured, words)
+    else:
+        raise TypeError(
+            f"{words} is a tuple (times, values), a mapping of columns or an xarray.Dataset with "
+            f"the times as 't' or 'time', not {brief(given)}; several are given as a list"
+        )
+    _check_times(times, words)
+    if values.shape != (len(times), len(measured)):
+        raise ValueOutOfBoundsError(
+            f"{words} has {len(times)} times, so its values have the shape "
+            f"({len(times)}, {len(measured)}): a column for each of "
+            f"{', '.join(one.name for one in measured)}; they have {values.shape}"
+        )
+    if np.isinf(values).any():
+        raise ValueOutOfBoundsError(f"{words} has infinite values; a missing sample is NaN")
+    return Recording(times, values)
+
+
+def _from_arrays(
+    given: tuple[Any, ...], measured: Sequence[Measured], words: str
+) -> tuple[Array, Array]:
+    if len(given) != 2:
+        raise ValueOutOfBoundsError(f"{words} is a tuple (times, values), not of {len(given)}")
+    values = _numbers(given[1], f"the values of {words}")
+    return _times(given[0], words), values[:, None] if values.ndim == 1 else values
+
+
+def _from_columns(given: Any, measured: Sequence[Measured], words: str) -> tuple[Array, Array]:
+    names = [str(key) for key in (*given.keys(), *getattr(given, "coords", ()))]
+    key = next((name for name in TIMES if name in names), None)
+    if key is None:
+        raise MechcError(f"{words} has no times: a column 't' or 'time', in s")
+    columns = []
+    for one in measured:
+        if one.name not in names:
+            raise UnknownNameError(f"column of {words}", one.name, sorted({*names} - {key}))
+        column = given[one.name]
+        _check_unit(column, one, words)
+        columns.append(_numbers(column, f"{one.name} of {words}"))
+    times = _times(given[key], words)
+    for one, column in zip(measured, columns, strict=True):
+        if column.shape != times.shape:
+            raise ValueOutOfBoundsError(
+                f"{one.name} of {words} has the shape {column.shape}, its times {times.shape}"
+            )
+    return times, np.stack(columns, axis=-1)
+
+
+def _check_unit(column: Any, one: Measured, words: str) -> None:
+    unit = str(_attributes(column).get("units", one.unit))
+    if one.unit and unit not in (one.unit, ""):
+        raise MechcError(f"{one.name} of {words} is in {unit!r}: give it in {one.unit}")
+
+
+def _times(given: Any, words: str) -> Array:
+    unit = str(_attributes(given).get("units", "s"))
+    if unit not in SECONDS or np.asarray(given).dtype.kind in "mM":
+        kind = unit if unit not in SECONDS else np.asarray(given).dtype
+        raise MechcError(
+            f"the times of {words} are in {str(kind)!r}: give seconds, as numbers; of "
+            "datetime64 values (t - t[0]) / np.timedelta64(1, 's')"
+        )
+    return _numbers(given, f"the times of {words}")
+
+
+def _attributes(column: Any) -> Any:
+    found = getattr(column, "attrs", None)
+    return found if hasattr(found, "get") else {}
+
+
+def _numbers(given: Any, words: str) -> Array:
+    try:
+        plain = np.asarray(given)
+        if plain.dtype.kind not in "biufO":
+            raise TypeError
+        return np.array(np.ma.filled(np.ma.asarray(given, dtype=np.float64), np.nan))
+    except (TypeError, ValueError):
+        raise ValueOutOfBoundsError(f"{words} must be numbers, not {brief(given)}") from None
+
+
+def _check_times(times: Array, words: str) -> None:
+    if times.ndim != 1 or len(times) < 2:
+        raise ValueOutOfBoundsError(f"{words} needs at least two times, in a row")
+    if not np.isfinite(times).all() or not (np.diff(times) > 0).all():
+        raise ValueOutOfBoundsError(
+            f"the times of {words} must be finite and rise from each to the next, in s"
+        )

@@ -1,0 +1,113 @@
+"""A fit in words, and as JSON data."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.system.kinds import shown_in
+
+if TYPE_CHECKING:
+    from mechc.fitting.result import FitResult
+
+STRONG = 0.95  # a correlation that is worth a line
+
+
+def in_words(result: FitResult) -> str:
+    """Values with their intervals, residuals, correlations, what the data leave open."""
+    problem = result.problem
+    recordings = len(problem.recordings)
+    how = "converged" if result.converged else "did not converge"
+    lines = [
+        f"fit of {problem.model.name}: {len(result.names)} values from {problem.count} samples of "
+        f"{recordings} recording{'s' * (recordings > 1)}, {how} ({result.motions} motions)",
+        *_values(result),
+        *_residuals(result),
+        *_correlations(result),
+        *_open(result),
+        *_notes(result),
+    ]
+    return "\n".join(lines)
+
+
+def _values(result: FitResult) -> list[str]:
+    level = f"{100 * result.confidence:g} %"
+    width = max(map(len, result.names))
+    lines = []
+    for name, (low, high) in result.intervals.items():
+        unit, factor = _shown(result, name)
+        value = f"  {name:{width}}  {result[name] * factor:12.6g} {unit}"
+        if math.isfinite(high - low):
+            value += f"  ({level}: {low * factor:.6g} ... {high * factor:.6g})"
+        lines.append(value)
+    return lines
+
+
+def _shown(result: FitResult, label: str) -> tuple[str, float]:
+    """Unit and factor in which people read a value."""
+    quantity = result.problem.model.quantities.get(label.partition("[")[0])
+    return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
+
+
+def _residuals(result: FitResult) -> list[str]:
+    lines = []
+    for one in result.problem.measured:
+        unit, factor = shown_in(one.kind, one.unit)
+        rms = result.rms[one.name] * factor
+        known = "" if math.isnan(one.sigma) else f", {rms / factor / one.sigma:.2f} of its sigma"
+        lines.append(f"residuals of {one.name}: {rms:.3g} {unit} rms{known}")
+    return lines
+
+
+def _correlations(result: FitResult) -> list[str]:
+    found, names = result.correlation, result.names
+    return [
+        f"{names[i]} and {names[j]} are correlated: {found[i, j]:+.3f}"
+        for i in range(len(names))
+        for j in range(i)
+        if abs(found[i, j]) > STRONG
+    ]
+
+
+def _open(result: FitResult) -> list[str]:
+    return [f"the data do not determine {one}" for one in result.undetermined]
+
+
+def _notes(result: FitResult) -> list[str]:
+    lines = []
+    for k, one in enumerate(result.problem.unknowns):
+        if result.active[k]:
+            side = "lower" if result.x[k] - one.lower < one.upper - result.x[k] else "upper"
+            lines.append(f"{one.label} lies at its {side} bound: it has no interval")
+    if not result.converged:
+        lines.append(f"the search ended early: {result.message}")
+    return lines
+
+
+def json_of(result: FitResult) -> dict[str, Any]:
+    """As JSON data; a number that is not finite is null."""
+    return {
+        "mechanism": result.problem.model.name,
+        "values": result.values,
+        "standard_errors": _finite(result.standard_errors),
+        "intervals": {n: [_or_none(x) for x in ends] for n, ends in result.intervals.items()},
+        "confidence": result.confidence,
+        "correlation": [[_or_none(x) for x in row] for row in result.correlation.tolist()],
+        "undetermined": [str(one) for one in result.undetermined],
+        "cost": result.cost,
+        "samples": result.problem.count,
+        "residual_rms": _finite(result.rms),
+        "converged": result.converged,
+        "message": result.message,
+        "motions": result.motions,
+    }
+
+
+def _finite(values: dict[str, float]) -> dict[str, float | None]:
+    return {name: _or_none(value) for name, value in values.items()}
+
+
+def _or_none(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,162 @@
+"""From where the search begins, and the search: SciPy's least squares with the exact Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import AssemblyError, MechcError
+from mechc.fitting.losses import loss_of
+from mechc.fitting.problem import Problem
+from mechc.system.parameters import Array
+
+Report = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the search is done; see :meth:`mechc.Model.fit`."""
+
+    starts: int
+    refined: int
+    loss: Any
+    f_scale: float
+    tol: float
+    max_evaluations: int | None
+    seed: int
+
+
+def beginnings(problem: Problem, settings: Settings) -> Array:
+    """The points (n, k) from which the search begins, the most promising first.
+
+    Raises
+    ------
+    MechcError
+        If no motion can be computed at any of them.
+    """
+    first = np.array([one.guess for one in problem.unknowns])
+    if settings.starts == 1:
+        _refuse_infeasible(problem, first)
+        return first[None]
+    points = np.vstack([first, _spread(problem, settings.starts - 1, settings.seed, first)])
+    costs = screened(problem, points, settings)
+    if not np.isfinite(costs).any():
+        _refuse_infeasible(problem, first)
+    order = np.argsort(costs, kind="stable")
+    return np.asarray(points[order[np.isfinite(costs[order])][: settings.refined]])
+
+
+def _spread(problem: Problem, count: int, seed: int, first: Array) -> Array:
+    """Points (count, k) spread evenly between the bounds; what has none stays at its guess."""
+    from scipy.stats import qmc
+
+    lower, upper = bounds_of(problem)
+    bounded = np.isfinite(lower) & np.isfinite(upper)
+    if not bounded.any():
+        raise MechcError("several starts are spread between bounds: give some of what is free both")
+    points = np.tile(first, (count, 1))
+    drawn = qmc.Sobol(int(bounded.sum()), seed=seed).random_base2(max(0, (count - 1).bit_length()))
+    low, high = lower[bounded], upper[bounded]
+    points[:, bounded] = low + drawn[:count] * (high - low)
+    return points
+
+
+def bounds_of(problem: Problem) -> tuple[Array, Array]:
+    """Lower and upper bounds (k,)."""
+    return (
+        np.array([one.lower for one in problem.unknowns]),
+        np.array([one.upper for one in problem.unknowns]),
+    )
+
+
+def screened(problem: Problem, points: Array, settings: Settings) -> Array:
+    """The cost at each point (n,), of all in one batch; infinite where a motion fails."""
+    loss = loss_of(settings.loss, settings.f_scale)
+    if problem.model.inputs:  # a batch takes none
+        residuals = np.array([problem.residuals(x) for x in points])
+    else:
+        residuals = np.hstack([_batch(problem, points, k) for k in range(len(problem.recordings))])
+    usable = np.isfinite(residuals).all(axis=1)
+    costs = np.full(len(points), np.inf)
+    costs[usable] = loss.cost(residuals[usable])
+    return costs
+
+
+def _batch(problem: Problem, points: Array, place: int) -> Array:
+    """The residuals (n, samples) of one recording at all points."""
+    from mechc.batch.spec import Assembly
+
+    model, recording = problem.model, problem.recordings[place]
+    given = problem.setting(list(points.T), place)
+    start: Any = given.start
+    if isinstance(start, dict):
+        start = Assembly(*problem.named_start(start, place))
+    span = (problem.begin[place], float(recording.t[-1]))
+    batch = model.simulate_batch(
+        span, _for_all(start, len(points)), given.params, t_eval=recording.t, progress=False,
+        **problem.policy,
+    )  # fmt: skip
+    problem.runs += len(points)
+    values = model.system.parameter_set.resolve(given.params)
+    values = np.broadcast_to(values, (len(points), values.shape[-1]))
+    apart = problem.deviations(batch["y_eval"], values[:, None, :], place)
+    apart[~batch.ok] = np.inf
+    return np.asarray(apart[:, recording.known])
+
+
+def _for_all(start: Any, count: int) -> Any:
+    """A state for every member: one that is given may be the only thing that says how many."""
+    return np.tile(start, (count, 1)) if isinstance(start, np.ndarray) else start
+
+
+def _refuse_infeasible(problem: Problem, first: Array) -> None:
+    """Raise why a motion cannot be computed at the first values, if one cannot."""
+    words = ", ".join(
+        f"{one.label} = {value:.6g}" for one, value in zip(problem.unknowns, first, strict=True)
+    )
+    for place in range(len(problem.recordings)):
+        told = f"the fit begins at {words}, where the motion of recording {place} "
+        advice = "Give other first values (params, y0), bounds, or several starts"
+        try:
+            sol = problem.simulate(first, place)
+        except AssemblyError as error:
+            raise AssemblyError(f"{told}cannot be assembled: {error}. {advice}") from None
+        if not sol.status.ok:
+            raise MechcError(f"{told}does not reach its end: {sol.status.headline}. {advice}")
+
+
+@dataclass(frozen=True)
+class Found:
+    """One end of a search: values (k,), cost, what is active at a bound (k,), how it ended."""
+
+    x: Array
+    cost: float
+    active: Array
+    converged: bool
+    message: str
+    evaluations: int
+
+
+def refine(problem: Problem, first: Array, settings: Settings) -> Found:
+    """Descend from one point."""
+    from scipy.optimize import least_squares
+
+    lower, upper = bounds_of(problem)
+    done = least_squares(
+        problem.residuals, np.clip(first, *_inside(lower, upper)), problem.jacobian,
+        bounds=(lower, upper), x_scale="jac", loss=settings.loss, f_scale=settings.f_scale,
+        ftol=settings.tol, xtol=settings.tol, gtol=settings.tol, max_nfev=settings.max_evaluations,
+    )  # fmt: skip
+    return Found(
+        done.x, float(done.cost), np.asarray(done.active_mask != 0), done.status > 0, done.message,
+        int(done.nfev),
+    )  # fmt: skip
+
+
+def _inside(lower: Array, upper: Array) -> tuple[Array, Array]:
+    """A little inside the bounds, where a search may begin."""
+    width = np.where(np.isfinite(upper - lower), upper - lower, 1.0)
+    return lower + 1e-9 * width, upper - 1e-9 * width

@@ -1,0 +1,191 @@
+"""Fits of pendulum recordings: values, uncertainty, robustness, starts, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.optimize import curve_fit
+
+import mechc
+from tests.support.differences import apart, extrapolated
+
+T = np.linspace(0.0, 4.0, 161)
+TRUE = {"l_0": 1.3, "g": 9.2}
+BOUNDS = {"l_0": (0.3, 3.0)}
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return mechc.load("pendulum", outputs=("energy", "points", "sensitivities"))
+
+
+def recorded(model, start=(0.8, 0.3), noise=0.0, seed=0, times=T):
+    sol = model.simulate(times[-1], np.array(start), TRUE, t_eval=times, rtol=1e-12)
+    draw = np.random.default_rng(seed)
+    return sol["theta_0"] + noise * draw.normal(size=len(times))
+
+
+def columns(model, **options):
+    return {"t": T, "theta_0": recorded(model, **options)}
+
+
+KNOWN = {"params": {"g": TRUE["g"]}, "y0": {"theta_0": 0.8, "omega_0": 0.3}}
+
+
+def test_several_recordings_each_with_its_own_start(pendulum):
+    angles = [recorded(pendulum, start) for start in ((0.8, 0.3), (-0.4, 1.5))]
+    angles[0][30:60] = np.nan
+    result = pendulum.fit(
+        [(T, angles[0]), {"time": T, "theta_0": angles[1]}],
+        {"l_0": (0.3, 3.0), "theta_0": None, "omega_0": (-3.0, 3.0)},
+        {"theta_0": 0.01},
+        params={"g": TRUE["g"]},
+    )
+    wanted = {
+        "l_0": 1.3, "theta_0[0]": 0.8, "theta_0[1]": -0.4, "omega_0[0]": 0.3, "omega_0[1]": 1.5,
+    }  # fmt: skip
+    assert result.converged
+    assert result.values == pytest.approx(wanted, abs=1e-7)
+    assert result.problem.count == 2 * len(T) - 30
+    for start, sol in zip(result.starts, result.solutions, strict=True):
+        again = pendulum.simulate(4.0, start, result.model_params)
+        np.testing.assert_array_equal(again.y[-1], sol(4.0))
+    left = result.residuals[0]
+    assert np.isnan(left[30:60]).all()
+    assert np.nanmax(np.abs(left)) < 1e-6
+
+
+def test_the_jacobian_is_that_of_the_residuals(pendulum):
+    free = {"l_0": None, "theta_0": None, "omega_0": None}
+    measured = {"theta_0": 0.02, "points[1,1]": 0.1, "energy": 0.5}
+    sol = pendulum.simulate(4.0, {"theta_0": 0.7, "omega_0": 0.2}, t_eval=T)
+    data = {"t": T, "theta_0": sol["theta_0"], "energy": sol.energy}
+    data["points[1,1]"] = pendulum.points(sol.y)[:, 1, 1]
+    problem = pendulum.fit(data, free, measured, rtol=1e-12).problem
+    x = np.array([1.1, 0.6, 0.25])
+    found = problem.jacobian(x)
+    for k, h in enumerate(np.eye(3)):
+        wanted = extrapolated(lambda s, h=h: problem.residuals(x + s * h), 0.01)
+        assert apart(found[:, k], wanted) < 1e-8
+
+
+@pytest.mark.parametrize("sigma", [0.02, None])
+def test_values_and_covariance_are_those_of_curve_fit(pendulum, sigma):
+    data = columns(pendulum, noise=0.02)
+    measured = ["theta_0"] if sigma is None else {"theta_0": sigma}
+    result = pendulum.fit(data, BOUNDS | {"omega_0": None}, measured, **KNOWN)
+
+    def motion(_, length, speed):
+        run = {"l_0": length, "g": TRUE["g"]}
+        return pendulum.simulate(4.0, np.array([0.8, speed]), run, rtol=1e-12, t_eval=T)["theta_0"]
+
+    errors = None if sigma is None else np.full(len(T), sigma)
+    values, covariance = curve_fit(
+        motion, T, data["theta_0"], [1.2, 0.2], sigma=errors, absolute_sigma=sigma is not None
+    )
+    np.testing.assert_allclose(result.x, values, rtol=1e-5)
+    np.testing.assert_allclose(result.covariance, covariance, rtol=1e-3)
+    low, high = result.intervals["l_0"]
+    factor = (high - low) / 2 / result.standard_errors["l_0"]
+    assert factor == pytest.approx(1.959964 if sigma else 1.974996, abs=1e-4)  # normal, Student 159
+
+
+def test_a_robust_loss_sets_outliers_aside(pendulum):
+    data = columns(pendulum, noise=0.01)
+    data["theta_0"][::18] += 1.5
+    data["theta_0"][9::18] -= 1.5
+    plain, robust = (
+        pendulum.fit(data, BOUNDS, {"theta_0": 0.01}, loss=loss, **KNOWN)
+        for loss in ("linear", "cauchy")
+    )
+    low, high = robust.intervals["l_0"]
+    assert low < TRUE["l_0"] < high
+    assert high - low < 0.01
+    assert abs(plain["l_0"] - TRUE["l_0"]) > 5 * abs(robust["l_0"] - TRUE["l_0"])
+
+
+def test_what_the_data_leave_open_is_said(pendulum):
+    data = columns(pendulum, noise=0.01)
+    result = pendulum.fit(
+        data, {"l_0": None, "g": None, "m_0": None}, {"theta_0": 0.01}, y0=KNOWN["y0"]
+    )
+    told = [str(one) for one in result.undetermined]
+    assert "m_0: changes nothing that was measured" in told
+    assert sorted(told)[0] in ("l_0 +1 %, g +1 %: changes nothing that was measured",
+                               "g +1 %, l_0 +1 %: changes nothing that was measured")  # fmt: skip
+    assert result["g"] / result["l_0"] == pytest.approx(TRUE["g"] / TRUE["l_0"], rel=1e-2)
+    assert np.isinf(result.standard_errors["m_0"])
+    assert "do not determine m_0" in str(result)
+
+
+def test_many_starts_find_what_one_does_not(pendulum):
+    data = columns(pendulum, noise=0.01)
+    free, far = (
+        {"l_0": (0.05, 20.0)},
+        {"params": KNOWN["params"] | {"l_0": 15.0}, "y0": KNOWN["y0"]},
+    )
+    stuck = pendulum.fit(data, free, {"theta_0": 0.01}, **far)
+    found = pendulum.fit(data, free, {"theta_0": 0.01}, starts=64, **far)
+    assert stuck.cost > 10 * found.cost
+    assert found["l_0"] == pytest.approx(1.3, abs=0.01)
+    costs = [cost for _, cost in found.ends]
+    assert costs == sorted(costs)
+
+
+def test_a_value_at_its_bound_has_no_interval(pendulum):
+    data = columns(pendulum, noise=0.01)
+    free = {"l_0": (1.4, 3.0), "omega_0": None}
+    result = pendulum.fit(data, free, {"theta_0": 0.01}, **KNOWN)
+    assert result["l_0"] == pytest.approx(1.4, abs=1e-6)
+    assert np.isnan(result.standard_errors["l_0"])
+    assert np.isfinite(result.standard_errors["omega_0"])
+    assert "l_0 lies at its lower bound" in str(result)
+
+
+def test_a_dataset_of_xarray(pendulum):
+    sol = pendulum.simulate(4.0, KNOWN["y0"], TRUE)
+    result = pendulum.fit(sol.to_xarray(), BOUNDS, {"theta_0": 0.01}, **KNOWN)
+    assert result["l_0"] == pytest.approx(1.3, abs=1e-6)
+    in_minutes = sol.to_xarray()
+    in_minutes["time"].attrs["units"] = "min"
+    in_degrees = sol.to_xarray()
+    in_degrees["theta_0"].attrs["units"] = "deg"
+    for wrong, words in ((in_minutes, "are in 'min'"), (in_degrees, "is in 'deg'")):
+        with pytest.raises(mechc.MechcError, match=words):
+            pendulum.fit(wrong, BOUNDS, {"theta_0": 0.01}, **KNOWN)
+
+
+DAYS = np.arange("2020-01-01", "2020-01-09", dtype="M8[D]")
+DATA = {"t": T, "theta_0": np.zeros(len(T))}
+WRONG = {
+    "no parameter, coordinate, speed or input is called 'l_9'": {"free": {"l_9": None}},
+    "the lower bound 3 must be below 1": {"free": {"l_0": (3, 1)}},
+    "exceed its own": {"free": {"l_0": (-1, 1)}},
+    "l_0 begins at 4, outside": {"params": {"l_0": 4.0}},
+    "nothing is free": {"free": {}},
+    "no measured quantity is called 'theta_7'": {"measured": {"theta_7": 1}},
+    "write one of its numbers": {"measured": {"points": 1}},
+    "must be a positive number": {"measured": {"theta_0": 0.0}},
+    "no column of the recording is called 'omega_0'": {"measured": {"omega_0": 1}},
+    "has no times": {"measurements": {"theta_0": DATA["theta_0"]}},
+    "must be finite and rise": {"measurements": (T[::-1], DATA["theta_0"])},
+    "its values have the shape": {"measurements": (T, np.zeros((5, 1)))},
+    "a missing sample is NaN": {"measurements": (T, T + np.inf)},
+    "are in 'datetime64": {"measurements": (DAYS, T[:8])},
+    "measured nowhere": {"measurements": (T, T * np.nan)},
+    "2 samples do not determine 3": {"measurements": (T[:2], T[:2]),
+                                     "free": {"l_0": None, "theta_0": None, "omega_0": None}},
+    "y0 is a whole state": {"free": {"theta_0": None}, "y0": [0.1, 0.2]},
+    "no loss is called": {"loss": "tukey"},
+    "begins after the first sample": {"t0": 1.0},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_wrong_arguments_are_refused(pendulum, words):
+    given = {"measurements": DATA, "free": BOUNDS, "measured": {"theta_0": 0.01}} | WRONG[words]
+    with pytest.raises((mechc.MechcError, TypeError), match=words):
+        pendulum.fit(**given)
+
+
+def test_a_model_without_derivatives_is_refused(model):
+    with pytest.raises(mechc.UnavailableOutputError, match="outputs="):
+        model.fit(DATA, {"m_1": None}, {"theta_0": 0.1})

@@ -88,7 +88,10 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     run->failure = 0;
     if (run->monitor.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : 0.1))
         made = mechc_come_back(run);
-    if (!mechc_nears_critical(&run->monitor, run->horizon)) run->allowed = 1.0;
+    if (!mechc_nears_critical(&run->monitor, run->horizon)) {
+        run->allowed = 1.0;
+        run->monitor.stayed = 0;
+    }
     mechc_monitor_accept(run, h, conditioning);
     if (run->stiff >= MECHC_STIFF) made &= mechc_use_method(run, run->methods[MECHC_RADAU5]);
     mechc_widen_scale(run);

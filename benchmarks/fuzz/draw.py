@@ -12,6 +12,7 @@ from .scenes import TOPOLOGIES, Topology, compiled
 KINDS = ("planar", "spherical", "spatial")
 RTOLS = (1e-4, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12)
 T_ENDS = (0.5, 1.0, 2.0)
+PARALLEL = 0.05  # of linkages that no rod is redundant in: with change points, where rows vanish
 DIGITS = (1, 3, 17)  # decimals of the lengths: neutral linkages are among those with one
 
 
@@ -37,9 +38,10 @@ def drawn(seed: int) -> Case:
     topology, kind = str(rng.choice(list(TOPOLOGIES))), str(rng.choice(KINDS))
     shape = TOPOLOGIES[topology]
     redundant = len(shape.rods) >= shape.cranks
-    params = _parallel(rng, shape) if redundant else _cranks(rng, shape, kind)
+    parallel = redundant or np.random.default_rng([seed, 1]).random() < PARALLEL
+    params = _parallel(rng, shape) if parallel else _cranks(rng, shape, kind)
     q = rng.uniform(-np.pi, np.pi, shape.cranks)
-    if redundant:
+    if parallel:
         q[:], kind = q[0], "planar"
     elif rng.random() < 0.2:  # near or at a dead point, where cranks and rods come in line
         q = np.round(q * 2 / np.pi) * np.pi / 2
@@ -69,7 +71,7 @@ def _cranks(rng: np.random.Generator, shape: Topology, kind: str) -> dict[str, f
 
 
 def _parallel(rng: np.random.Generator, shape: Topology) -> dict[str, float]:
-    """Equal cranks whose ends keep their distances: the last rod is redundant."""
+    """Equal cranks whose ends keep their distances; a rod that closes a ring is redundant."""
     r, decimals = rng.uniform(0.3, 2.0), int(rng.choice(DIGITS))
     params = {}
     for k in range(shape.cranks):

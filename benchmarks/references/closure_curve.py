@@ -12,18 +12,13 @@ The formulas are in closure_curve.c, which is compiled at the first use.
 from __future__ import annotations
 
 import ctypes
-import os
-import subprocess
-import tempfile
 from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 from scipy.integrate._ivp import dop853_coefficients as dop853
 
 from ..problems.problem import Array
+from .compiled import library, pointer
 
 TABLE = np.concatenate([dop853.A[:12, :12].ravel(), dop853.B, dop853.E5, dop853.E3])
 
@@ -62,7 +57,7 @@ class Geometry:
     def _read(self, y: Array) -> Array:
         found = np.empty((len(self), 7))
         for i, start in enumerate(np.ascontiguousarray(y.T)):
-            _library().read(ctypes.byref(self._bar(i)), _pointer(start), _pointer(found[i]))
+            library(__file__).read(ctypes.byref(self._bar(i)), pointer(start), pointer(found[i]))
         return found
 
     def _bar(self, i: int) -> _Bar:
@@ -78,22 +73,8 @@ class Geometry:
         times = np.ascontiguousarray(times, float)
         out = np.empty((len(self), len(times), 2))
         for i, start in enumerate(np.ascontiguousarray(y.T)):
-            _library().integrate(
-                ctypes.byref(self._bar(i)), _pointer(start), len(times), _pointer(times),
-                ctypes.c_double(tolerance), _pointer(TABLE), _pointer(out[i]),
+            library(__file__).integrate(
+                ctypes.byref(self._bar(i)), pointer(start), len(times), pointer(times),
+                ctypes.c_double(tolerance), pointer(TABLE), pointer(out[i]),
             )  # fmt: skip
         return out.transpose(1, 2, 0)
-
-
-@cache
-def _library() -> Any:
-    source = Path(__file__).with_suffix(".c")
-    target = Path(tempfile.mkdtemp()) / "closure_curve.so"
-    compiler = os.environ.get("CC", "cc").split()
-    command = [*compiler, "-O3", "-shared", "-fPIC", "-o", str(target), str(source), "-lm"]
-    subprocess.run(command, check=True)
-    return ctypes.CDLL(str(target))
-
-
-def _pointer(a: Array) -> Any:
-    return a.ctypes.data_as(ctypes.POINTER(ctypes.c_double))

@@ -9,18 +9,13 @@ extrapolation, the loops closed at every step: linkage_curve.c, which is compile
 from __future__ import annotations
 
 import ctypes
-import os
-import subprocess
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from ..problems.problem import Array
+from .compiled import library, pointer
 
 MOST = 16
 GRAVITY = 9.81  # m/s^2
@@ -80,9 +75,9 @@ class PlanarLinkage:
         times = np.ascontiguousarray(times, float)
         start = np.ascontiguousarray(y0, float)
         out = np.full((len(times), 2 * len(self.hung)), np.nan)
-        made = _library().integrate(
-            ctypes.byref(self._passed()), _pointer(start), len(times), _pointer(times),
-            ctypes.c_double(tolerance), _pointer(out),
+        made = library(__file__).integrate(
+            ctypes.byref(self._passed()), pointer(start), len(times), pointer(times),
+            ctypes.c_double(tolerance), pointer(out),
         )  # fmt: skip
         return out if made else np.full_like(out, np.nan)
 
@@ -101,17 +96,3 @@ class PlanarLinkage:
         flat.grounds[: len(self.ends)] = [x for x, _ in self.grounds]
         flat.parts[: len(self.ends)] = [part for _, part in self.grounds]
         return flat
-
-
-@cache
-def _library() -> Any:
-    source = Path(__file__).with_suffix(".c")
-    target = Path(tempfile.mkdtemp()) / "linkage_curve.so"
-    compiler = os.environ.get("CC", "cc").split()
-    command = [*compiler, "-O3", "-shared", "-fPIC", "-o", str(target), str(source), "-lm"]
-    subprocess.run(command, check=True)
-    return ctypes.CDLL(str(target))
-
-
-def _pointer(a: Array) -> Any:
-    return a.ctypes.data_as(ctypes.POINTER(ctypes.c_double))

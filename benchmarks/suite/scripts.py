@@ -68,6 +68,8 @@ SCRIPTS = {
 }  # fmt: skip
 
 COMMANDS = {
+    "fit": Command("how often intervals of fits hold the truth, and milliseconds",
+                   "costs.fitting"),
     "fuzz": Command("short motions of random linkages: is any wrong without a word?",
                     "fuzz.command"),
     "closing": Command("microseconds that it takes to close loops", "costs.closing"),

@@ -40,6 +40,8 @@ from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.differentiable.jax_function import jax
+    from mechc.differentiable.torch_function import torch
     from mechc.export import export_c
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
@@ -93,9 +95,11 @@ __all__ = [
     "export_c",
     "from_joints",
     "get_include",
+    "jax",
     "load",
     "mechanisms",
     "multiplier",
+    "torch",
 ]
 
 
@@ -105,6 +109,8 @@ _LATER = {
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
     "export_c": "mechc.export",
+    "jax": "mechc.differentiable.jax_function",
+    "torch": "mechc.differentiable.torch_function",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {

@@ -8,6 +8,7 @@ from tests.support import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = (
+    "differentiable.md",
     "fitting.md",
     "inputs.md",
     "library.md",

@@ -32,14 +32,16 @@ RUNTIME_LAW = {
     "fitting": {"system", "assembly", "simulation", "results", "batch"},
     "results": {"system", "simulation", "analysis", "sensitivities"},
     "batch": {"native", "system", "assembly", "compilation", "simulation", "results"},
+    "differentiable": {"system"},
     "outputs": {"system", "inputs", "analysis"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "model": {"configurations", "outputs", "system", "assembly", "compilation", "simulation",
-              "analysis", "results", "batch", "fitting"},
+              "analysis", "results", "batch", "fitting", "differentiable"},
     "load": {"model", "system", "compilation"},
     "export": {"compilation", "results"},
     "open": {"model", "system", "simulation", "results", "batch"},
-    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch"},
+    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch",
+            "fitting"},
 }  # fmt: skip
 
 # A folder of the compiler -> the folders that it may import; of those in DATA, these modules alone.

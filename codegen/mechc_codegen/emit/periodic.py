@@ -1,7 +1,8 @@
-"""Which coordinates appear in sines and cosines alone: a whole turn of them changes nothing.
+"""Which coordinates are angles, and which of these appear in sines and cosines alone: a whole turn
+of them changes nothing.
 
-Input: the scene's functions.  Output: their indices.  Invariant: what is not recognised is not
-periodic.
+Input: the scene's functions.  Output: their indices.  Invariant: what is not recognised is no
+angle.
 """
 
 from __future__ import annotations
@@ -16,11 +17,24 @@ from mechc_codegen.ir.program import SineCosine
 Sum = Mapping[Symbol, int]  # of coordinates, by their whole multiples
 
 
+def angles(functions: SceneFunctions) -> list[int]:
+    """Coordinates with sines and cosines in the configuration and the motion."""
+    return _indices(functions, _uses(functions)[0])
+
+
 def periodic(functions: SceneFunctions) -> list[int]:
-    """Of coordinates in the configuration and the motion; none where inputs read them."""
+    """Those with nothing but sines and cosines; none where inputs read them."""
+    turned, used = _uses(functions)
+    return [] if functions.program.input_values() else _indices(functions, turned - used)
+
+
+def _indices(functions: SceneFunctions, chosen: set[Symbol]) -> list[int]:
+    return [i for i, q in enumerate(functions.program.symbols.q) if q in chosen]
+
+
+def _uses(functions: SceneFunctions) -> tuple[set[Symbol], set[Symbol]]:
+    """Coordinates in sines and cosines, and those used in other ways."""
     program = functions.program
-    if program.input_values():
-        return []
     sums: dict[Symbol, Sum] = {q: {q: 1} for q in program.symbols.q}
     turned = set[Symbol]()
     used = set[Symbol]()  # other than in a sine or a cosine of a sum of whole multiples
@@ -36,7 +50,7 @@ def periodic(functions: SceneFunctions) -> list[int]:
     for name in (*layout.configuration, *layout.motion):
         for element in functions.outputs[name].elements if name in functions.outputs else ():
             used |= _carried(element, sums)
-    return [i for i, q in enumerate(program.symbols.q) if q in turned - used]
+    return turned, used
 
 
 def _sum_of(value: Expr, sums: Mapping[Symbol, Sum]) -> Sum | None:

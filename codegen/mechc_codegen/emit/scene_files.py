@@ -14,9 +14,17 @@ from typing import Any
 
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.instruction_sets import InstructionSet
-from mechc_codegen.emit.periodic import periodic
+from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.ir.program import SineCosine
+
+VARIATIONAL = {
+    "constraint_gradient": "MECHC_GRADIENT",
+    "constraints_by_parameters": "MECHC_GAP_BY_PARAMETERS",
+    "constraints_by_inputs": "MECHC_GAP_BY_INPUTS",
+    "velocity_constraints_by_parameters": "MECHC_GAP_RATE_BY_PARAMETERS",
+    "velocity_constraints_by_inputs": "MECHC_GAP_RATE_BY_INPUTS",
+}
 
 
 def sizes_header(functions: SceneFunctions) -> str:
@@ -51,10 +59,24 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     """Sizes of what few scenes have."""
     states, values = functions.equations.states, len(functions.program.input_values())
     text = f"#define MECHC_STATES {states} /* of the coordinates */\n" if states else ""
-    if angles := periodic(functions):
-        which = ", ".join(map(str, angles))
-        text += f"#define MECHC_PERIODIC {which} /* in sines and cosines alone */\n"
+    if found := angles(functions):
+        text += f"#define MECHC_ANGLES {_listed(found)} /* in sines and cosines */\n"
+    if found := periodic(functions):
+        text += f"#define MECHC_PERIODIC {_listed(found)} /* in these alone */\n"
+    text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
+
+
+def _variational(functions: SceneFunctions) -> str:
+    """What the variational equations of a scene with sensitivities are made of."""
+    if not functions.request.includes("sensitivities"):
+        return ""
+    present = [macro for name, macro in VARIATIONAL.items() if name in functions.outputs]
+    return "".join(f"#define {macro} 1\n" for macro in ("MECHC_VARIATIONAL", *present))
+
+
+def _listed(indices: list[int]) -> str:
+    return ", ".join(map(str, indices))
 
 
 def _widths(functions: SceneFunctions) -> list[int]:

@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mechc.assembly.closer import closure
 from mechc.assembly.positions import search_for, told_miss
 from mechc.assembly.speeds import in_words
-from mechc.errors import AssemblyError, ValueOutOfBoundsError
+from mechc.errors import (
+    AssemblyError,
+    UnavailableOutputError,
+    UnknownNameError,
+    ValueOutOfBoundsError,
+)
 from mechc.native._closing import followed
+from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 KEPT = 16  # first assemblies of one member among which the preferred one is chosen
 MOST = 64  # change points told of one member
+SINGULAR = 1e-7  # of the largest singular value: below, no derivative
 
 
 @dataclass(frozen=True)
@@ -48,6 +56,7 @@ class PositionSweep:
     system: System
     p: Array
     t: float
+    free: tuple[int, ...]
 
     def __getitem__(self, name: str) -> Array:
         """A coordinate, (..., nt)."""
@@ -60,9 +69,62 @@ class PositionSweep:
     @property
     def points(self) -> Array:
         """Positions of the named points in m, (..., nt, points, 3)."""
+        return self.system.points(self._states, self._values, self.t)
+
+    def transmission_angle(self, before: str, joint: str, after: str) -> Array:
+        """The acute angle between two links at the joint between them, rad, (..., nt).
+
+        ``before``, ``joint`` and ``after`` are named points: in a four-bar the crank's end, the
+        joint of coupler and rocker, and the rocker's pivot.  Near pi/2 forces are passed on well;
+        at 0 the linkage locks.
+
+        Raises
+        ------
+        UnknownNameError
+            If there is no such point.
+        """
+        names = self.system.point_names
+        for name in (before, joint, after):
+            if name not in names:
+                raise UnknownNameError("point", name, names)
+        points = self.points
+        a, b = (points[..., names.index(n), :] - points[..., names.index(joint), :]
+                for n in (before, after))  # fmt: skip
+        across = np.linalg.norm(np.cross(a, b), axis=-1)
+        return np.asarray(np.arctan2(across, np.abs((a * b).sum(axis=-1))))
+
+    def sensitivity(self, parameter: Any) -> Array:
+        """The derivative of the coordinates by a parameter, (..., nt, nq).
+
+        The driven coordinate and those given are held, and parameters whose defaults follow this
+        one.  NaN at change points and dead points, where it does not exist.
+
+        Raises
+        ------
+        UnavailableOutputError
+            If the model was compiled without ``"sensitivities"``.
+        UnknownNameError
+            If there is no such parameter.
+        """
+        return position_slopes(self, parameter)
+
+    def point_sensitivity(self, parameter: Any) -> Array:
+        """The derivative of the points' positions by a parameter, (..., nt, points, 3).
+
+        As :meth:`sensitivity`; compiled with ``outputs=("points", "sensitivities")``.
+        """
+        return point_slopes(self, parameter)
+
+    @property
+    def _states(self) -> Array:
+        """With speeds of zero, (..., nt, nq + nu)."""
         still = np.zeros((*self.q.shape[:-1], len(self.system.speeds)))
-        p = self.p if self.p.ndim == 1 else self.p[..., None, :]
-        return self.system.points(np.concatenate([self.q, still], axis=-1), p, self.t)
+        return np.concatenate([self.q, still], axis=-1)
+
+    @property
+    def _values(self) -> Array:
+        """Parameters that go along with the states."""
+        return self.p if self.p.ndim == 1 else self.p[..., None, :]
 
     def __repr__(self) -> str:
         sets = f", {self.q.shape[:-2]} sets of parameters" if self.q.ndim > 2 else ""
@@ -109,7 +171,69 @@ def sweep_positions(
     return PositionSweep(
         driven, values, q.reshape(*leading, *q.shape[1:]), ratios.reshape(*leading, *q.shape[1:]),
         told.reshape(*leading, told.shape[1]), end.reshape(leading), system, p, t,
+        tuple(int(i) for i in search.free),
     )  # fmt: skip
+
+
+def position_slopes(sweep: PositionSweep, parameter: Any) -> Array:
+    """Phi_q dq = -Phi_p dp over the free coordinates."""
+    system, y, values = sweep.system, sweep._states, sweep._values
+    place = _differentiable(system, parameter)
+    rows = _gradient(system, y, values, sweep.t)[..., list(sweep.free)]
+    opened = np.zeros(rows.shape[:-1])
+    if "constraints_by_parameters" in system.scene.outputs:
+        by = system.evaluate("constraints_by_parameters", y, values, sweep.t)
+        opened = np.asarray(by[..., place])
+    found = np.zeros_like(sweep.q)
+    found[np.isnan(sweep.q).any(axis=-1)] = np.nan
+    usable = np.isfinite(rows).all(axis=(-1, -2))
+    rows, opened = rows[usable], opened[usable]
+    regular = np.linalg.matrix_rank(rows, rtol=SINGULAR) == len(sweep.free)
+    moved = np.full((len(rows), len(sweep.free)), np.nan)
+    moved[regular] = -(np.linalg.pinv(rows[regular]) @ opened[regular, :, None])[..., 0]
+    part = found[usable]
+    part[:, list(sweep.free)] = moved
+    found[usable] = part
+    return found
+
+
+def _gradient(system: System, y: Array, values: Array, t: float) -> Array:
+    """Derivative of the configuration constraints by the coordinates, (..., nh, nq)."""
+    if "constraint_gradient" in system.scene.outputs:
+        return system.evaluate("constraint_gradient", y, values, t)
+    return system.constraint_jacobian(y, values, t)[..., : system.scene.holonomic, :]
+
+
+def point_slopes(sweep: PositionSweep, parameter: Any) -> Array:
+    """The chain rule: points_q dq + points_p."""
+    system, place = sweep.system, _differentiable(sweep.system, parameter)
+    first = len(system.data["own"])
+    sizes = dict(system.data["differentiated"])
+    if "points" not in sizes:
+        system.refuse_output("points")
+    for name, size in sizes.items():
+        if name == "points":
+            break
+        first += size
+    rows = slice(first, first + sizes["points"])
+    given = (sweep._states, sweep._values, sweep.t)
+    by_state = system.evaluate("own_state_jacobian", *given)[..., rows, : sweep.q.shape[-1]]
+    found = (by_state @ sweep.sensitivity(parameter)[..., None])[..., 0]
+    found = found + system.evaluate("own_parameter_jacobian", *given)[..., rows, place]
+    return np.asarray(found.reshape(*found.shape[:-1], -1, 3))
+
+
+def _differentiable(system: System, parameter: Any) -> int:
+    """The place of a parameter, of a model that has derivatives."""
+    if "differentiated" not in system.data:
+        raise UnavailableOutputError(
+            f"{system.name} was compiled without sensitivities: compile or load it with "
+            "outputs=(..., 'sensitivities')"
+        )
+    name = name_of(parameter)
+    if name not in system.parameters:
+        raise UnknownNameError("parameter", name, system.parameters)
+    return system.parameters.index(name)
 
 
 def _checked_values(driven: str, given: Array) -> Array:

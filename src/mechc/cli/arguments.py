@@ -62,15 +62,15 @@ def known(name: str) -> str:
     return name
 
 
-def model_of(chosen: argparse.Namespace) -> mechc.Model:
-    """The mechanism and options given, compiled completely."""
+def model_of(chosen: argparse.Namespace, outputs: Sequence[str] | None = None) -> mechc.Model:
+    """The mechanism and options given, compiled completely, with these outputs or its own."""
     if is_own(chosen.name):
-        return _own_model(chosen)
+        return _own_model(chosen, outputs)
     name = known(chosen.name)
     options = checked_options(name, options_of(chosen.options))
     _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
-        model = mechc.load(name, **options)
+        model = mechc.load(name, outputs=outputs, **options)
         model.system.wait()
     return model
 
@@ -96,11 +96,11 @@ def _refuse_unknown_names(chosen: argparse.Namespace, options: dict[str, Any]) -
                 raise UnknownNameError(kind, name, known)
 
 
-def _own_model(chosen: argparse.Namespace) -> mechc.Model:
+def _own_model(chosen: argparse.Namespace, outputs: Sequence[str] | None) -> mechc.Model:
     if chosen.options:
         raise MechcError(f"--with: {chosen.name} has no options; these are of the library")
     with Notice(f"compiling {chosen.name}; the next time it is in the cache ..."):
-        model = own_model(chosen.name)
+        model = own_model(chosen.name, outputs)
         model.system.wait()
     return model
 

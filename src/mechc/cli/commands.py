@@ -1,4 +1,4 @@
-"""The command ``mechc``: list, show, run, sweep, verify, export, emit, cache, doctor, bench."""
+"""The command ``mechc`` and those it has: run, sweep, fit, show, export and others."""
 
 from __future__ import annotations
 
@@ -29,12 +29,14 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.bench import bench
 from mechc.cli.export import export_command
+from mechc.cli.fit import fit_command
 from mechc.cli.options import (
     BAD_INPUT,
     EPILOGUE,
     SUITE,
     Parser,
     export_options,
+    fit_options,
     run_options,
     scene_options,
     suite_options,
@@ -97,6 +99,7 @@ def _parser() -> argparse.ArgumentParser:
     _add(commands, "list", "the library's mechanisms", _list)
     run_options(_add(commands, "run", "simulate, draw, animate, save", _run))
     sweep_options(_add(commands, "sweep", "many runs, a map, data in Zarr", _sweep))
+    fit_options(_add(commands, "fit", "values from recorded motions", fit_command))
     saved = _add(commands, "verify", "check that saved data are undamaged", verify_command)
     saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
     show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)

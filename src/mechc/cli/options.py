@@ -15,6 +15,7 @@ examples:
   mechc run four_bar --set l_3=3.5 --start theta_0=60deg --start omega_0=30deg/s
   mechc run four_bar --with friction --set c_0=0.5 --json
   mechc sweep four_bar --vary l_3=3.4:4.6:61 --vary theta_0=60deg:120deg:31 --t-end 5
+  mechc fit four_bar data.csv --free m_1=0.1:5   masses from a recorded motion
   mechc show four_bar --set l_3=3.5           Grashof class, parameters, options
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc run robot.py:model --t-end 5          a model that a Python file defines
@@ -36,6 +37,15 @@ examples:
 reductions: min, max, mean, range or final of a quantity, or first(QUANTITY > LEVEL); a quantity is
 a coordinate, a speed, energy or an output: abs(omega_0), norm(multipliers), points[3,1].
 The same command resumes a sweep that was stopped; mechc.open('study/batch') reads the data.
+"""
+
+FIT_EPILOGUE = """\
+examples:
+  mechc fit four_bar data.csv --free m_1=0.1:5 --free theta_0 --measure theta_0=0.5deg
+  mechc fit pendulum first.csv second.csv --free l_0=0.1:3 --free theta_0 --starts 64 --json
+
+columns have the names of coordinates, speeds, energy, or points[2,0], and may have a unit:
+t [s], theta_0 [deg].  Each file is a recording with a start of its own.
 """
 
 
@@ -104,6 +114,10 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
 
 def _start_options(parser: argparse.ArgumentParser) -> None:
     _state_options(parser)
+    _run_options(parser)
+
+
+def _run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="relative tolerance [1e-9]")
     parser.add_argument(
         "--method", default="auto", help="auto, dopri5, dop853, gauss8 or radau5 [auto]"
@@ -124,8 +138,42 @@ def export_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", metavar="DIR", help="folder for the files [mechc_export_NAME]")
 
 
+def fit_options(parser: argparse.ArgumentParser) -> None:
+    """A scene, recordings, what is free and what was measured."""
+    parser.epilog = FIT_EPILOGUE
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    _given_start(parser)
+    parser.add_argument(
+        "data", metavar="FILE.csv", nargs="+",
+        help="recordings: a header with a column 't', one row a time, empty cells where missing",
+    )  # fmt: skip
+    several(
+        parser, "--free", "NAME[=LOW:HIGH]", "free",
+        "a parameter, or a coordinate or speed of the start, to be found",
+    )  # fmt: skip
+    several(
+        parser, "--measure", "NAME[=SIGMA]", "measure",
+        "a column, and the standard deviation of its noise [all columns, noise not known]",
+    )  # fmt: skip
+    parser.add_argument("--starts", default="1", metavar="N", help="begin at N points [1]")
+    parser.add_argument("--seed", default="0", metavar="N", help="seed of these points [0]")
+    parser.add_argument(
+        "--loss", default="linear", help="linear, soft_l1, huber, cauchy or arctan [linear]"
+    )
+    parser.add_argument("--f-scale", default="1", metavar="X", help="scale of the loss, sigmas [1]")
+    _run_options(parser)
+
+
 def _state_options(parser: argparse.ArgumentParser) -> None:
     """A scene, its start, and the time at the end."""
+    _given_start(parser)
+    parser.add_argument(
+        "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [by mechanism; four_bar: 20 s]"
+    )
+
+
+def _given_start(parser: argparse.ArgumentParser) -> None:
+    """A scene and its start."""
     scene_options(parser)
     several(
         parser, "--start", "NAME=VALUE", "start",
@@ -135,9 +183,6 @@ def _state_options(parser: argparse.ArgumentParser) -> None:
         parser, "--guess", "NAME=VALUE", "guess",
         "assemble near this coordinate, where several configurations exist",
     )  # fmt: skip
-    parser.add_argument(
-        "--t-end", metavar="TIME", help="20, 20s, 500ms, 2min [by mechanism; four_bar: 20 s]"
-    )
 
 
 def several(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,13 +39,13 @@ def own_object(name: str) -> Any:
     return found() if callable(found) and not isinstance(found, mechc.Model) else found
 
 
-def own_model(name: str) -> mechc.Model:
-    """The model of FILE.py:NAME, compiled unless it is one already."""
+def own_model(name: str, outputs: Sequence[str] | None = None) -> mechc.Model:
+    """The model of FILE.py:NAME, compiled with these outputs unless it is a model already."""
     found = own_object(name)
     if isinstance(found, mechc.Model):
         return found
     try:
-        return mechc.compile(found)
+        return mechc.compile(found, outputs=outputs)
     except TypeError:
         raise MechcError(
             f"{name} is of type {type(found).__name__}: it has to be a mechc.Model, a "

@@ -121,7 +121,8 @@ def _measured(system: System, name: Any, sigma: Any) -> Measured:
     _check_index(output, index, _shapes(system, output))
     quantity = system.quantities.get(output)
     unit = quantity.unit if quantity is not None else _UNITS.get(output, "")
-    kind = quantity.kind if quantity is not None else Kind.OTHER
+    own = Kind.LENGTH if output == "points" else Kind.OTHER
+    kind = quantity.kind if quantity is not None else own
     text = "".join(name.split())
     return Measured(text, output, index, _checked_sigma(text, sigma), unit, kind)
 

@@ -12,6 +12,7 @@ from mechc.system.kinds import shown_in
 if TYPE_CHECKING:
     from mechc.fitting.result import FitResult
 
+RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
 
 
@@ -77,6 +78,12 @@ def _open(result: FitResult) -> list[str]:
 
 def _notes(result: FitResult) -> list[str]:
     lines = []
+    if result.noise_known and result.probability < RARE:
+        lines.append(
+            f"the residuals are larger than their noise: chi squared is {2 * result.cost:.4g} for "
+            f"{result.freedoms} degrees of freedom. It is another minimum (try starts=256 between "
+            "bounds), or something that the model does not have"
+        )
     for k, one in enumerate(result.problem.unknowns):
         if result.active[k]:
             side = "lower" if result.x[k] - one.lower < one.upper - result.x[k] else "upper"
@@ -97,6 +104,7 @@ def json_of(result: FitResult) -> dict[str, Any]:
         "correlation": [[_or_none(x) for x in row] for row in result.correlation.tolist()],
         "undetermined": [str(one) for one in result.undetermined],
         "cost": result.cost,
+        "probability": _or_none(result.probability),
         "samples": result.problem.count,
         "residual_rms": _finite(result.rms),
         "converged": result.converged,

@@ -104,6 +104,18 @@ class FitResult:
         return self.problem.count - len(self.names)
 
     @property
+    def probability(self) -> float:
+        """Of residuals that are at least as large, if the noise is as given (chi-squared test).
+
+        NaN where it is not known, and with a robust loss.
+        """
+        from scipy.stats import chi2
+
+        if not self.noise_known or self.statistics.robust or not self.freedoms:
+            return float("nan")
+        return float(chi2.sf(2.0 * self.cost, self.freedoms))
+
+    @property
     def undetermined(self) -> tuple[Combination, ...]:
         """Combinations of values that the data do not determine to their own size, in words."""
         return tuple(one for one in self.statistics.combinations if one.uncertainty > UNSURE)

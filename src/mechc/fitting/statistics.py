@@ -47,11 +47,15 @@ class Combination:
 
 @dataclass(frozen=True)
 class Statistics:
-    """Covariance (k, k), and the directions by what the data say of them, the weakest first."""
+    """Covariance (k, k), and the directions by what the data say of them, the weakest first.
+
+    ``robust``: whether the loss is.
+    """
 
     covariance: Array
     combinations: tuple[Combination, ...]
     singular_values: Array
+    robust: bool
 
 
 def statistics_of(
@@ -88,7 +92,7 @@ def statistics_of(
         _combination(names, row, width if sure else np.inf)
         for row, width, sure in zip(rows, along, known, strict=True)
     ]
-    return Statistics(covariance, tuple(reversed(found)), singular)
+    return Statistics(covariance, tuple(reversed(found)), singular, loss.robust)
 
 
 def _variance(residuals: Array, loss: Loss, count: int, absolute: bool) -> float:

@@ -61,6 +61,25 @@ cdef extern from "abi/model.h":
     ctypedef struct mechc_given:
         pass
 
+    ctypedef struct mechc_variation:
+        const mechc_trajectory *trajectory
+        const double *p
+        const mechc_inputs *inputs
+        ptrdiff_t first, last
+        int columns, restart
+        const double *directions
+        double *ends
+        double *rates
+
+    ctypedef struct mechc_covariation:
+        const mechc_trajectory *trajectory
+        const double *p
+        const mechc_inputs *inputs
+        ptrdiff_t first, last
+        const double *sources
+        double *covector
+        double *gradient
+
     ctypedef struct mechc_unit:
         const char *instruction_set
         int lanes
@@ -84,6 +103,8 @@ cdef extern from "abi/model.h":
         size_t (*saved_size)(const mechc_run *) noexcept nogil
         void (*save)(const mechc_run *, void *) noexcept nogil
         void (*restore)(mechc_run *, const void *) noexcept nogil
+        int (*vary)(const mechc_variation *) noexcept nogil
+        int (*covary)(const mechc_covariation *) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi

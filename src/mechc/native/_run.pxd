@@ -16,6 +16,7 @@ cdef class Run:
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
     cdef ptrdiff_t most  # accepted states that are kept
 
+    cdef ptrdiff_t at_once(self, int columns)
     cdef begin(self, const mechc_options *options, double max_bytes)
     cpdef void forget(self)
     cpdef int step(self, double t1, Inputs inputs=*) except -1

@@ -10,10 +10,10 @@ from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
     MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
-    mechc_trajectory, mechc_unit
+    mechc_covariation, mechc_trajectory, mechc_unit, mechc_variation
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
-from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
+from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
 ctypedef struct advancing:
@@ -32,6 +32,16 @@ ctypedef struct interpolation:
     ptrdiff_t left, piece
     const double *t
     double *out
+
+ctypedef struct varying:
+    const mechc_unit *unit
+    mechc_variation *variation
+    int status
+
+ctypedef struct covarying:
+    const mechc_unit *unit
+    mechc_covariation *covariation
+    int status
 
 ctypedef struct extending:
     const mechc_unit *unit
@@ -75,6 +85,23 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
         job.left -= some
         now = seconds_now()
         job.piece = next_piece(job.piece, now - before)
+
+
+cdef void vary_steps(void *given) noexcept nogil:
+    cdef varying *job = <varying *>given
+    job.status = job.unit.vary(job.variation)
+
+
+cdef void covary_steps(void *given) noexcept nogil:
+    cdef covarying *job = <covarying *>given
+    job.status = job.unit.covary(job.covariation)
+
+
+cdef void check_varied(int status) except *:
+    if status == MECHC_MEMORY_LIMIT:
+        raise MemoryError()
+    if status != MECHC_RUNNING:
+        raise ArithmeticError("a step's variational equations are singular")
 
 
 cdef void extend_run(void *given) noexcept nogil:
@@ -319,3 +346,97 @@ cdef class Run:
             with_stack(self.stack, interpolate_a_while, &job)
             PyErr_CheckSignals()
         return out
+
+    def vary(self, ptrdiff_t first, ptrdiff_t last, const double[:, ::1] directions,
+             const double[:, ::1] start, int rates=0, bint restart=False):
+        """Columns of derivatives over the steps first ... last - 1: (last - first + 1, width, k).
+
+        directions : (parameters + inputs, k)
+            How these change along each column.
+        start : (width, k)
+            The columns at the first step's start.
+        rates
+            How many rates a step has, all by one method; then also S' there, (steps, rates, width,
+            k).  0: the columns alone.
+        restart
+            Every step begins with these columns: the ends are then the steps' propagators.
+
+        Raises ArithmeticError where the equations of a step are singular.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef int k = start.shape[1]
+        cdef ptrdiff_t steps = last - first, done = 0
+        if self.unit.vary == NULL or record.methods == NULL:
+            raise ValueError("this run or its scene has no derivatives")
+        if not 0 <= first <= last < record.count or start.shape[0] != self.width \
+                or directions.shape[0] != self.p.shape[0] + self.scene.inputs \
+                or directions.shape[1] != k:
+            raise ValueError("no such steps, or arrays of another shape")
+        ends, taken = np.empty((steps + 1, self.width, k)), np.empty((steps, rates, self.width, k))
+        ends[0] = start
+        if not k or not steps:
+            return ends, taken
+        cdef double[:, :, ::1] columns = ends
+        cdef double[:, :, :, ::1] slopes = taken
+        cdef double[::1] p = self.p
+        cdef mechc_variation variation
+        cdef varying job
+        variation.trajectory = record
+        variation.p = &p[0] if p.shape[0] else NULL
+        variation.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        variation.columns, variation.restart = k, restart
+        variation.directions = &directions[0, 0] if directions.shape[0] else NULL
+        job.unit, job.variation = self.unit, &variation
+        while done < steps:
+            variation.first = first + done
+            variation.last = min(last, variation.first + self.at_once(k))
+            variation.ends = &columns[done, 0, 0]
+            variation.rates = &slopes[done, 0, 0, 0] if rates else NULL
+            if restart:
+                ends[done] = start
+            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, vary_steps, &job)
+            PyErr_CheckSignals()
+            check_varied(job.status)
+            done = variation.last - first
+        return ends, taken
+
+    def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None):
+        """The transposed of :meth:`vary`: of a function's derivative by the state at the end of these
+        steps, covector (width,), those by the state at their start and by (parameters + inputs).
+
+        sources : (last - first, width)
+            Added to the covector at the start of each step.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = last
+        if self.unit.covary == NULL or record.methods == NULL:
+            raise ValueError("this run or its scene has no derivatives")
+        if not 0 <= first <= last < record.count or covector.shape[0] != self.width \
+                or (sources is not None and sources.shape != (last - first, self.width)):
+            raise ValueError("no such steps, or arrays of another shape")
+        at, gradient = np.array(covector), np.zeros(self.p.shape[0] + self.scene.inputs + 1)
+        cdef double[::1] p = self.p, moving = at, total = gradient
+        cdef const double[:, ::1] added
+        cdef mechc_covariation covariation
+        cdef covarying job
+        covariation.trajectory, covariation.p = record, &p[0] if p.shape[0] else NULL
+        covariation.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        covariation.covector, covariation.gradient = &moving[0], &total[0]
+        covariation.sources = NULL
+        if sources is not None:
+            added = sources
+        job.unit, job.covariation = self.unit, &covariation
+        while left > first:
+            covariation.last = left
+            left = max(first, left - self.at_once(p.shape[0]))
+            covariation.first = left
+            if sources is not None:
+                covariation.sources = &added[left - first, 0]
+            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, covary_steps, &job)
+            PyErr_CheckSignals()
+            check_varied(job.status)
+        return at, gradient[:self.p.shape[0] + self.scene.inputs]
+
+    cdef ptrdiff_t at_once(self, int columns):
+        """Steps between checks of signals."""
+        return max(8, (1 << 22) // (self.width * self.width * (self.width + columns)) // 8 * 8)

@@ -14,17 +14,18 @@ POOR = 1e-3  # of the conditioning at ordinary configurations: below it doubles 
 FADING = 0.03
 HIDING = 0.5  # of the change over a step: a smaller value may have been zero between the stages
 BESIDE = 0.1  # rad, or units of the speeds: distance of the ordinary configurations
+OF_ORDINARY = 0.1  # of the largest singular value there: all rows may vanish together
 
 
 class Conditioning:
-    """The least singular value over the largest, along a run.
+    """The least singular value over the largest, here or elsewhere, along a run.
 
     Rows that are redundant at every configuration do not count.  ``status`` is 0 unless the start
     itself is at or near a change point.
     """
 
     def __init__(self, manifold: Manifold, t: float, y: Array) -> None:
-        self.status, self.rank, self.usual = RUNNING, 0, 0.0
+        self.status, self.rank, self.usual, self.ordinary = RUNNING, 0, 0.0, 0.0
         self.least_met, self.least_time = np.inf, t
         self.first = self.last = self.end = 1.0
         self.met: list[float] = []
@@ -38,9 +39,10 @@ class Conditioning:
         beside = manifold.moved(t, q, np.vstack([changes, -changes, 0.0 * changes[:1]]))
         assert beside.rows is not None
         closed = beside.status == RUNNING
-        found = beside.rows.conditioning[closed]
-        if not closed[-1] or not len(found):
+        if not closed[-1]:
             return  # the first stage reports the error
+        self.ordinary = OF_ORDINARY * float(np.median(beside.rows.singular[closed, 0]))
+        found = self._values(beside.rows)[closed]
         self.rank = int((found > DEPENDENT).sum(axis=1).max())
         if not self.rank:
             return
@@ -51,11 +53,16 @@ class Conditioning:
         elif self.first < POOR * self.usual:
             self.status = NEARLY_DEPENDENT
 
+    def _values(self, rows: Rows) -> Array:
+        largest = np.maximum(rows.singular[:, :1], self.ordinary)
+        values: Array = rows.singular / np.where(largest > 0, largest, 1.0)
+        return values
+
     def meet(self, t: float, rows: Rows | None) -> None:
         """Record a stage."""
         if rows is None or not self.rank:
             return
-        self.last = float(rows.conditioning[0, self.rank - 1])
+        self.last = float(self._values(rows)[0, self.rank - 1])
         self.met.append(self.last)
         if self.last < self.least_met:
             self.least_met, self.least_time = self.last, t

@@ -19,7 +19,7 @@ REDUNDANT = 16 * EPS  # of the largest singular value: a smaller one is zero
 class Rows:
     """Rows (n, nc, nu) in the metric of a mass matrix's diagonal (n, nu).
 
-    ``conditioning``: singular values (n, min(nc, nu)) over the largest.
+    ``singular``: singular values (n, min(nc, nu)).
     """
 
     def __init__(self, jacobian: Array, diagonal: Array) -> None:
@@ -32,7 +32,6 @@ class Rows:
         self.left, self.right = left, right
         largest = self.singular[:, :1]
         self.kept = self.singular > max(jacobian.shape[1:]) * REDUNDANT * largest
-        self.conditioning = self.singular / np.where(largest > 0, largest, 1.0)
         self.inverse = np.where(self.kept, 1.0 / np.where(self.kept, self.singular, 1.0), 0.0)
 
     def least_change(self, values: Array) -> Array:

@@ -84,9 +84,10 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
         count += width if name == START else 1
     along = np.zeros((len(system.parameters), count))
     pushed = np.zeros((int(system.scene.inputs), count))
+    slopes = _default_slopes(system, values, given)
     for name, place in places.items():
         if name in system.parameters:
-            along[:, place] = _followed(system, name, values, given)
+            along[:, place] = _followed(system, name, slopes)
         elif name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
         elif name != START:
@@ -100,18 +101,24 @@ def _refuse_unknown(system: System, name: str) -> None:
         raise UnknownNameError("parameter, coordinate, speed or input", name, known)
 
 
-def _followed(system: System, name: str, values: Array, given: Any) -> Array:
+def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
+    """How the parameters not given change with the others, (np, np); None where none follows."""
+    if "default_slopes" not in system.scene.outputs or not _by_name(given):
+        return None
+    slopes = system.evaluate("default_slopes", np.zeros(system.scene.width), values, 0.0).copy()
+    held = {*system.reference.defaults, *by_name(given or {}, "params")}
+    slopes[[system.parameters.index(name) for name in held if name in system.parameters]] = 0.0
+    return slopes
+
+
+def _followed(system: System, name: str, slopes: Array | None) -> Array:
     """How all parameters change with one: those not given follow as their defaults do."""
     size = len(system.parameters)
     changes = np.zeros(size)
     index = system.parameters.index(name)
     changes[index] = 1.0
-    if "default_slopes" not in system.scene.outputs or not _by_name(given):
+    if slopes is None:
         return changes
-    y = np.zeros(system.scene.width)
-    slopes = system.evaluate("default_slopes", y, values, 0.0).copy()
-    held = {name, *system.reference.defaults, *by_name(given or {}, "params")}
-    slopes[[system.parameters.index(n) for n in held if n in system.parameters]] = 0.0
     for _ in range(size):  # a default may follow one that follows
         further = slopes @ changes
         further[index] = 1.0

@@ -87,5 +87,10 @@ class Sensitivity(Mapping[str, Array]):
         for number in np.unique(place):
             here = place == number
             found[here] = self._pieces[number].at(t[here])
-        projected = tangent(self._sol.system, y, self._sol.params, t, self.columns)
-        return found if projected is None else projected[0] @ found + projected[1]
+        between = np.isin(t, np.concatenate([piece.t for piece in self._pieces]), invert=True)
+        if between.any():  # at accepted states they are on the tangent space
+            where = y[between], self._sol.params, t[between]
+            projected = tangent(self._sol.system, *where, self.columns)
+            if projected is not None:
+                found[between] = projected[0] @ found[between] + projected[1]
+        return found

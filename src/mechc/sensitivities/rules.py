@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.polynomial import Legendre, legendre
+from numpy.polynomial import legendre
 
-from mechc.native._variational import PAIRS
+from mechc.native._tableaus import PAIRS
 from mechc.system.parameters import Array
 
 RADAU_NODES = (0.1 * (4.0 - 6.0**0.5), 0.1 * (4.0 + 6.0**0.5), 1.0)  # Hairer & Wanner 1996, IV.5
@@ -21,32 +21,21 @@ GAUSS_STAGES = 8
 
 @dataclass(frozen=True)
 class Collocation:
-    """Collocation at ``nodes`` (s,).
-
-    ``first``, ``second`` (s + 1, s): integrals and second integrals of the rates to each node and
-    to the end.
-    """
+    """Collocation at ``nodes`` (s,)."""
 
     nodes: Array
-    first: Array
-    second: Array
     coefficients: Array  # of the Lagrange polynomials, in Legendre's
 
     @classmethod
     def at(cls, nodes: Array) -> Collocation:
         """The rule with these nodes."""
-        degree = len(nodes) - 1
-        coefficients = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, degree))
-        once = [Legendre(column).integ(lbnd=-1) / 2 for column in coefficients.T]
-        where = 2.0 * np.append(nodes, 1.0) - 1.0
-        first = np.array([each(where) for each in once]).T
-        second = np.array([(each.integ(lbnd=-1) / 2)(where) for each in once]).T
-        return cls(
-            nodes,
-            np.ascontiguousarray(first),
-            np.ascontiguousarray(second),
-            np.asarray(coefficients, float),
-        )
+        found = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, len(nodes) - 1))
+        return cls(nodes, np.asarray(found, float))
+
+    @property
+    def rates(self) -> int:
+        """How many rates a step has."""
+        return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
         """Integrals from the step's start to the fractions s (n,): (n, stages)."""
@@ -67,6 +56,11 @@ class Pair:
     nodes: Array
     matrix: Array
     dense: Array  # rows of the dense output beyond the third
+
+    @property
+    def rates(self) -> int:
+        """How many rates a step has, those of the dense output too."""
+        return len(self.nodes)
 
     def weights(self, s: Array) -> Array:
         """As of the pair's dense output (runtime/run/dense_output.h): (n, rates)."""

@@ -36,7 +36,6 @@ FAR = 100.0  # times what changes of the size of the tolerance do to the energy,
 MANY = 1000  # ... for so many steps, and in proportion beyond
 FINEST = 1e-9  # tolerances below it are taken for it: differences of energies have rounding
 MOST_STEPS = 24  # of either kind, over which the work is integrated
-NARROW = 1e-9  # conditioning of the constraints where a motion is in doubt
 WORTH = 2000  # evaluations of the rates, of a run that is long enough to look at its energy, ...
 ENOUGH = 20_000  # ... and at its work
 
@@ -148,8 +147,8 @@ def energy_note(
     asked = max(policy.rtol, stats["rounding"], FINEST)
     if _alike(system, t[:: len(t) - 1], y[:: len(t) - 1], values, NEAR * asked):
         return ()
-    narrow = stats["examined"] > 0 or stats["least_singular"] < NARROW
-    if not ((narrow or stats["rhs_evaluations"] >= ENOUGH) and system.data.get("smooth", True)):
+    looked_at = stats["rhs_evaluations"] >= ENOUGH or stats["examined"] > 0
+    if not (looked_at and system.data.get("smooth", True)):
         return ()
     missing, kinetic = imbalance(system, run, values), system.kinetic_energy(y, values, t).max()
     if not missing > explained(system, t, y, values, policy, asked):

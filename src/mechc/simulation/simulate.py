@@ -75,7 +75,7 @@ def run(
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
     if compiled.status == AT_CHANGE_POINT:
-        first = state if typed is None else typed
+        first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
     if policy.on_change_point == "raise" and sol.change_points:

@@ -17,13 +17,13 @@ GENERIC = [
 BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
 # Each may use those before it.
 LAYERS = (
-    "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep", "unit",
+    "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep",
+    "variational", "unit",
 )  # fmt: skip
 # Compiled into the runtime, not into scenes.
 APART = {
     "batch": {"abi", "batch"},
     "closing": {"abi", "closing"},
-    "variational": {"simd", "variational"},
 }
 COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
 

@@ -5,6 +5,7 @@ import pytest
 
 import mechc
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError
+from tests.support.differences import extrapolated
 
 REGULAR = (1.0, 2.0, 3.0, 3.5)
 TURN = np.linspace(0.0, 2 * np.pi, 361)
@@ -153,3 +154,43 @@ def test_what_cannot_be_done_is_said(model):
         model.sweep_positions("theta_0", [1.0, np.nan])
     with pytest.raises(UnknownNameError, match="theta_0"):
         model.sweep_positions("theta", [1.0, 2.0])
+
+
+def test_the_transmission_angle_is_that_of_the_law_of_cosines(model):
+    lengths = {"l_3": np.array([3.3, 3.5])}
+    sweep = model.sweep_positions("theta_0", TURN, params=lengths)
+    squared = 1.0 + lengths["l_3"][:, None] ** 2 - 2 * lengths["l_3"][:, None] * np.cos(TURN)
+    wanted = np.abs((4.0 + 9.0 - squared) / 12.0)
+    found = sweep.transmission_angle("p_1", "p_2", "p_3")
+    np.testing.assert_allclose(np.cos(found), wanted, atol=1e-12)
+    with pytest.raises(UnknownNameError, match="p_9"):
+        sweep.transmission_angle("p_1", "p_9", "p_3")
+
+
+@pytest.mark.slow
+def test_derivatives_by_lengths():
+    """Against differences of sweeps; where branches meet there is none."""
+    model = mechc.load("four_bar", outputs=("energy", "points", "sensitivities"))
+    values = TURN[::30]
+    sets = {"l_3": np.array([3.3, 3.5])}
+    sweep = model.sweep_positions("theta_0", values, params=sets)
+    for name, given in (("l_0", 1.0), ("l_2", 3.0), ("l_3", sets["l_3"])):
+
+        def moved(change, name=name, given=given):
+            return model.sweep_positions("theta_0", values, params=sets | {name: given + change})
+
+        wanted = extrapolated(lambda h: moved(h).q, 0.01)
+        assert np.abs(sweep.sensitivity(name) - wanted).max() < 1e-9
+        wanted = extrapolated(lambda h: moved(h).points, 0.01)
+        assert np.abs(sweep.point_sensitivity(name) - wanted).max() < 1e-9
+    through = model.sweep_positions("theta_0", np.radians([170.0, 180.0, 190.0]))
+    by_length = through.sensitivity("l_3")
+    assert np.isfinite(by_length[[0, 2]]).all()
+    assert np.isnan(by_length[1, 1:]).all()
+    assert (sweep.sensitivity("m_0") == 0).all()
+
+
+def test_derivatives_have_to_be_compiled(model):
+    sweep = model.sweep_positions("theta_0", TURN[:3])
+    with pytest.raises(mechc.UnavailableOutputError, match="'sensitivities'"):
+        sweep.sensitivity("l_3")

@@ -125,6 +125,10 @@ def test_many_starts_find_what_one_does_not(pendulum):
     stuck = pendulum.fit(data, free, {"theta_0": 0.01}, **far)
     found = pendulum.fit(data, free, {"theta_0": 0.01}, starts=64, **far)
     assert stuck.cost > 10 * found.cost
+    assert stuck.probability < 1e-9
+    assert "larger than their noise" in str(stuck)
+    assert 0.01 < found.probability < 1.0
+    assert "larger than their noise" not in str(found)
     assert found["l_0"] == pytest.approx(1.3, abs=0.01)
     costs = [cost for _, cost in found.ends]
     assert costs == sorted(costs)

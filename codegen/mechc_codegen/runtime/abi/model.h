@@ -4,9 +4,10 @@
 #include <stddef.h>
 #include "inputs.h"
 #include "run.h"
+#include "variation.h"
 
-#define MECHC_ABI 7
-#define MECHC_CAPSULE "mechc.model.7"
+#define MECHC_ABI 8
+#define MECHC_CAPSULE "mechc.model.8"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -59,6 +60,10 @@ typedef struct {
     size_t (*saved_size)(const mechc_run *run);
     void (*save)(const mechc_run *run, void *saved);
     void (*restore)(mechc_run *run, const void *saved);
+    /* Derivatives over steps of a finished run; MECHC_RUNNING, or why there are none.  NULL where
+     * the scene was compiled without them. */
+    int (*vary)(const mechc_variation *variation);
+    int (*covary)(const mechc_covariation *covariation);
 } mechc_unit;
 
 typedef struct {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "abi/inputs.h"
+#include "dynamics/ordinary_rows.h"
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
@@ -27,9 +28,11 @@ MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given
     mechc_scalar_locate_all(t, q, given, &place);
     mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, (double)MECHC_NC, &rows);
     if (!(rows.norm[0] < HUGE_VAL)) return MECHC_NC;
+    const double radian = place.ordinary_length / (MECHC_OF_A_RADIAN * MECHC_OF_A_RADIAN);
+    const double longest = mechc_max(rows.norm[0], radian);
     for (; rank < MECHC_NC; rank++) {
         scale *= rows.scale[rank - 1];
-        if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * rows.norm[0] * (scale * scale)))
+        if (!(rows.norm[rank] > MECHC_NO_ROW * MECHC_NO_ROW * longest * (scale * scale)))
             break;
     }
     return rank;
@@ -52,6 +55,60 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
 }
 #endif
 
+#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
+/* How far a direction is followed, and of it a correction that is rounding. */
+#define MECHC_FOLLOWED 1e-4
+#define MECHC_NO_CORRECTION 1e-6
+
+/* What closes the loops again after q has moved by `step`; HUGE_VAL: nothing does. */
+MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scalar_given *given,
+                                     const double *step)
+{
+    double moved[MECHC_NQ], closed[MECHC_NQ], most = 0.0;
+    long unused = 0;
+    mechc_scalar_place place;
+    memcpy(moved, q, sizeof moved);
+    mechc_scalar_displace(t, moved, given, step);
+    memcpy(closed, moved, sizeof closed);
+    if (mechc_scalar_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
+        return HUGE_VAL;
+    for (int i = 0; i < MECHC_NQ; i++) most = mechc_max(most, fabs(closed[i] - moved[i]));
+    return most;
+}
+
+/* A direction that the rows that count allow, without symmetry; its largest component is 1. */
+MECHC_STATIC void mechc_allowed_direction(double t, const double *q,
+                                          const mechc_scalar_given *given, double *v)
+{
+    double still[MECHC_NU] = {0}, values[MECHC_NC], of_time[MECHC_NC], step[MECHC_NU];
+    double most = 0.0;
+    mechc_scalar_place place;
+    mechc_scalar_factors rows;
+    mechc_scalar_locate_all(t, q, given, &place);
+    mechc_scalar_factor_rows(place.jacobian, place.mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], &rows);
+    for (int j = 0; j < MECHC_NU; j++) v[j] = 1.0 + 0.7 * sin(1.0 + 2.0 * j);
+    mechc_scalar_velocity_residual(&place, v, values);
+    mechc_scalar_velocity_residual(&place, still, of_time);
+    for (int i = 0; i < MECHC_NC; i++) values[i] = of_time[i] - values[i];
+    mechc_scalar_least_change(&rows, MECHC_NC, values, step);
+    for (int j = 0; j < MECHC_NU; j++) most = mechc_max(most, fabs(v[j] += step[j]));
+    for (int j = 0; j < MECHC_NU; j++) v[j] /= mechc_max(most, 1e-300);
+}
+
+/* 1 where the configurations around q are a manifold whose tangents are all that the rows that
+ * count allow.  Then what closes the loops after a step along a tangent is of second order in the
+ * step; where branches meet it is of first order but for their own directions. */
+MECHC_STATIC int mechc_manifold_at(double t, const double *q, const mechc_scalar_given *given)
+{
+    double v[MECHC_NU], less[MECHC_NU];
+    mechc_allowed_direction(t, q, given, v);
+    for (int j = 0; j < MECHC_NU; j++) less[j] = 0.25 * (v[j] *= MECHC_FOLLOWED);
+    const double whole = mechc_correction(t, q, given, v);
+    if (whole <= MECHC_NO_CORRECTION * MECHC_FOLLOWED) return 1;
+    return whole < HUGE_VAL && mechc_correction(t, q, given, less) <= 0.125 * whole;
+}
+#endif
+
 /* The most that is found at y and beside it.  The last of the constants is overwritten. */
 MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *given)
 {
@@ -60,10 +117,14 @@ MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *g
     if (mechc_scalar_conditioning_at(&place) > MECHC_NO_ROW) return MECHC_NC;
     const int here = mechc_rank_at(t, y, given);
     int most = here;
+#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
+    given->k[MECHC_ROWS_THAT_COUNT] = here;
+    if (here < MECHC_NC && mechc_manifold_at(t, y, given)) return here;
+#endif
 #if MECHC_NH > 0
     /* loops are closed by the rows that count here, or by all of them where more count elsewhere */
     for (int all = 0; here < MECHC_NC && all < 2; all++) {
-        given->k[MECHC_NK] = all ? MECHC_NC : here;
+        given->k[MECHC_ROWS_THAT_COUNT] = all ? MECHC_NC : here;
         for (int j = 0; j < MECHC_NU && !mechc_scalar_stopped(given); j++) {
             const int rank = mechc_rank_beside(t, y, given, j);
             if (rank > most) most = rank;
@@ -82,7 +143,8 @@ MECHC_STATIC void mechc_give_at(double t, const double *y, const double *p,
     mechc_give(p, inputs, given);
     mechc_scalar_give_stop(given, stop);
 #if MECHC_NC > 0
-    given->k[MECHC_NK] = mechc_count_rows(t, y, given);
+    mechc_find_ordinary_rows(t, y, given);
+    given->k[MECHC_ROWS_THAT_COUNT] = mechc_count_rows(t, y, given);
 #else
     (void)t, (void)y;
 #endif

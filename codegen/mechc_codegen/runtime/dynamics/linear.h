@@ -86,6 +86,8 @@ typedef struct {
     real rank; /* rows that count */
 } FN(factors);
 
+MECHC_INLINE real FN(larger)(real a, real b) { return R_SELECT(R_MASK(a > b), a, b); }
+
 MECHC_INLINE real FN(inner)(const FN(factors) *f, const real *a, const real *b)
 {
     real sum = a[0] * (b[0] * f->weight[0]);
@@ -259,8 +261,9 @@ MECHC_INLINE rmask FN(lost_rank)(const FN(factors) *f)
     return lost;
 }
 
-/* Squared length of the shortest orthogonal row that counts over that of the longest. */
-MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
+/* Squared length of the shortest orthogonal row that counts over that of the longest, or over what
+ * the longest has at ordinary configurations. */
+MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f, real ordinary)
 {
     real scale = R(1.0), least = f->norm[0];
     for (int i = 0; i < MECHC_NC - 1; i++) {
@@ -268,7 +271,7 @@ MECHC_INLINE real FN(least_singular_squared)(const FN(factors) *f)
         scale = R_SELECT(counts, scale * f->scale[i], scale);
         least = R_SELECT(counts, f->norm[i + 1], least);
     }
-    return least / (f->norm[0] * (scale * scale));
+    return least / (FN(larger)(f->norm[0], ordinary) * (scale * scale));
 }
 #endif
 #endif

@@ -52,7 +52,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
 /* Squared length of the shortest orthogonal row over that of the longest. */
 MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
 {
-    const real together = f->together ? FN(least_singular_squared)(&f->factors) : R(1.0);
+    const real together = f->together ? FN(least_singular_squared)(&f->factors, R(0.0)) : R(1.0);
 #if MECHC_CARRIED > 0
     return R_SELECT(f->apart, f->links.conditioning, together);
 #else

@@ -267,13 +267,13 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
 
 /* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
  * dependent. */
-MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f, const real *mass)
+MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f, const real *mass, real ordinary)
 {
 #if MECHC_ONE_FREEDOM
-    return FN(freedom_conditioning_squared)(f, mass);
+    return FN(freedom_conditioning_squared)(f, mass, ordinary);
 #else
     (void)mass;
-    return FN(least_singular_squared)(f);
+    return FN(least_singular_squared)(f, ordinary);
 #endif
 }
 
@@ -330,7 +330,7 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
                                  const real *values, real *step)
 {
     const rmask beside =
-        R_MASK(FN(least_singular_squared)(f) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
+        R_MASK(FN(least_singular_squared)(f, R(0.0)) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
         & ~FN(lost_rank)(f);
     FN(least_change)(f, MECHC_NC, values, step);
     if (__builtin_expect(R_ANY(beside), 0)) {

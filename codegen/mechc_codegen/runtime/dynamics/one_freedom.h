@@ -113,14 +113,16 @@ MECHC_INLINE void FN(along_freedom)(const FN(freedom) *f, const real *values, re
     for (int k = 0; k < MECHC_NU; k++) x[k] = (x[k] + along * f->direction[k]) * f->inverse;
 }
 
-/* Length of the shortest of the rows made orthogonal over that of the longest. */
-MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const real *mass)
+/* Length of the shortest of the rows made orthogonal over that of the longest, or over what the
+ * longest has at ordinary configurations. */
+MECHC_INLINE real FN(freedom_conditioning_squared)(const FN(freedom) *f, const real *mass,
+                                                   real ordinary)
 {
     real weight[MECHC_NU], square = R(0.0), most = R(1.0);
     FN(speed_weights)(mass, weight);
     for (int k = 0; k < MECHC_NU; k++)
         square += f->direction[k] * f->direction[k] * FN(other_weights)(weight, k);
-    for (int row = 0; row < MECHC_NC; row++) most *= f->longest;
+    for (int row = 0; row < MECHC_NC; row++) most *= FN(larger)(f->longest, ordinary);
     return square / most;
 }
 #endif

@@ -40,11 +40,12 @@ MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_g
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
 {
     int weak = 0;
-    const int rank = (int)given->k[MECHC_NK];
+    const int rank = (int)given->k[MECHC_ROWS_THAT_COUNT];
     mechc_scalar_locate_all(t, q, given, place);
-    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, given->k[MECHC_NK], rows);
-    for (int i = 1; i < rank; i++)
-        if (rows->norm[i] < MECHC_WEAK * rows->norm[0]) rows->inverse_norm[i] = 0.0, weak++;
+    mechc_scalar_factor_rows(place->jacobian, place->mass, MECHC_NC, given->k[MECHC_ROWS_THAT_COUNT], rows);
+    const double longest = mechc_max(rows->norm[0], place->ordinary_length);
+    for (int i = 0; i < rank; i++)
+        if (rows->norm[i] < MECHC_WEAK * longest) rows->inverse_norm[i] = 0.0, weak++;
     return weak;
 }
 
@@ -133,11 +134,11 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
     mechc_scalar_place place;
     mechc_scalar_factors rows;
 #if MECHC_NH > 0
-    const int last = (int)given->k[MECHC_NK] - 1;
+    const int last = (int)given->k[MECHC_ROWS_THAT_COUNT] - 1;
     const int status = mechc_close_between(t, y, given, &place, &rows);
     if (status != MECHC_RUNNING) return status;
-    if (last > 0 && rows.norm[last] < MECHC_DELICATE * rows.norm[0]
-        && rows.norm[last] > MECHC_SURELY * rows.norm[0])
+    const double longest = mechc_max(rows.norm[0], place.ordinary_length);
+    if (rows.norm[last] < MECHC_DELICATE * longest && rows.norm[last] > MECHC_SURELY * longest)
         mechc_fit_to_speeds(t, y, given, &place, &rows);
 #else
     mechc_strong_rows(t, y, given, &place, &rows);

@@ -12,5 +12,10 @@
 #endif
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
-/* Constants made of parameters, and last the number of rows that count: see generic_rank.h. */
-#define MECHC_CONSTANTS (MECHC_NK + 1)
+/* Constants made of parameters, and then of the rows: how many count (generic_rank.h), and what they
+ * are like at ordinary configurations (ordinary_rows.h). */
+#define MECHC_ROWS_THAT_COUNT MECHC_NK
+#define MECHC_ORDINARY_LENGTH (MECHC_NK + 1)
+#define MECHC_ORDINARY_SUM (MECHC_NK + 2)
+#define MECHC_OF_A_RADIAN 0.1
+#define MECHC_CONSTANTS (MECHC_NK + 3)

@@ -24,7 +24,8 @@
 MECHC_INLINE void FN(make_constants)(FN(given) *given)
 {
     FN(hoist)(given->p, given->k);
-    given->k[MECHC_NK] = R((double)MECHC_NC);
+    given->k[MECHC_ROWS_THAT_COUNT] = R((double)MECHC_NC);
+    given->k[MECHC_ORDINARY_LENGTH] = given->k[MECHC_ORDINARY_SUM] = R(0.0);
 }
 
 #if !R_VECTOR
@@ -40,6 +41,7 @@ MECHC_INLINE void mechc_give(const double *p, const mechc_inputs *inputs, mechc_
 typedef struct {
 #if MECHC_NC > 0
     real rank;       /* rows that count */
+    real ordinary_length, ordinary_sum; /* see ordinary_rows.h */
     FN(solver) rows; /* every one of them: speeds and accelerations */
 #elif MECHC_LINKS > 0
     FN(articulated) factored;
@@ -56,6 +58,14 @@ typedef struct {
     int bad; /* speed with a vanishing mass pivot, or -1 */
 } FN(place);
 
+#if MECHC_NC > 0
+MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
+{
+    place->ordinary_length = given->k[MECHC_ORDINARY_LENGTH];
+    place->ordinary_sum = given->k[MECHC_ORDINARY_SUM];
+}
+#endif
+
 /* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
  * from a configuration near this one; regular: the rows are known to be far from dependent. */
 MECHC_INLINE void FN(locate_near)(real t, const real *q, const FN(given) *given, FN(place) *place,
@@ -71,11 +81,13 @@ MECHC_INLINE void FN(locate_near)(real t, const real *q, const FN(given) *given,
 #if MECHC_NC > 0 && MECHC_LINKS > 0
     (void)regular;
     place->bad = -1;
-    place->rank = given->k[MECHC_NK];
+    place->rank = given->k[MECHC_ROWS_THAT_COUNT];
+    FN(give_ordinary)(given, place);
     FN(prepare_rows)(place->saved, place->jacobian, place->mass, place->rank, &place->rows);
 #elif MECHC_NC > 0
     place->bad = -1;
-    place->rank = given->k[MECHC_NK];
+    place->rank = given->k[MECHC_ROWS_THAT_COUNT];
+    FN(give_ordinary)(given, place);
     FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
 #elif MECHC_ARTICULATED
     (void)regular;
@@ -97,6 +109,7 @@ MECHC_ONCE void FN(locate_all)(real t, const real *q, const FN(given) *given, FN
 {
     FN(configuration)(t, q, given, place->gap, place->jacobian, place->bias, place->mass,
                       place->saved, 0, 0);
+    FN(give_ordinary)(given, place);
 }
 #endif
 
@@ -145,7 +158,7 @@ MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 #if MECHC_LINKS > 0
     return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
 #else
-    return FN(conditioning_squared)(&place->rows, place->mass);
+    return FN(conditioning_squared)(&place->rows, place->mass, place->ordinary_length);
 #endif
 }
 
@@ -191,7 +204,7 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, real *rounding)
 {
     real gap = R(0.0), turn = R(1.0);
-    const real terms = FN(sum_of_partials)(place);
+    const real terms = FN(larger)(FN(sum_of_partials)(place), place->ordinary_sum);
     for (int i = 0; i < MECHC_NH; i++) {
         const real size = FN(size)(place->gap[i]);
         gap = R_SELECT(R_MASK(size > gap) | R_MASK(size != size), size, gap);

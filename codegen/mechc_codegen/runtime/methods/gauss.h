@@ -267,7 +267,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, doubl
     mechc_scalar_place place;
     mechc_weakest weakest;
     mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, &run->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, run->monitor.rank, &weakest);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank, &weakest);
     return weakest.ratio;
 #else
     (void)run, (void)h, (void)stage, (void)q;

@@ -74,7 +74,8 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
 {
     const int rank = at->rank, n = MECHC_NU + rank + 1;
     const double step = 1e-7;
-    double length = 0.0; /* unit of g and of the rows: whatever the scene's unit of length is */
+    /* unit of g and of the rows: whatever the scene's unit of length is */
+    double length = place->ordinary_sum;
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
         length = mechc_max(length, fabs(place->jacobian[i]));
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
@@ -111,7 +112,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
 MECHC_STATIC int mechc_span_rows(const mechc_scalar_place *place, const mechc_critical *c,
                                  double *rows)
 {
-    double largest = 0.0;
+    double largest = sqrt(place->ordinary_length);
     for (int i = 0; i < MECHC_NH; i++)
         for (int j = 0; j < MECHC_NU; j++)
             rows[i * MECHC_NU + j] = place->jacobian[i * MECHC_NU + j] / c->speeds[j];
@@ -189,7 +190,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
     for (int iteration = 0; iteration < 12; iteration++) {
         mechc_place_at(t, c->q, given, &place);
         if (iteration == 0) {
-            mechc_find_weakest(place.jacobian, place.mass, rank, &at);
+            mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, &at);
             memcpy(c->normal, at.basis + which * MECHC_NH, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
@@ -243,6 +244,7 @@ MECHC_ONCE int mechc_still_critical(double t, const double *q, const mechc_scala
     }
     if (!(square <= reach * reach)) return 0;
     mechc_place_at(t, c->q, given, &place);
+    largest = place.ordinary_sum;
     for (int i = 0; i < MECHC_NH * MECHC_NU; i++)
         largest = mechc_max(largest, fabs(place.jacobian[i]));
     for (int i = 0; i < MECHC_NH; i++)

@@ -223,7 +223,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     mechc_scalar_place place;
     out->action = MECHC_STANDS;
     mechc_place_at(span->t, span->start, span->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, 0, &before);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, 0, &before);
     if (before.rank > monitor->rank) monitor->rank = before.rank;
     if (before.rank < monitor->rank)
         mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);

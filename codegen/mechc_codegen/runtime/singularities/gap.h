@@ -66,7 +66,7 @@ MECHC_ONCE void mechc_rows_at(double t, const double *q, const mechc_scalar_give
  * decimals, and their sum, have an error of half an ulp each. */
 MECHC_STATIC double mechc_sum_of_lengths(const mechc_scalar_place *place)
 {
-    double longest = 0.0;
+    double longest = place->ordinary_sum / MECHC_OF_A_RADIAN;
     for (int i = 0; i < MECHC_NH; i++) {
         double sum = 0.0;
         for (int j = 0; j < MECHC_NU; j++) sum += fabs(place->jacobian[i * MECHC_NU + j]);

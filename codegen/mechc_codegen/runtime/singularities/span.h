@@ -63,6 +63,6 @@ MECHC_STATIC void mechc_weakest_at(double t, const double *q, const mechc_span *
 {
     mechc_scalar_place place;
     mechc_place_at(t, q, span->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, rank, out);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, out);
 }
 #endif

@@ -74,8 +74,8 @@ MECHC_STATIC int mechc_surely_kept(const mechc_weakest *before, const mechc_weak
 #if MECHC_NH > 2
     double b[MECHC_NH * MECHC_NH];
     int first = before->rank - 1;
-    while (first > 0 && before->values[first - 1] <= MECHC_CLEAR * before->values[0]) first--;
-    if (before->values[first] > MECHC_CLEAR * before->values[0]) return 1;
+    while (first > 0 && before->values[first - 1] <= MECHC_CLEAR * before->largest) first--;
+    if (before->values[first] > MECHC_CLEAR * before->largest) return 1;
     mechc_followed_all(before, after, first, b);
     return mechc_is_positive(b, before->rank - first);
 #else
@@ -139,7 +139,7 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
     const mechc_weakest *from = &before->weakest, *to = &after->weakest;
     int first = from->rank, turned_here = 0;
     if (!before->open && !after->open && mechc_surely_kept(from, to)) return MECHC_CROSSING;
-    while (first > 0 && from->values[first - 1] <= MECHC_CLEAR * from->values[0]) first--;
+    while (first > 0 && from->values[first - 1] <= MECHC_CLEAR * from->largest) first--;
     for (int k = from->rank - 1; k >= first; k--) {
         if (!mechc_surely_turned(from, to, k)) continue;
         const mechc_verdict found = mechc_judge_row(span, before, after, k, reach, 1, tally);

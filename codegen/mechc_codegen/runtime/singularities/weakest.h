@@ -10,8 +10,9 @@
 #define MECHC_GENERIC 1e-7
 
 typedef struct {
-    int rank;
-    double ratio; /* of the rank-th singular value to the largest */
+    int rank, found; /* found: without those below MECHC_GENERIC */
+    double ratio;    /* of the rank-th singular value to the largest */
+    double largest;  /* here, or at ordinary configurations */
     double left[MECHC_NH], right[MECHC_NU];
     double basis[MECHC_NH * MECHC_NH]; /* left vectors, by falling singular value */
     double values[MECHC_NH];
@@ -111,9 +112,10 @@ MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, d
 }
 
 /* Singular values by one-sided Jacobi rotations, speeds weighted by the mass each moves.  The
- * smallest is counted up to the rank given, or up to the rank found where that is 0. */
-MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, int rank,
-                                     mechc_weakest *out)
+ * smallest is counted up to the rank given, or up to the rank found where that is 0.  `ordinary`:
+ * squared length of the longest row, see ordinary_rows.h. */
+MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double ordinary,
+                                     int rank, mechc_weakest *out)
 {
     double a[MECHC_NH * MECHC_NU];
     memset(out, 0, sizeof *out);
@@ -132,11 +134,14 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
         out->values[i] = sqrt(square);
     }
     mechc_sort_rows(a, out);
-    int found = 0;
-    while (found < MECHC_NH && out->values[found] > MECHC_GENERIC * out->values[0]) found++;
-    out->rank = rank > 0 ? rank : found > 0 ? found : 1;
+    out->largest = mechc_max(out->values[0], sqrt(ordinary));
+    const double radian = mechc_max(out->values[0], sqrt(ordinary) / MECHC_OF_A_RADIAN);
+    out->found = 0;
+    while (out->found < MECHC_NH && out->values[out->found] > MECHC_GENERIC * radian)
+        out->found++;
+    out->rank = rank > 0 ? rank : out->found > 0 ? out->found : 1;
     const int last = out->rank - 1;
-    out->ratio = out->values[0] > 0.0 ? out->values[last] / out->values[0] : 0.0;
+    out->ratio = out->largest > 0.0 ? out->values[last] / out->largest : 0.0;
     memcpy(out->left, out->basis + last * MECHC_NH, sizeof out->left);
     for (int j = 0; j < MECHC_NU; j++)
         out->right[j] = a[last * MECHC_NU + j] / mechc_max(out->values[last], 1e-300);
@@ -152,9 +157,9 @@ MECHC_ONCE void mechc_weakest_of(const mechc_scalar_place *place, int rank, mech
     double jacobian[MECHC_NC * MECHC_NU], mass[MECHC_NU * MECHC_NU];
     mechc_scalar_cut_rows(place->saved, jacobian);
     mechc_scalar_composite_mass(place->saved, mass);
-    mechc_find_weakest(jacobian, mass, rank, out);
+    mechc_find_weakest(jacobian, mass, place->ordinary_length, rank, out);
 #else
-    mechc_find_weakest(place->jacobian, place->mass, rank, out);
+    mechc_find_weakest(place->jacobian, place->mass, place->ordinary_length, rank, out);
 #endif
 }
 

@@ -37,7 +37,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
             != MECHC_RUNNING)
             continue;
         mechc_weakest_of(&place, 0, &weakest);
-        if (weakest.rank > rank) rank = weakest.rank;
+        if (weakest.found > rank) rank = weakest.found;
     }
     return rank;
 }
@@ -51,9 +51,9 @@ MECHC_RARE void mechc_monitor_start(mechc_integration *run)
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
     run->monitor.rank = weakest.rank;
-    if (weakest.rank < MECHC_NH) {
-        const int generic = mechc_generic_rank(run, &span);
-        if (generic > weakest.rank) run->head.status = MECHC_AT_CHANGE_POINT;
+    if (weakest.found < MECHC_NH) {
+        /* where every row vanishes they may do so at this configuration alone, and none is beside */
+        if (weakest.found == 0 || mechc_generic_rank(run, &span) > weakest.found) run->head.status = MECHC_AT_CHANGE_POINT;
     }
     run->conditioning = weakest.ratio;
 #endif

@@ -6,51 +6,15 @@
 #else
 #define MECHC_JACOBIANS_SCALAR
 #endif
-#include "dynamics/linear.h"
-#include "dynamics/loop_motion.h"
-#include "dynamics/motion.h"
 #include "dynamics/stage.h"
-#include "dynamics/tree.h"
 #include "scene_program.h"
 #include "unit/solved.h"
+#include "variational/respond.h"
 
 #if MECHC_STATE_JACOBIAN || MECHC_PARAMETER_JACOBIAN
-#define MECHC_MOTION (MECHC_NU + MECHC_NC) /* accelerations and multipliers */
-
-/* du' and dlambda of M du' + J^T dlambda = -dR and J du' = -dS, column by column of dR and dS. */
 MECHC_ONCE void FN(respond)(const FN(place) *place, const real *residual, int columns, real *out)
 {
-#if MECHC_LINKS > 0 /* all at once: a Jacobian is full, however sparse the tree */
-    real mass[MECHC_NU * MECHC_NU];
-#if MECHC_NC > 0
-    FN(factors) factors;
-    real jacobian[MECHC_NC * MECHC_NU];
-    FN(factor_together)(place->saved, jacobian, mass, place->rank, &factors);
-#else
-    FN(mass_factors) factors;
-    FN(composite_mass)(place->saved, mass);
-    FN(factor_mass)(mass, MECHC_NU, &factors);
-#endif
-#elif MECHC_NC == 0
-    const FN(mass_factors) factors = place->factored;
-#endif
-    for (int column = 0; column < columns; column++) {
-        real right[MECHC_MOTION], x[MECHC_MOTION];
-        for (int i = 0; i < MECHC_MOTION; i++) right[i] = -residual[i * columns + column];
-#if MECHC_NC > 0 && MECHC_LINKS > 0
-        FN(solve_together)(&factors, jacobian, right, right + MECHC_NU, x, x + MECHC_NU);
-#elif MECHC_NC > 0
-        const FN(motion_terms) terms = {place->mass, place->jacobian, right, right + MECHC_NU,
-                                        place->rank};
-        FN(solve_motion)(&terms, &place->rows, x, MECHC_OWN > 0 ? x + MECHC_NU : 0);
-        for (int i = MECHC_NU; MECHC_OWN == 0 && i < MECHC_MOTION; i++) x[i] = R(0.0);
-#else
-        for (int i = 0; i < MECHC_NU; i++) x[i] = right[i];
-        FN(forward)(&factors, MECHC_NU, x);
-        FN(backward)(&factors, MECHC_NU, x);
-#endif
-        for (int i = 0; i < MECHC_MOTION; i++) out[i * columns + column] = x[i];
-    }
+    FN(respond_with)(place, residual, columns, MECHC_OWN > 0, out);
 }
 
 /* partials: of each output by the columns at a given motion, then by the motion. */
@@ -149,6 +113,5 @@ MECHC_DEFINE_OWN(input_jacobian, by_inputs, MECHC_NI)
 #undef MECHC_DEFINE_JACOBIAN
 #undef MECHC_DEFINE_RESPONSE
 #undef MECHC_DEFINE_OWN
-#undef MECHC_MOTION
 
 #endif

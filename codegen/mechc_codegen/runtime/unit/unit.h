@@ -16,6 +16,7 @@
 #include "run/trajectory.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
+#include "variational/covary.h"
 
 static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)
 {
@@ -74,4 +75,8 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .saved_size = mechc_saved_size,
     .save = mechc_save,
     .restore = mechc_restore,
+#if MECHC_VARIATIONAL
+    .vary = mechc_vary,
+    .covary = mechc_covary,
+#endif
 };

@@ -1,144 +1,260 @@
-/* The variational equations S' = A S + B over steps by collocation, on the nodes of the motion.
+/* The variational equations S' = A S + B over a step by collocation, on the nodes of the motion.
  *
- * Sizes are known at run time only: nothing here is compiled into scenes.  Matrices are stored row
- * by row.  The equations are linear, so the stages are solved for directly, all columns at once;
- * where q' = u the accelerations' columns are the only unknowns, as in the motion's own iteration.
+ * The equations are linear, so the stages are solved for directly, all columns at once; where
+ * q' = u the accelerations' columns are the only unknowns, as in the motion's own iteration.
  */
 #pragma once
 
-#include <math.h>
-#include <stddef.h>
-#include <string.h>
-#include "simd/lanes.h"
+#include "methods/gauss_tableau.h"
+#include "methods/radau.h"
+#include "run/dense_output.h"
+#include "variational/columns.h"
 
+#if MECHC_VARIATIONAL
+#define MECHC_MOST_NODES 8
+/* Factors of an elimination without exchanges of rows beyond which it is done again with them. */
+#define MECHC_GROWTH 1e3
+
+/* Integrals of the rates, and second integrals, to each node and to the end. */
 typedef struct {
-    int stages, states, columns;
-    int coordinates;     /* where q' = u, as many as speeds; else 0 */
-    const double *nodes; /* of a step */
-    const double *first; /* integrals to each stage, then to the end: (stages + 1) x stages */
-    const double *second; /* second integrals, likewise */
-} mechc_collocation;
+    int stages;
+    double nodes[MECHC_MOST_NODES + 1];
+    double first[MECHC_MOST_NODES + 1][MECHC_MOST_NODES];
+    double second[MECHC_MOST_NODES + 1][MECHC_MOST_NODES];
+} mechc_rule;
 
-MECHC_INLINE int mechc_unknowns(const mechc_collocation *rule)
+MECHC_STATIC void mechc_gauss_rule(mechc_rule *rule)
 {
-    return rule->stages * (rule->states - rule->coordinates);
+    rule->stages = MECHC_STAGES;
+    for (int a = 0; a <= MECHC_STAGES; a++) {
+        rule->nodes[a] = mechc_gauss_nodes[a];
+        for (int b = 0; b < MECHC_STAGES; b++) {
+            const int end = a == MECHC_STAGES, entry = b * MECHC_STAGES + a;
+            rule->first[a][b] = end ? mechc_gauss_weights[b] : mechc_gauss_first[entry];
+            rule->second[a][b] = end ? mechc_gauss_second_weights[b] : mechc_gauss_second[entry];
+        }
+    }
 }
 
-/* Doubles of work space. */
-MECHC_STATIC size_t mechc_collocation_work(const mechc_collocation *rule)
+/* Its last node is the end. */
+MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
 {
-    const size_t size = (size_t)mechc_unknowns(rule);
-    return size * (size + (size_t)rule->columns);
+    rule->stages = MECHC_RADAU_STAGES;
+    for (int a = 0; a <= MECHC_RADAU_STAGES; a++) {
+        const int row = a < MECHC_RADAU_STAGES ? a + 1 : MECHC_RADAU_STAGES;
+        rule->nodes[a] = mechc_radau5_nodes[row];
+        for (int b = 0; b < MECHC_RADAU_STAGES; b++)
+            rule->first[a][b] = mechc_radau5_matrix[row * MECHC_MOST_RATES + b + 1];
+    }
+    for (int a = 0; a <= MECHC_RADAU_STAGES; a++) /* as its stages, first order in q too */
+        for (int b = 0; b < MECHC_RADAU_STAGES; b++) {
+            rule->second[a][b] = 0.0;
+            for (int m = 0; m < MECHC_RADAU_STAGES; m++)
+                rule->second[a][b] += rule->first[a][m] * rule->first[m][b];
+        }
 }
 
-/* y += factor x */
-MECHC_INLINE void mechc_add(double factor, const double *x, int count, double *y)
+/* Derivatives at the stages of one step, a block each. */
+typedef struct {
+    double t[MECHC_MOST_NODES], y[MECHC_MOST_NODES * MECHC_NX];
+    int kept;
+    double *slopes;
+} mechc_nodes_at_hand;
+
+/* The stages lie on the dense output. */
+MECHC_ONCE void mechc_take_nodes(int method, const mechc_rule *rule, const mechc_trajectory *record,
+                                 ptrdiff_t step, const mechc_given_twice *given,
+                                 const mechc_directions *d, mechc_nodes_at_hand *nodes)
 {
-    for (int i = 0; i < count; i++) y[i] += factor * x[i];
+    const double *t = record->t + step, *y = record->y + step * MECHC_NX;
+    const double *rows = record->dense + step * MECHC_NX * record->dense_rows;
+    for (int a = 0; a < rule->stages; a++) {
+        nodes->t[a] = mechc_within(t[0], t[1], rule->nodes[a]);
+        mechc_dense_polynomial(y, rows, record->dense_rows, rule->nodes[a],
+                               nodes->y + a * MECHC_NX);
+    }
+    mechc_mask along = {0};
+    for (int a = 0; a < rule->stages; a += MECHC_LANES) {
+        const int left = rule->stages - a, count = left < MECHC_LANES ? left : MECHC_LANES;
+        along |= mechc_kept_states(method, given, count, nodes->t + a, nodes->y + a * MECHC_NX);
+    }
+    nodes->kept = mechc_any(along);
+    along = nodes->kept ? ~(mechc_mask){0} : (mechc_mask){0};
+    for (int a = 0; a < rule->stages; a += MECHC_LANES) {
+        const int left = rule->stages - a, count = left < MECHC_LANES ? left : MECHC_LANES;
+        mechc_linearise_states(along, given, count, nodes->t + a, nodes->y + a * MECHC_NX, d,
+                               0, nodes->slopes + a * d->block);
+    }
 }
 
-/* Solve the rows [matrix | right sides] by elimination with row exchanges; the solution takes the
- * place of the right sides.  0 where a pivot vanishes. */
-MECHC_STATIC int mechc_eliminate(double *rows, int size, int columns)
+/* y <- y - factor x, from vector `first` on */
+MECHC_INLINE void mechc_take_row(double factor, const mechc_vector *x, int first, int width,
+                                 mechc_vector *y)
 {
-    const int width = size + columns;
+    for (int v = first; v < width; v++) y[v] -= factor * x[v];
+}
+
+MECHC_INLINE double mechc_entry(const mechc_vector *row, int j)
+{
+    return ((const double *)row)[j];
+}
+
+/* Solve the rows [matrix | right sides], the matrix in `own` vectors; the solution takes the place
+ * of the right sides.  0 where a factor is large, or with exchanges where a pivot vanishes. */
+MECHC_INLINE int mechc_eliminate(mechc_vector **rows, int size, int own, int width, int exchange)
+{
+    double growth = 0.0;
     for (int j = 0; j < size; j++) {
         int best = j;
-        for (int i = j + 1; i < size; i++)
-            if (fabs(rows[i * width + j]) > fabs(rows[best * width + j])) best = i;
-        double *row = rows + j * width, *other = rows + best * width;
-        if (!(fabs(other[j]) > 0.0)) return 0;
-        for (int k = j; best != j && k < width; k++) {
-            const double kept = row[k];
-            row[k] = other[k];
-            other[k] = kept;
-        }
+        for (int i = j + 1; exchange && i < size; i++)
+            if (fabs(mechc_entry(rows[i], j)) > fabs(mechc_entry(rows[best], j))) best = i;
+        mechc_vector *const row = rows[best];
+        rows[best] = rows[j], rows[j] = row;
+        const double pivot = mechc_entry(row, j), inverse = 1.0 / pivot;
+        if (exchange && !(fabs(pivot) > 0.0)) return 0;
         for (int i = j + 1; i < size; i++) {
-            double *below = rows + i * width;
-            const double factor = -below[j] / row[j];
-            if (factor != 0.0) mechc_add(factor, row + j + 1, width - j - 1, below + j + 1);
+            const double factor = mechc_entry(rows[i], j) * inverse;
+            growth = mechc_max(growth, fabs(factor));
+            mechc_take_row(factor, row, j / MECHC_LANES, width, rows[i]);
         }
     }
     for (int j = size - 1; j >= 0; j--) {
-        double *row = rows + j * width;
-        for (int i = j + 1; i < size; i++)
-            if (row[i] != 0.0) mechc_add(-row[i], rows + i * width + size, columns, row + size);
-        for (int k = size; k < width; k++) row[k] /= row[j];
+        const double inverse = 1.0 / mechc_entry(rows[j], j);
+        for (int v = own; v < width; v++) rows[j][v] *= inverse;
+        for (int i = 0; i < j; i++)
+            mechc_take_row(mechc_entry(rows[i], j), rows[j], own, width, rows[i]);
     }
-    return 1;
+    return exchange || growth <= MECHC_GROWTH;
 }
 
-/* Row i of stage a: its equation for the unknown rates of all stages. */
-MECHC_STATIC void mechc_stage_row(const mechc_collocation *rule, double h, int a, int i,
-                                  const double *jacobian, double *row)
+/* The equations of the unknown rates of all stages; `nq`: coordinates where q' = u, else 0. */
+MECHC_INLINE void mechc_stage_equations(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
+                                        double h, int nq, const mechc_directions *d, int width,
+                                        const mechc_vector *start, int own, mechc_vector *room,
+                                        mechc_vector **rows)
 {
-    const int nq = rule->coordinates, size = rule->states - nq;
-    const double *slopes = jacobian + (nq + i) * rule->states; /* of rate i by the state */
-    for (int b = 0; b < rule->stages; b++) {
-        double *block = row + b * size;
-        const double once = h * rule->first[a * rule->stages + b];
-        const double twice = nq ? h * h * rule->second[a * rule->stages + b] : 0.0;
-        for (int k = 0; k < size; k++) block[k] = -once * slopes[nq + k];
-        for (int k = 0; k < nq; k++) block[k] -= twice * slopes[k];
-        if (a == b) block[i] += 1.0;
-    }
-}
-
-/* The right sides of row i of stage a: its rate if no other rate moved the stage. */
-MECHC_STATIC void mechc_stage_right(const mechc_collocation *rule, double h, int a, int i,
-                                    const double *jacobian, const double *forced,
-                                    const double *start, double *right)
-{
-    const int nq = rule->coordinates, columns = rule->columns;
-    const double *slopes = jacobian + (nq + i) * rule->states;
-    memcpy(right, forced + (nq + i) * columns, (size_t)columns * sizeof(double));
-    for (int k = 0; k < rule->states; k++) mechc_add(slopes[k], start + k * columns, columns, right);
-    for (int k = 0; k < nq; k++)
-        mechc_add(h * rule->nodes[a] * slopes[k], start + (nq + k) * columns, columns, right);
-}
-
-/* Columns at node a (the end: a = stages) from the rates of the stages. */
-MECHC_STATIC void mechc_stage_columns(const mechc_collocation *rule, double h, int a,
-                                      const double *start, const double *rates, double *columns)
-{
-    const int wide = rule->columns, nq = rule->coordinates, size = rule->states - nq;
-    const double node = a < rule->stages ? rule->nodes[a] : 1.0;
-    memcpy(columns, start, (size_t)(rule->states * wide) * sizeof(double));
-    mechc_add(h * node, start + nq * wide, nq * wide, columns);
-    for (int b = 0; b < rule->stages; b++) {
-        const double *of_stage = rates + b * size * wide;
-        const double once = h * rule->first[a * rule->stages + b];
-        const double twice = nq ? h * h * rule->second[a * rule->stages + b] : 0.0;
-        mechc_add(once, of_stage, size * wide, columns + nq * wide);
-        mechc_add(twice, of_stage, nq * wide, columns);
-    }
-}
-
-/* One step: jacobian and forced are A and B at the stages, one after the other; start and end are
- * (states, columns).  rates: S' at the stages, (stages, states, columns).  0 where it is singular. */
-MECHC_STATIC int mechc_collocate(const mechc_collocation *rule, double h, const double *jacobian,
-                                 const double *forced, const double *start, double *work,
-                                 double *rates, double *end)
-{
-    const int nx = rule->states, nq = rule->coordinates, size = nx - nq, wide = rule->columns;
-    const int unknowns = mechc_unknowns(rule), width = unknowns + wide;
-    for (int a = 0; a < rule->stages; a++)
+    const int size = MECHC_NX - nq, stride = own + width;
+    for (int a = 0; a < stages; a++)
         for (int i = 0; i < size; i++) {
-            double *row = work + (a * size + i) * width;
-            mechc_stage_row(rule, h, a, i, jacobian + a * nx * nx, row);
-            mechc_stage_right(rule, h, a, i, jacobian + a * nx * nx, forced + a * nx * wide, start,
-                              row + unknowns);
+            const double *block = nodes->slopes + a * d->block;
+            const double *slopes = block + (nq + i) * MECHC_NX;
+            mechc_vector *row = rows[a * size + i] = room + (a * size + i) * stride;
+            double *entries = (double *)row;
+            row[own - 1] = mechc_spread(0.0);
+            for (int b = 0; b < stages; b++) {
+                const double once = h * rule->first[a][b], twice = h * h * rule->second[a][b];
+                for (int k = 0; k < size; k++)
+                    entries[b * size + k] =
+                        -once * slopes[nq + k] - (k < nq ? twice * slopes[k] : 0.0);
+            }
+            entries[a * size + i] += 1.0;
+            for (int v = 0; v < width; v++) {
+                mechc_vector sum = mechc_row_along(block, nq + i, width, v, start + v, width);
+                for (int k = 0; k < nq; k++)
+                    sum += h * rule->nodes[a] * slopes[k] * start[(nq + k) * width + v];
+                row[own + v] = sum;
+            }
         }
-    if (!mechc_eliminate(work, unknowns, wide)) return 0;
-    for (int n = 0; n < unknowns; n++) /* the solution, without gaps */
-        memmove(work + n * wide, work + n * width + unknowns, (size_t)wide * sizeof(double));
-    for (int a = 0; a < rule->stages; a++) {
-        double *of_stage = rates + a * nx * wide;
-        memcpy(of_stage + nq * wide, work + a * size * wide, (size_t)(size * wide) * sizeof(double));
-        if (!nq) continue;
-        mechc_stage_columns(rule, h, a, start, work, end);
-        memcpy(of_stage, end + nq * wide, (size_t)(nq * wide) * sizeof(double));
-    }
-    mechc_stage_columns(rule, h, rule->stages, start, work, end);
-    return 1;
 }
+
+/* Columns at node a (the end: a = stages) from the rates of the stages, a vector of them. */
+MECHC_INLINE void mechc_node_columns(const mechc_rule *rule, int stages, double h, int nq, int a, int width,
+                                     const mechc_vector *start, mechc_vector *const *rows,
+                                     int place, mechc_vector *columns)
+{
+    const int size = MECHC_NX - nq;
+    for (int k = 0; k < MECHC_NX; k++) columns[k] = start[k * width];
+    for (int k = 0; k < nq; k++) columns[k] += h * rule->nodes[a] * start[(nq + k) * width];
+    for (int b = 0; b < stages; b++) {
+        const double once = h * rule->first[a][b], twice = h * h * rule->second[a][b];
+        for (int k = 0; k < size; k++)
+            columns[nq + k] += once * rows[b * size + k][place];
+        for (int k = 0; k < nq; k++) columns[k] += twice * rows[b * size + k][place];
+    }
+}
+
+/* Equations and their solution; 0 where they are singular. */
+MECHC_INLINE int mechc_solve_nodes(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
+                                   double h, int nq, const mechc_directions *d, int width,
+                                   const mechc_vector *start, int own, mechc_vector *room,
+                                   mechc_vector **rows)
+{
+    const int size = stages * (MECHC_NX - nq);
+    mechc_stage_equations(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
+    if (stages == MECHC_STAGES && mechc_eliminate(rows, size, own, own + width, 0)) return 1;
+    mechc_stage_equations(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
+    return mechc_eliminate(rows, size, own, own + width, 1);
+}
+
+/* One step: start and end are (NX, width) vectors; rates: S' at the stages, or NULL. */
+MECHC_INLINE int mechc_collocate_as(const mechc_rule *rule, int stages, const mechc_nodes_at_hand *nodes,
+                                    double h, int nq, const mechc_directions *d, int width,
+                                    const double *tangent, const mechc_vector *start,
+                                    mechc_vector *room, mechc_vector **rows, mechc_vector *end,
+                                    double *rates)
+{
+    const int size = MECHC_NX - nq;
+    const int own = (stages * size + MECHC_LANES - 1) / MECHC_LANES;
+    const int whole = mechc_solve_nodes(rule, stages, nodes, h, nq, d, width, start, own, room, rows);
+    for (int v = 0; v < width; v++) {
+        mechc_vector at[MECHC_NX];
+        const int left = d->columns - v * MECHC_LANES;
+        const int some = left < MECHC_LANES ? left : MECHC_LANES;
+        for (int a = 0; rates && a < stages; a++) {
+            double *to = rates + a * MECHC_NX * d->columns + v * MECHC_LANES;
+            if (nq) mechc_node_columns(rule, stages, h, nq, a, width, start + v, rows, own + v, at);
+            for (int k = 0; k < nq; k++) mechc_unpad(at + nq + k, some, to + k * d->columns);
+            for (int k = 0; k < size; k++)
+                mechc_unpad(rows[a * size + k] + own + v, some, to + (nq + k) * d->columns);
+        }
+        mechc_node_columns(rule, stages, h, nq, stages, width, start + v, rows, own + v, at);
+        mechc_onto_tangent(tangent, width, v, at);
+        for (int k = 0; k < MECHC_NX; k++) end[k * width + v] = at[k];
+    }
+    return whole;
+}
+
+/* Sizes that are usual are constants. */
+#define MECHC_COLLOCATE(name, stages, nq, width)                                                  \
+    MECHC_ONCE int name(const mechc_rule *rule, const mechc_nodes_at_hand *nodes, double h,       \
+                        const mechc_directions *d, const double *tangent,                         \
+                        const mechc_vector *start, mechc_vector *room, mechc_vector **rows,       \
+                        mechc_vector *end, double *rates)                                         \
+    {                                                                                             \
+        return mechc_collocate_as(rule, stages, nodes, h, nq, d, width, tangent, start, room,     \
+                                  rows, end, rates);                                              \
+    }
+MECHC_COLLOCATE(mechc_collocate_any, rule->stages, 0, d->width)
+#if MECHC_IDENTITY_KINEMATICS
+MECHC_COLLOCATE(mechc_collocate_twice, rule->stages, MECHC_NQ, d->width)
+#if MECHC_NU * MECHC_LANES <= 64
+MECHC_COLLOCATE(mechc_collocate_1, MECHC_STAGES, MECHC_NQ, 1)
+MECHC_COLLOCATE(mechc_collocate_2, MECHC_STAGES, MECHC_NQ, 2)
+#endif
+#endif
+#undef MECHC_COLLOCATE
+
+typedef int mechc_collocating(const mechc_rule *, const mechc_nodes_at_hand *, double,
+                              const mechc_directions *, const double *, const mechc_vector *,
+                              mechc_vector *, mechc_vector **, mechc_vector *, double *);
+
+/* Gauss's stages integrate the accelerations twice, then are projected; Radau's use q' there. */
+MECHC_INLINE int mechc_integrates_twice(const mechc_rule *rule, int kept)
+{
+    return MECHC_IDENTITY_KINEMATICS && (rule->stages == MECHC_STAGES || !kept);
+}
+
+MECHC_INLINE mechc_collocating *mechc_collocation_of(const mechc_rule *rule, int kept, int width)
+{
+#if MECHC_IDENTITY_KINEMATICS
+#if MECHC_NU * MECHC_LANES <= 64
+    const int gauss = rule->stages == MECHC_STAGES;
+    if (gauss && width == 1) return mechc_collocate_1;
+    if (gauss && width == 2) return mechc_collocate_2;
+#endif
+    if (mechc_integrates_twice(rule, kept)) return mechc_collocate_twice;
+#endif
+    (void)rule, (void)kept, (void)width;
+    return mechc_collocate_any;
+}
+#endif

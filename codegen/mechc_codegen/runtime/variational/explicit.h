@@ -1,54 +1,104 @@
 /* The variational equations S' = A S + B over steps of an explicit pair, stage by stage: the
- * derivative of the step as it was taken.
- *
- * Sizes are known at run time only: nothing here is compiled into scenes.
+ * derivative of the step as it was taken.  Stages are taken again, those of several steps in the
+ * lanes; then each step's columns, several in the lanes.
  */
 #pragma once
 
-#include <string.h>
-#include "simd/lanes.h"
-#include "variational/collocation.h"
+#include "methods/dormand_prince_tableaus.h"
+#include "variational/columns.h"
 
+#if MECHC_VARIATIONAL
+/* Of up to MECHC_LANES steps: rates, whether some are those of projected states, their derivatives
+ * and those of the projection of the ends. */
 typedef struct {
-    int rates, end, states, columns; /* rate `end` is taken at the step's end */
-    const double *matrix;            /* rates x rates */
-} mechc_explicit;
+    double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX];
+    double rates[MECHC_MOST_RATES][MECHC_LANES * MECHC_NX];
+    int kept[MECHC_MOST_RATES];
+    double *slopes, *tangents; /* MECHC_LANES blocks a rate, a block a step */
+} mechc_pair_stages;
 
-/* columns <- P columns + Q, where P and Q are not NULL; `moved` is work space. */
-MECHC_STATIC void mechc_onto(const double *tangent, const double *offset, int states, int wide,
-                             double *columns, double *moved)
+MECHC_INLINE const mechc_tableau *mechc_pair_tableau(int method)
 {
-    const size_t bytes = (size_t)(states * wide) * sizeof(double);
-    if (!tangent) return;
-    memcpy(moved, offset, bytes);
-    for (int i = 0; i < states; i++)
-        for (int k = 0; k < states; k++)
-            mechc_add(tangent[i * states + k], columns + k * wide, wide, moved + i * wide);
-    memcpy(columns, moved, bytes);
+    return method == MECHC_DOPRI5 ? &mechc_dopri5_tableau : &mechc_dop853_tableau;
 }
 
-/* One step: A, B, P and Q at its rates, one after the other; P and Q may be NULL.  rates: S' there,
- * (rates, states, columns).  work: two matrices of columns. */
-MECHC_STATIC void mechc_explicit_columns(const mechc_explicit *pair, double h,
-                                         const double *jacobian, const double *forced,
-                                         const double *tangents, const double *offsets,
-                                         const double *start, double *work, double *rates,
-                                         double *end)
+/* States of stage i. */
+MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_trajectory *record,
+                                    ptrdiff_t first, int count, int i, mechc_pair_stages *stages)
 {
-    const int nx = pair->states, wide = pair->columns, whole = nx * wide;
-    double *at = work, *moved = work + whole;
-    for (int i = 0; i < pair->rates; i++) {
-        const double *slopes = jacobian + i * nx * nx;
-        double *own = rates + i * whole;
-        memcpy(at, start, (size_t)whole * sizeof(double));
-        for (int j = 0; j < i; j++)
-            mechc_add(h * pair->matrix[i * pair->rates + j], rates + j * whole, whole, at);
-        mechc_onto(tangents ? tangents + i * nx * nx : 0, offsets ? offsets + i * whole : 0, nx,
-                   wide, at, moved);
-        memcpy(own, forced + i * whole, (size_t)whole * sizeof(double));
-        for (int row = 0; row < nx; row++)
-            for (int k = 0; k < nx; k++)
-                mechc_add(slopes[row * nx + k], at + k * wide, wide, own + row * wide);
-        if (i == pair->end) memcpy(end, at, (size_t)whole * sizeof(double));
+    const double *row = tableau->matrix + i * MECHC_MOST_RATES;
+    double sum[MECHC_LANES * MECHC_NX] = {0.0};
+    for (int j = 0; j < i; j++)
+        for (int k = 0; row[j] != 0.0 && k < count * MECHC_NX; k++)
+            sum[k] += row[j] * stages->rates[j][k];
+    for (int n = 0; n < count; n++) {
+        const double *t = record->t + first + n, *y = record->y + (first + n) * MECHC_NX;
+        stages->t[n] = mechc_within(t[0], t[1], tableau->nodes[i]);
+        for (int k = 0; k < MECHC_NX; k++)
+            stages->y[n * MECHC_NX + k] = y[k] + (t[1] - t[0]) * sum[n * MECHC_NX + k];
     }
 }
+
+/* The first `rates` rates of `count` steps, and the projection of their ends. */
+MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_trajectory *record, ptrdiff_t first,
+                                       int count, int rates, const mechc_given_twice *given,
+                                       const mechc_directions *d, mechc_pair_stages *stages)
+{
+    const mechc_tableau *tableau = mechc_pair_tableau(method);
+    const double *ends = record->y + (first + 1) * MECHC_NX;
+    for (int i = 0; i < rates; i++) {
+        mechc_pair_states(tableau, record, first, count, i, stages);
+        if (i == tableau->stages)
+            memcpy(stages->y, ends, (size_t)(count * MECHC_NX) * sizeof(double));
+        const mechc_mask along = mechc_kept_states(method, given, count, stages->t, stages->y);
+        stages->kept[i] = mechc_any(along);
+        mechc_linearise_states(along, given, count, stages->t, stages->y, d,
+                               stages->rates[i], stages->slopes + i * MECHC_LANES * d->block);
+    }
+    mechc_end_tangents(given, record, first, count, d, stages->tangents);
+}
+
+/* S' of one vector of columns at a stage. */
+MECHC_INLINE void mechc_stage_rates(const double *slopes, int kept, const mechc_vector *at,
+                                    int width, int block, mechc_vector *rates)
+{
+    const int given = MECHC_IDENTITY_KINEMATICS && !kept ? MECHC_NQ : 0;
+    for (int i = 0; i < given; i++) rates[i] = at[MECHC_NQ + i];
+    for (int i = given; i < MECHC_NX; i++)
+        rates[i] = mechc_row_along(slopes, i, width, block, at, 1);
+}
+
+/* start + h sum_j row[j] rates[j], j < count */
+MECHC_INLINE void mechc_stage_columns(const double *row, int count, double h,
+                                      const mechc_vector *start, int stride,
+                                      mechc_vector rates[][MECHC_NX], mechc_vector *at)
+{
+    for (int k = 0; k < MECHC_NX; k++) at[k] = start[k * stride];
+    for (int j = 0; j < count; j++)
+        if (row[j] != 0.0) {
+            const double weight = h * row[j];
+            for (int k = 0; k < MECHC_NX; k++) at[k] += weight * rates[j][k];
+        }
+}
+
+/* One vector of columns over step n of those at hand; count: of its rates. */
+MECHC_STATIC void mechc_pair_columns(const mechc_tableau *tableau, const mechc_pair_stages *stages,
+                                     int n, double h, int count, const mechc_directions *d,
+                                     int block, const mechc_vector *start, mechc_vector *end,
+                                     mechc_vector rates[][MECHC_NX])
+{
+    mechc_vector at[MECHC_NX];
+    const double *tangent = stages->tangents + n * d->block;
+    for (int i = 0; i < count; i++) {
+        const double *row = tableau->matrix + i * MECHC_MOST_RATES;
+        mechc_stage_columns(row, i, h, start, d->width, rates, at);
+        if (i == tableau->stages) mechc_onto_tangent(tangent, d->width, block, at);
+        mechc_stage_rates(stages->slopes + (i * MECHC_LANES + n) * d->block, stages->kept[i], at,
+                          d->width, block, rates[i]);
+    }
+    const double *row = tableau->matrix + tableau->stages * MECHC_MOST_RATES;
+    mechc_stage_columns(row, tableau->stages, h, start, d->width, rates, at);
+    mechc_onto_tangent(tangent, d->width, block, at);
+    for (int k = 0; k < MECHC_NX; k++) end[k * d->width] = at[k];
+}
+#endif

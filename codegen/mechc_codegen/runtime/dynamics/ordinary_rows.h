@@ -1,0 +1,53 @@
+/* What the constraint rows are like at ordinary configurations.
+ *
+ * Conditioning compares rows with the longest of them.  Where links come in line all rows may vanish
+ * together, the only row of a rod between two cranks for instance, and then the longest says
+ * nothing.  A turn of an angle by a radian changes a row by as much as it has elsewhere; a tenth of
+ * this is what rows are compared with where they are shorter, and what rounding of the loops' gaps
+ * comes from.  Other coordinates have no scale of their own, and add nothing.
+ */
+#pragma once
+
+#include "dynamics/scalar_stage.h"
+
+#if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
+/* The longest of the rows of this change, squared, and the largest sum of the entries of one. */
+MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_scalar_place *there,
+                                    double by, double *length, double *sum)
+{
+    for (int i = 0; i < MECHC_NH; i++) {
+        double square = 0.0, entries = 0.0;
+        for (int j = 0; j < MECHC_NU; j++) {
+            const int k = i * MECHC_NU + j;
+            const double change = (there->jacobian[k] - here->jacobian[k]) / by;
+            square += change * change / here->mass[j * MECHC_NU + j];
+            entries += fabs(change);
+        }
+        if (square > *length && square < HUGE_VAL) *length = square;
+        if (entries > *sum && entries < HUGE_VAL) *sum = entries;
+    }
+}
+
+MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
+{
+    static const int angles[] = {MECHC_ANGLES};
+    const double by = 1e-3;
+    double moved[MECHC_NQ], length = 0.0, sum = 0.0;
+    mechc_scalar_place here, there;
+    mechc_scalar_locate_all(t, q, given, &here);
+    memcpy(moved, q, sizeof moved);
+    for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
+        moved[angles[i]] += by;
+        mechc_scalar_locate_all(t, moved, given, &there);
+        mechc_meet_change(&here, &there, by, &length, &sum);
+        moved[angles[i]] = q[angles[i]];
+    }
+    given->k[MECHC_ORDINARY_LENGTH] = MECHC_OF_A_RADIAN * MECHC_OF_A_RADIAN * length;
+    given->k[MECHC_ORDINARY_SUM] = MECHC_OF_A_RADIAN * sum;
+}
+#elif MECHC_NC > 0
+MECHC_INLINE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)
+{
+    (void)t, (void)q, (void)given;
+}
+#endif

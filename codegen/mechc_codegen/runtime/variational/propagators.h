@@ -1,0 +1,220 @@
+/* Propagators of steps by Gauss's collocation, several steps in the lanes: the columns at a step's
+ * end are P S + Q along those at its start, whatever these are.
+ *
+ * The end follows the stages' accelerations by the rows W, and these solve K a = A S + B.  Z = W K^-1
+ * is found from the transposed system, which has as many right sides as the state has components.
+ */
+#pragma once
+
+#include "methods/gauss_stages.h"
+#include "variational/collocation.h"
+
+#if MECHC_VARIATIONAL
+#define MECHC_NODE_UNKNOWNS (MECHC_STAGES * MECHC_UNKNOWNS)
+#define MECHC_PROPAGATES (MECHC_UNKNOWNS <= 6) /* larger matrices leave the cache */
+
+#if MECHC_PROPAGATES
+typedef struct {
+    mechc_vector h;
+    mechc_vector dense[MECHC_NX * MECHC_MOST_DENSE], start[MECHC_NX];
+    mechc_vector slopes[MECHC_STAGES][MECHC_NX * MECHC_SLOPES];
+    mechc_vector matrix[MECHC_NODE_UNKNOWNS * MECHC_NODE_UNKNOWNS], inverse[MECHC_NODE_UNKNOWNS];
+    mechc_vector weights[MECHC_NX * MECHC_NODE_UNKNOWNS]; /* W, then Z */
+    mechc_vector whole[MECHC_NX * MECHC_SLOPES], tangent[MECHC_NX * MECHC_SLOPES];
+} mechc_propagation;
+
+/* States of stage a, in the lanes. */
+MECHC_INLINE void mechc_node_states(const mechc_propagation *g, double s, int rows,
+                                    mechc_vector *state)
+{
+    double weight = 1.0;
+    for (int k = 0; k < MECHC_NX; k++) state[k] = g->start[k];
+    for (int row = 0; row < rows; row++) {
+        weight *= row % 2 ? 1.0 - s : s;
+        for (int k = 0; k < MECHC_NX; k++) state[k] += weight * g->dense[row * MECHC_NX + k];
+    }
+}
+
+MECHC_STATIC void mechc_load_steps(const mechc_trajectory *record, ptrdiff_t first, int count,
+                                   mechc_propagation *g)
+{
+    const int width = MECHC_NX * record->dense_rows;
+    double h[MECHC_LANES];
+    for (int n = 0; n < count; n++) h[n] = record->t[first + n + 1] - record->t[first + n];
+    mechc_fill_lanes(h, count, 1, &g->h);
+    mechc_fill_lanes(record->y + first * MECHC_NX, count, MECHC_NX, g->start);
+    mechc_fill_lanes(record->dense + first * width, count, width, g->dense);
+}
+
+/* Times and states of stage a. */
+MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_trajectory *record,
+                                           ptrdiff_t first, int count, int a,
+                                           const mechc_propagation *g, double *t,
+                                           mechc_vector *state)
+{
+    mechc_vector time;
+    for (int n = 0; n < count; n++)
+        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], rule->nodes[a]);
+    mechc_fill_lanes(t, count, 1, &time);
+    mechc_node_states(g, rule->nodes[a], record->dense_rows, state);
+    return time;
+}
+
+/* Derivatives of the rates at all stages; all stages of a step are kept on the constraints or none
+ * is. */
+MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_trajectory *record,
+                                    ptrdiff_t first, int count, const mechc_given_twice *given,
+                                    mechc_propagation *g)
+{
+    mechc_vector state[MECHC_NX], rates[MECHC_NX];
+    mechc_mask kept = {0};
+    double t[MECHC_LANES];
+    for (int a = 0; MECHC_NC > 0 && a < MECHC_STAGES; a++) {
+        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
+        kept |= mechc_keeps(MECHC_GAUSS8, state, time, given);
+    }
+    for (int a = 0; a < MECHC_STAGES; a++) {
+        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
+        if (mechc_any(kept)) mechc_keep_lanes(given, t, count, kept, state);
+        mechc_vector_linearise(time, state, &given->vector, kept, rates, g->slopes[a]);
+    }
+}
+
+/* K and W: unknown i of stage a has the place a MECHC_UNKNOWNS + i. */
+MECHC_STATIC void mechc_node_matrix(const mechc_rule *rule, mechc_propagation *g)
+{
+    const int n = MECHC_NODE_UNKNOWNS, m = MECHC_UNKNOWNS, nq = MECHC_FIRST_UNKNOWN;
+    for (int a = 0; a < MECHC_STAGES; a++)
+        for (int b = 0; b < MECHC_STAGES; b++) {
+            const mechc_vector once = g->h * rule->first[a][b];
+            const mechc_vector twice = g->h * g->h * rule->second[a][b];
+            for (int i = 0; i < m; i++) {
+                const mechc_vector *row = g->slopes[a] + (nq + i) * MECHC_SLOPES;
+                mechc_vector *to = g->matrix + (a * m + i) * n + b * m;
+                for (int k = 0; k < m; k++) {
+                    to[k] = -once * row[nq + k];
+                    if (k < nq) to[k] -= twice * row[k];
+                    if (a == b && i == k) to[k] += 1.0;
+                }
+            }
+        }
+    for (int k = 0; k < MECHC_NX * n; k++) g->weights[k] = mechc_spread(0.0);
+    for (int b = 0; b < MECHC_STAGES; b++)
+        for (int i = 0; i < m; i++) {
+            g->weights[(nq + i) * n + b * m + i] = g->h * rule->first[MECHC_STAGES][b];
+            if (nq) g->weights[i * n + b * m + i] = g->h * g->h * rule->second[MECHC_STAGES][b];
+        }
+}
+
+/* Row j + 1 below row j, and how the rows below follow both: two pivots share each load. */
+MECHC_INLINE mechc_vector mechc_factor_pair(mechc_propagation *g, int j, mechc_vector growth)
+{
+    const int n = MECHC_NODE_UNKNOWNS;
+    mechc_vector *first = g->matrix + j * n, *second = first + n;
+    g->inverse[j] = 1.0 / first[j];
+    second[j] *= g->inverse[j];
+    for (int k = j + 1; k < n; k++) second[k] -= second[j] * first[k];
+    g->inverse[j + 1] = 1.0 / second[j + 1];
+    growth = mechc_larger(growth, second[j]);
+    for (int i = j + 2; i < n; i++) {
+        mechc_vector *below = g->matrix + i * n;
+        const mechc_vector one = below[j] * g->inverse[j];
+        const mechc_vector two = (below[j + 1] - one * first[j + 1]) * g->inverse[j + 1];
+        growth = mechc_larger(mechc_larger(growth, one), two);
+        below[j] = one, below[j + 1] = two;
+        for (int k = j + 2; k < n; k++) below[k] = (below[k] - one * first[k]) - two * second[k];
+    }
+    return growth;
+}
+
+/* K = L U; 0 where a factor is too large without exchanges. */
+MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
+{
+    mechc_vector growth = mechc_spread(0.0);
+    for (int j = 0; j < MECHC_NODE_UNKNOWNS; j += 2) growth = mechc_factor_pair(g, j, growth);
+    return mechc_greatest(growth) <= MECHC_GROWTH;
+}
+
+/* Z = W U^-1 L^-1 in the place of W. */
+MECHC_STATIC void mechc_weigh_nodes(mechc_propagation *g)
+{
+    const int n = MECHC_NODE_UNKNOWNS;
+    mechc_vector sum[MECHC_NX];
+    for (int back = 0; back < 2; back++)
+        for (int step = 0; step < n; step++) {
+            const int j = back ? n - 1 - step : step;
+            const int first = back ? j + 1 : 0, last = back ? n : j;
+            for (int r = 0; r < MECHC_NX; r++) sum[r] = g->weights[r * n + j];
+            for (int i = first; i < last; i++) {
+                const mechc_vector entry = g->matrix[i * n + j];
+                for (int r = 0; r < MECHC_NX; r++) sum[r] -= g->weights[r * n + i] * entry;
+            }
+            for (int r = 0; r < MECHC_NX; r++)
+                g->weights[r * n + j] = back ? sum[r] : sum[r] * g->inverse[j];
+        }
+}
+
+/* Column k of the rates of all stages through Z; drift: weighed by the time since the start. */
+MECHC_INLINE void mechc_through_nodes(const mechc_rule *rule, const mechc_propagation *g, int k,
+                                      int drift, mechc_vector *sum)
+{
+    const int m = MECHC_UNKNOWNS, nq = MECHC_FIRST_UNKNOWN;
+    for (int a = 0; a < MECHC_STAGES; a++)
+        for (int i = 0; i < m; i++) {
+            mechc_vector slope = g->slopes[a][(nq + i) * MECHC_SLOPES + k];
+            if (drift) slope *= g->h * rule->nodes[a];
+            for (int r = 0; r < MECHC_NX; r++)
+                sum[r] += g->weights[r * MECHC_NODE_UNKNOWNS + a * m + i] * slope;
+        }
+}
+
+/* The propagators before the projection of the ends. */
+MECHC_STATIC void mechc_combine_nodes(const mechc_rule *rule, mechc_propagation *g)
+{
+    const int nq = MECHC_FIRST_UNKNOWN;
+    for (int k = 0; k < MECHC_SLOPES; k++) {
+        mechc_vector sum[MECHC_NX];
+        for (int r = 0; r < MECHC_NX; r++) sum[r] = mechc_spread(k == r ? 1.0 : 0.0);
+        if (nq && k >= nq && k < MECHC_NX) {
+            sum[k - nq] += g->h;
+            mechc_through_nodes(rule, g, k - nq, 1, sum);
+        }
+        mechc_through_nodes(rule, g, k, 0, sum);
+        for (int r = 0; r < MECHC_NX; r++) g->whole[r * MECHC_SLOPES + k] = sum[r];
+    }
+}
+
+/* Those of the projected ends. */
+MECHC_STATIC void mechc_project_nodes(mechc_propagation *g)
+{
+    for (int k = 0; k < MECHC_SLOPES; k++) {
+        mechc_vector sum[MECHC_NX];
+        for (int r = 0; r < MECHC_NX; r++)
+            sum[r] = k < MECHC_NX ? mechc_spread(0.0) : g->tangent[r * MECHC_SLOPES + k];
+        for (int i = 0; i < MECHC_NX; i++)
+            for (int r = 0; r < MECHC_NX; r++)
+                sum[r] += g->tangent[r * MECHC_SLOPES + i] * g->whole[i * MECHC_SLOPES + k];
+        for (int r = 0; r < MECHC_NX; r++) g->whole[r * MECHC_SLOPES + k] = sum[r];
+    }
+}
+
+/* Of `count` <= MECHC_LANES steps from `first` on, NX rows of MECHC_SLOPES; 0 where the elimination
+ * needs exchanges of rows. */
+MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_trajectory *record,
+                               ptrdiff_t first, int count, const mechc_given_twice *given,
+                               mechc_propagation *g)
+{
+    mechc_load_steps(record, first, count, g);
+    mechc_node_slopes(rule, record, first, count, given, g);
+    mechc_node_matrix(rule, g);
+    if (!mechc_factor_nodes(g)) return 0;
+    mechc_weigh_nodes(g);
+    mechc_combine_nodes(rule, g);
+#if MECHC_NC > 0
+    mechc_tangents_in_lanes(given, record, first, count, g->tangent);
+    mechc_project_nodes(g);
+#endif
+    return 1;
+}
+#endif
+#endif

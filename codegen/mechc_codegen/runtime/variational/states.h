@@ -1,0 +1,101 @@
+/* The states that derivatives are taken at, several in the lanes. */
+#pragma once
+
+#include "abi/run.h"
+#include "dynamics/generic_rank.h"
+#include "dynamics/project.h"
+#include "run/tableau.h"
+#include "simd/bind_vector.h"
+#include "variational/linearise.h"
+#include "simd/unbind.h"
+#include "simd/transpose.h"
+#include "simd/vector.h"
+#include "singularities/monitor.h"
+
+#if MECHC_VARIATIONAL
+typedef struct {
+    mechc_scalar_given scalar;
+    mechc_vector_given vector;
+} mechc_given_twice;
+
+MECHC_STATIC void mechc_give_twice(const mechc_trajectory *trajectory, const double *p,
+                                   const mechc_inputs *inputs, mechc_given_twice *given)
+{
+    mechc_give_at(trajectory->t[0], trajectory->y, p, inputs, 0, &given->scalar);
+    for (int i = 0; i < MECHC_NP; i++) given->vector.p[i] = mechc_spread(given->scalar.p[i]);
+    for (int i = 0; i < MECHC_CONSTANTS; i++)
+        given->vector.k[i] = mechc_spread(given->scalar.k[i]);
+    for (int lane = 0; lane < MECHC_LANES; lane++)
+        mechc_vector_give_inputs(&given->vector, lane, inputs);
+    mechc_vector_give_stop(&given->vector, 0);
+}
+
+/* A time at the fraction s of a step, strictly within it: inputs may jump at its ends. */
+MECHC_INLINE double mechc_within(double before, double after, double s)
+{
+    if (s > 0.0 && s < 1.0) return before + (after - before) * s;
+    return s > 0.0 ? nextafter(after, before) : nextafter(before, after);
+}
+
+/* `count` <= MECHC_LANES rows in the lanes; the last one is repeated. */
+MECHC_INLINE void mechc_fill_lanes(const double *rows, int count, int width, mechc_vector *out)
+{
+    for (int i = 0; i < width; i++) {
+        double column[MECHC_LANES];
+        for (int lane = 0; lane < MECHC_LANES; lane++)
+            column[lane] = rows[(lane < count ? lane : count - 1) * width + i];
+        memcpy(&out[i], column, sizeof column);
+    }
+}
+
+MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int width, double *out)
+{
+    for (int i = 0; i < width && count < MECHC_LANES; i++) {
+        double column[MECHC_LANES];
+        memcpy(column, &values[i], sizeof column);
+        for (int lane = 0; lane < count; lane++) out[lane * width + i] = column[lane];
+    }
+    if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
+}
+
+/* The lanes in which the method keeps a stage on the constraints. */
+MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc_vector t,
+                                    const mechc_given_twice *given)
+{
+#if MECHC_NC > 0
+    if (method == MECHC_DOPRI5 || method == MECHC_RADAU5) return ~(mechc_mask){0};
+    return ~(mechc_vector_conditioning_there(t, state, &given->vector) > MECHC_CLEAR * MECHC_CLEAR);
+#else
+    (void)method, (void)state, (void)t, (void)given;
+    return (mechc_mask){0};
+#endif
+}
+
+
+/* States of `count` lanes, those of the mask, moved onto the constraints. */
+MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double *t, int count,
+                                   mechc_mask which, mechc_vector *state)
+{
+    double y[MECHC_LANES * MECHC_NX];
+    mechc_empty_lanes(state, count, MECHC_NX, y);
+    for (int n = 0; n < count; n++)
+        if (which[n]) mechc_project_between(t[n], y + n * MECHC_NX, &given->scalar);
+    mechc_fill_lanes(y, count, MECHC_NX, state);
+}
+
+#if MECHC_NC > 0
+/* Derivatives of the projection of the ends of the steps from `first` on. */
+MECHC_ONCE void mechc_tangents_in_lanes(const mechc_given_twice *given,
+                                        const mechc_trajectory *record, ptrdiff_t first, int count,
+                                        mechc_vector *tangents)
+{
+    mechc_vector time, state[MECHC_NX];
+    double t[MECHC_LANES];
+    for (int n = 0; n < count; n++)
+        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], 1.0);
+    mechc_fill_lanes(t, count, 1, &time);
+    mechc_fill_lanes(record->y + (first + 1) * MECHC_NX, count, MECHC_NX, state);
+    mechc_vector_tangent(time, state, &given->vector, tangents);
+}
+#endif
+#endif

@@ -1,0 +1,188 @@
+/* Columns of derivatives over the steps of a run, each step by the method that made it. */
+#pragma once
+
+#include "abi/variation.h"
+#include "run/dense_output.h"
+#include "variational/collocation.h"
+#include "variational/explicit.h"
+#include "variational/propagators.h"
+
+#if MECHC_VARIATIONAL
+/* Work space of a call. */
+typedef struct {
+    mechc_given_twice given;
+    mechc_rule rules[2]; /* of Gauss and Radau */
+    mechc_pair_stages stages;
+    mechc_nodes_at_hand nodes;
+    mechc_directions directions;
+    double *tangents; /* of the ends of MECHC_LANES steps of collocation, or propagators */
+#if MECHC_PROPAGATES
+    mechc_propagation propagation;
+#endif
+    mechc_vector *room, **rows;     /* of an elimination */
+    mechc_vector *before, *after;   /* columns of a step */
+} mechc_varying;
+
+MECHC_INLINE int mechc_is_pair(int method)
+{
+    return method == MECHC_DOPRI5 || method == MECHC_DOP853;
+}
+
+MECHC_STATIC void mechc_free_varying(mechc_varying *w)
+{
+    if (!w) return;
+    mechc_free_directions(&w->directions);
+    free(w->stages.slopes);
+    free(w->tangents);
+    free(w->nodes.slopes);
+    free(w->room);
+    free(w->rows);
+    free(w->before);
+    free(w->after);
+    free(w);
+}
+
+/* NULL without memory. */
+MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, const double *p,
+                                              const mechc_inputs *inputs, const double *directions,
+                                              int columns)
+{
+    const size_t size = (sizeof(mechc_varying) + 63) / 64 * 64;
+    const size_t most = MECHC_MOST_NODES * MECHC_NX;
+    mechc_varying *w = aligned_alloc(64, size);
+    if (!w) return 0;
+    memset(w, 0, size);
+    const int taken = mechc_take_directions(directions, columns, &w->directions);
+    const size_t width = (size_t)w->directions.width;
+    const size_t block = w->directions.block / MECHC_LANES;
+    w->stages.slopes = (double *)mechc_new_vectors(MECHC_MOST_RATES * MECHC_LANES * block);
+    w->tangents = w->stages.tangents = (double *)mechc_new_vectors(MECHC_LANES * block);
+    w->nodes.slopes = (double *)mechc_new_vectors(MECHC_MOST_NODES * block);
+    w->room = mechc_new_vectors(most * (most / MECHC_LANES + 1 + width));
+    w->rows = malloc(most * sizeof *w->rows);
+    w->before = mechc_new_vectors(MECHC_NX * width);
+    w->after = mechc_new_vectors(MECHC_NX * width);
+    if (!taken || !w->stages.slopes || !w->tangents || !w->nodes.slopes || !w->room || !w->rows || !w->before || !w->after) {
+        mechc_free_varying(w);
+        return 0;
+    }
+    mechc_give_twice(record, p, inputs, &w->given);
+    mechc_gauss_rule(&w->rules[0]);
+    mechc_radau_rule(&w->rules[1]);
+    return w;
+}
+
+/* The rates of an explicit step's vector of columns. */
+MECHC_STATIC void mechc_keep_rates(mechc_vector rates[][MECHC_NX], int count, int columns,
+                                   int block, double *to)
+{
+    const int left = columns - block * MECHC_LANES;
+    for (int i = 0; i < count * MECHC_NX; i++)
+        mechc_unpad(&rates[i / MECHC_NX][i % MECHC_NX], left < MECHC_LANES ? left : MECHC_LANES,
+                    to + i * columns + block * MECHC_LANES);
+}
+
+MECHC_INLINE double *mechc_rates_of(const mechc_variation *v, ptrdiff_t step, int count)
+{
+    return v->rates ? v->rates + (step - v->first) * count * MECHC_NX * v->columns : 0;
+}
+
+/* The columns at the end of a step, out of the work space; they are the next step's start. */
+MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptrdiff_t step)
+{
+    double *to = v->ends + (step + 1 - v->first) * MECHC_NX * v->columns;
+    mechc_vector *const kept = w->before;
+    for (int i = 0; i < MECHC_NX; i++)
+        mechc_unpad(w->after + i * w->directions.width, v->columns, to + i * v->columns);
+    if (!v->restart) w->before = w->after, w->after = kept;
+}
+
+/* `count` steps of an explicit pair from `step` on. */
+MECHC_STATIC void mechc_vary_pairs(mechc_varying *w, const mechc_variation *v, int method,
+                                   ptrdiff_t step, int count)
+{
+    const mechc_tableau *tableau = mechc_pair_tableau(method);
+    const int taken = v->rates ? tableau->rates : tableau->stages;
+    mechc_take_pair_stages(method, v->trajectory, step, count, taken, &w->given,
+                           &w->directions, &w->stages);
+    for (int n = 0; n < count; n++, step++) {
+        const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
+        for (int block = 0; block < w->directions.width; block++) {
+            mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
+            mechc_pair_columns(tableau, &w->stages, n, h, taken, &w->directions, block,
+                               w->before + block, w->after + block, rates);
+            if (v->rates)
+                mechc_keep_rates(rates, taken, v->columns, block, mechc_rates_of(v, step, taken));
+        }
+        mechc_end_step(w, v, step);
+    }
+}
+
+/* Steps by Gauss's collocation through their propagators; 0 where these cannot be found. */
+MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *v, ptrdiff_t step,
+                                       int count)
+{
+#if MECHC_PROPAGATES
+    const mechc_directions *d = &w->directions;
+    mechc_propagation *g = &w->propagation;
+    if (!mechc_propagate(&w->rules[0], v->trajectory, step, count, &w->given, g)) return 0;
+    mechc_along_columns(g->whole, 0, count, d, w->tangents);
+    for (int n = 0; n < count; n++) {
+        const double *block = w->tangents + n * d->block;
+        for (int i = 0; i < MECHC_NX; i++)
+            for (int k = 0; k < d->width; k++)
+                w->after[i * d->width + k] =
+                    mechc_row_along(block, i, d->width, k, w->before + k, d->width);
+        mechc_end_step(w, v, step + n);
+    }
+    return 1;
+#else
+    (void)w, (void)v, (void)step, (void)count;
+    return 0;
+#endif
+}
+
+/* `count` steps by collocation; 0 where the equations of one are singular. */
+MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, int method,
+                                  ptrdiff_t step, int count)
+{
+    const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
+    const mechc_directions *d = &w->directions;
+    int whole = 1;
+    if (method == MECHC_GAUSS8 && !v->rates && mechc_vary_propagated(w, v, step, count)) return 1;
+    mechc_end_tangents(&w->given, v->trajectory, step, count, d, w->tangents);
+    for (int n = 0; n < count; n++, step++) {
+        const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
+        mechc_take_nodes(method, rule, v->trajectory, step, &w->given, d, &w->nodes);
+        whole &= mechc_collocation_of(rule, w->nodes.kept, d->width)(
+            rule, &w->nodes, h, d, w->tangents + n * d->block, w->before, w->room, w->rows,
+            w->after, mechc_rates_of(v, step, rule->stages));
+        mechc_end_step(w, v, step);
+    }
+    return whole;
+}
+
+/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular. */
+MECHC_RARE int mechc_vary(const mechc_variation *v)
+{
+    const unsigned char *methods = v->trajectory->methods;
+    mechc_varying *w =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->columns);
+    if (!w) return MECHC_MEMORY_LIMIT;
+    int whole = 1;
+    for (int i = 0; i < MECHC_NX; i++)
+        mechc_pad(v->ends + i * v->columns, v->columns, w->directions.width,
+                  w->before + i * w->directions.width);
+    for (ptrdiff_t step = v->first; whole && step < v->last;) {
+        int count = 1;
+        while ((step + count) % MECHC_LANES && step + count < v->last
+               && methods[step + count] == methods[step])
+            count++;
+        if (mechc_is_pair(methods[step])) mechc_vary_pairs(w, v, methods[step], step, count);
+        else whole = mechc_vary_nodes(w, v, methods[step], step, count);
+        step += count;
+    }
+    mechc_free_varying(w);
+    return whole ? MECHC_RUNNING : MECHC_NOT_FINITE;
+}
+#endif

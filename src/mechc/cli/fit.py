@@ -1,0 +1,217 @@
+"""The command ``mechc fit``: values from recorded motions in CSV files."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+import re
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mechc
+from mechc.assembly.initial_values import filled_start
+from mechc.cli.arguments import (
+    STATE,
+    known,
+    model_of,
+    number,
+    output_folder,
+    tolerance,
+    values_of,
+    whole,
+)
+from mechc.cli.own_models import is_own
+from mechc.errors import MechcError, UnknownNameError
+from mechc.fitting.quantities import Measured, checked_measured
+from mechc.fitting.recordings import SECONDS, TIMES
+from mechc.progress import ProgressBar
+from mechc.results.durable import write_text, written_into
+from mechc.results.figures import _save, _settled
+from mechc.system.kinds import Kind
+from mechc.system.parameters import NamedQuantity
+from mechc.system.units import UNITS, read_value
+
+OUTPUTS = ("energy", "points", "sensitivities")
+FAILED = 1
+_HEADER = re.compile(r"\s*'?(.*?)\s*(?:\[\s*([^\]\d,][^\]]*)\]|\(\s*([^)]*)\))?\s*")
+Table = dict[str, tuple[str, list[float]]]  # column -> its unit and its numbers
+
+
+def fit_command(chosen: argparse.Namespace) -> int:
+    """Reads the recordings, fits, prints the values, draws."""
+    if not is_own(chosen.name):
+        known(chosen.name)
+    if not chosen.free:
+        raise MechcError("say what is to be found: --free NAME=LOW:HIGH, for instance m_1=0.1:5")
+    rtol = tolerance(chosen)
+    tables = [_read(Path(path)) for path in chosen.data]
+    model = model_of(chosen, OUTPUTS)
+    measured = _measured(model, chosen.measure, tables)
+    recordings = [_recording(t, measured, p) for t, p in zip(tables, chosen.data, strict=True)]
+    free = dict(_free(model, text) for text in chosen.free)
+    start, guess = _start(model, chosen, free)
+    folder = output_folder(chosen, "mechc_fit")
+    began = time.perf_counter()
+    with ProgressBar(f"fitting {model.name}") as bar:
+        result = model.fit(
+            recordings, free, _sigmas(measured), y0=start, guess=guess,
+            params=values_of(model, chosen.parameters, model.parameters, "parameter"),
+            starts=whole("--starts", chosen.starts), seed=whole("--seed", chosen.seed),
+            loss=chosen.loss, f_scale=number("--f-scale", chosen.f_scale), rtol=rtol,
+            method=chosen.method, progress=bar.update,
+        )  # fmt: skip
+    told = {**result.to_json(), "wall_s": time.perf_counter() - began}
+    print(json.dumps(told) if chosen.json else result)
+    if folder is not None:
+        with ProgressBar("drawing"), written_into(folder):
+            _write(result, told, folder)
+        if not chosen.json:
+            print(f"\nwritten into {folder.resolve()}: fit.png, fit.svg, fit.json")
+    return 0 if result.converged else FAILED
+
+
+def _write(result: Any, told: Any, folder: Path) -> None:
+    figure = _settled(result.plot())
+    for extension in ("png", "svg"):
+        _save(figure, folder / f"fit.{extension}", 150.0)
+    write_text(folder / "fit.json", json.dumps(told, indent=1) + "\n")
+
+
+# -- recordings -------------------------------------------------------------------------------
+
+
+def _read(path: Path) -> Table:
+    """The columns of a CSV file with a header; an empty cell is a missing sample."""
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    if not rows:
+        raise MechcError(f"{path} is empty")
+    header = [_column(cell) for cell in rows[0]]
+    numbers = [_numbers(row, len(header), path, k + 2) for k, row in enumerate(rows[1:])]
+    return {
+        name: (unit, [row[k] for row in numbers]) for k, (name, unit) in enumerate(header) if name
+    }
+
+
+def _column(cell: str) -> tuple[str, str]:
+    """``theta_0 [deg]``, ``theta_0 (deg)`` or ``points[2,0]``: name and unit."""
+    match = _HEADER.fullmatch(cell)
+    if match is None:
+        return "".join(cell.split()), ""
+    name, unit, other = match.groups()
+    return "".join(name.split()), (unit or other or "").strip()
+
+
+def _numbers(row: list[str], width: int, path: Path, line: int) -> list[float]:
+    cells = [*row, *[""] * (width - len(row))]
+    try:
+        return [float(cell) if cell.strip() else math.nan for cell in cells]
+    except ValueError as error:
+        raise MechcError(f"{path}, line {line}: {error}") from None
+
+
+def _recording(table: Table, measured: Iterable[Measured], path: str) -> dict[str, Any]:
+    """Columns in SI units."""
+    key = next((name for name in TIMES if name in table), None)
+    if key is None:
+        raise MechcError(f"{path} has no column 't' or 'time'")
+    unit = table[key][0]
+    scale = 1.0 if unit in SECONDS else _factor(unit, Kind.TIME, key)
+    found = {"t": scale * np.array(table[key][1])}
+    for one in measured:
+        if one.name not in table:
+            raise UnknownNameError(f"column of {path}", one.name, table)
+        unit, values = table[one.name]
+        found[one.name] = _factor(unit or one.unit, one.kind, one.name, one.unit) * np.array(values)
+    return found
+
+
+def _factor(unit: str, kind: Kind, name: str, own: str = "s") -> float:
+    choices = UNITS.get(kind, {own: 1.0})
+    if unit not in choices:
+        raise MechcError(f"{name}: {unit!r} is not one of its units; use {' or '.join(choices)}")
+    return choices[unit]
+
+
+# -- what is measured and free ----------------------------------------------------------------
+
+
+def _measured(model: mechc.Model, typed: Iterable[str], tables: list[Table]) -> Any:
+    """As typed, NAME or NAME=SIGMA; else every column that the model knows."""
+    pairs: dict[str, float | None] = {}
+    for text in typed:
+        name, sign, value = text.partition("=")
+        key = "".join(name.split())
+        one = checked_measured(model.system, [key])[0]
+        pairs[key] = read_value(value, _quantity(one)) if sign else None
+    if pairs:
+        unknown = any(sigma is None for sigma in pairs.values())
+        return checked_measured(model.system, list(pairs) if unknown and not any(pairs.values())
+                                else pairs)  # fmt: skip
+    return checked_measured(model.system, _known_columns(model, tables))
+
+
+def _known_columns(model: mechc.Model, tables: list[Table]) -> list[str]:
+    columns = [name for name in tables[0] if name not in TIMES]
+    found = []
+    for name in columns:
+        try:
+            checked_measured(model.system, [name])
+        except (MechcError, ValueError):
+            continue
+        found.append(name)
+    if not found:
+        raise MechcError(
+            f"no column is a quantity of {model.name}: the columns are {', '.join(columns)}, the "
+            f"coordinates and speeds {', '.join((*model.coordinates, *model.speeds))}"
+        )
+    return found
+
+
+def _quantity(one: Measured) -> NamedQuantity:
+    return NamedQuantity(one.name, one.unit, one.name, 0.0, math.inf, False, one.kind)
+
+
+def _sigmas(measured: Iterable[Measured]) -> Any:
+    pairs = {one.name: one.sigma for one in measured}
+    return list(pairs) if any(map(math.isnan, pairs.values())) else pairs
+
+
+def _free(model: mechc.Model, text: str) -> tuple[str, tuple[float | None, float | None] | None]:
+    """NAME, or NAME=LOW:HIGH with units; a side left empty has no bound."""
+    name, sign, ends = (part.strip() for part in text.partition("="))
+    if not sign:
+        return name, None
+    low, colon, high = ends.partition(":")
+    if not colon or name not in model.quantities:
+        if name in model.quantities:
+            raise MechcError(f"--free {text}: write NAME=LOW:HIGH, for instance m_1=0.1:5")
+        raise UnknownNameError("parameter, coordinate or speed", name, model.quantities)
+    quantity = model.quantities[name]
+    return name, (_end(low, quantity), _end(high, quantity))
+
+
+def _end(typed: str, quantity: NamedQuantity) -> float | None:
+    return read_value(typed, quantity) if typed.strip() else None
+
+
+def _start(
+    model: mechc.Model, chosen: argparse.Namespace, free: dict[str, Any]
+) -> tuple[dict[str, float] | None, dict[str, float]]:
+    """What is given of the start, filled up as ``mechc run`` does; None where nothing is."""
+    states = (*model.coordinates, *model.speeds)
+    given = values_of(model, chosen.start, states, STATE)
+    guess = values_of(model, chosen.guess, model.coordinates, "coordinate")
+    if not given:
+        return None, guess
+    every = {name: math.nan for name in free if name in states} | given
+    coordinates = {name: value for name, value in every.items() if name in model.coordinates}
+    speeds = {name: value for name, value in every.items() if name in model.speeds}
+    q, u, near = filled_start(model.system, coordinates, speeds, guess)
+    return {name: value for name, value in {**q, **u}.items() if not math.isnan(value)}, near

@@ -1,0 +1,1 @@
+"""Motions as differentiable functions: of NumPy arrays, under JAX, under PyTorch."""

@@ -1,0 +1,115 @@
+"""Motions under JAX: compiled code called back, with its own rule of differentiation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cache, partial
+from typing import Any
+
+from mechc.differentiable.motion import Motion, motion_of
+from mechc.errors import MechcError, MissingPackageError
+
+
+def jax(
+    model: Any, *, t0: float = 0.0, inputs: Mapping[str, Any] | None = None, rtol: float = 1e-9,
+    method: str = "auto",
+) -> Callable[..., Any]:  # fmt: skip
+    """A function ``f(t, y0, params) -> states`` of JAX, under jit, grad, jvp and vmap.
+
+    Parameters
+    ----------
+    model
+        Compiled with the output ``"sensitivities"``.
+    t0
+        When motions begin, s.
+    inputs, rtol, method
+        As in :meth:`mechc.Model.simulate`.
+
+    Returns
+    -------
+    f
+        ``t``: a time or times (nt,) in s, rising.  ``y0``: a mapping of coordinates and speeds,
+        which is assembled, or a state (nq + nu,).  ``params``: a mapping of those that are not at
+        their defaults.  Gives the states (nq + nu,) or (nt, nq + nu), differentiable by all three.
+        ``vmap`` runs a batch on all cores; members of it that fail are NaN.
+
+    Raises
+    ------
+    MissingPackageError
+        Without JAX.
+    UnavailableOutputError
+        If the model has no derivatives of motions.
+    MechcError
+        When called without double precision.
+    """
+    library = _library()
+    driven = model if inputs is None else model.with_inputs(inputs)
+    policy = (("rtol", rtol), ("method", method))
+    motion_of(driven, None, (), t0, dict(policy))
+    made = cache(partial(_differentiable, library, driven, t0, policy))
+
+    def f(t: Any, y0: Any, params: Mapping[Any, Any] | None = None) -> Any:
+        _refuse_single_precision(library)
+        jnp = library.numpy
+        given = params or {}
+        start = tuple(y0) if isinstance(y0, Mapping) else None
+        first = [y0[name] for name in start] if start is not None else list(jnp.asarray(y0))
+        rest = [given[name] for name in given]
+        numbers = [jnp.asarray(each, dtype=jnp.float64) for each in (*first, *rest)]
+        x = jnp.stack(numbers) if numbers else jnp.zeros(0)
+        times = jnp.asarray(t, dtype=jnp.float64)
+        y = made(start, tuple(given))(jnp.atleast_1d(times), x)
+        return y if times.ndim else y[0]
+
+    return f
+
+
+def _library() -> Any:
+    try:
+        import jax as library
+    except ImportError as error:
+        raise MissingPackageError("JAX is not installed: pip install jax") from error
+    return library
+
+
+def _refuse_single_precision(library: Any) -> None:
+    if not library.config.jax_enable_x64:
+        raise MechcError(
+            "motions need double precision: jax.config.update('jax_enable_x64', True) after "
+            "importing jax"
+        )
+
+
+def _differentiable(
+    library: Any, model: Any, t0: float, policy: tuple[tuple[str, Any], ...],
+    start: tuple[Any, ...] | None, parameters: tuple[Any, ...],
+) -> Callable[[Any, Any], Any]:  # fmt: skip
+    """States of t (nt,) and x (k,), with their derivative along (dt, dx)."""
+    motion = motion_of(model, start, parameters, t0, dict(policy))
+    call = partial(_called, library, motion)
+
+    def plain(t: Any, x: Any) -> Any:
+        return call(motion.states, (), t, x)
+
+    states: Callable[[Any, Any], Any] = library.custom_jvp(plain)
+
+    def rule(primals: Any, tangents: Any) -> Any:
+        (t, x), (dt, dx) = primals, tangents
+        y = states(t, x)
+        slopes = call(motion.slopes, (x.shape[-1],), t, x)
+        rates = call(motion.rates, (), t, x, y)
+        return y, slopes @ dx + rates * dt[..., None]
+
+    states.defjvp(rule)  # type: ignore[attr-defined]
+    return states
+
+
+def _called(library: Any, motion: Motion, function: Any, tail: tuple[int, ...], *given: Any) -> Any:
+    """A function of NumPy arrays, called from a computation of JAX."""
+    import numpy as np
+
+    shape = library.ShapeDtypeStruct((*given[0].shape, motion.width, *tail), np.float64)
+    return library.pure_callback(
+        lambda *arrays: function(*(np.asarray(each) for each in arrays)), shape, *given,
+        vmap_method="broadcast_all",
+    )  # fmt: skip

@@ -1,0 +1,230 @@
+"""A motion as a function of its times, start and parameters, with its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.system.names import by_name, name_of, names_of
+from mechc.system.parameters import Array, doubles
+
+START = "y0"
+
+
+def jvp(
+    model: Any, t: Any, y0: Any, params: Any, along: Mapping[Any, Any], t0: float,
+    policy: Mapping[str, Any],
+) -> tuple[Array, Array]:  # fmt: skip
+    """See :meth:`mechc.Model.jvp`."""
+    tangents = by_name(along, "along", "{'l_3': 1.0}")
+    times = _checked_times(t, t0)
+    sol = _solved(model, times, y0, params, list(tangents), t0, policy)
+    moved = np.zeros_like(sol.y)
+    for name, tangent in tangents.items():
+        columns = sol.sensitivity[name]
+        rate = _checked_tangent(name, tangent, columns.shape[2:])
+        moved += columns @ rate if rate.ndim else columns * rate
+    return _as_asked(t, sol.y), _as_asked(t, moved)
+
+
+def vjp(
+    model: Any, t: Any, y0: Any, params: Any, by: Sequence[Any], t0: float,
+    policy: Mapping[str, Any],
+) -> tuple[Array, Callable[[Any], dict[str, Any]]]:  # fmt: skip
+    """See :meth:`mechc.Model.vjp`."""
+    names, times = names_of(by), _checked_times(t, t0)
+    sol = _solved(model, times, y0, params, names, t0, policy)
+    y = _as_asked(t, sol.y)
+
+    def pull(cotangent: Any) -> dict[str, Any]:
+        """Name -> the gradient of sum(cotangent * y): a number; (nq + nu,) by ``"y0"``."""
+        weights = doubles(cotangent, "a cotangent")
+        if weights.shape != y.shape:
+            raise ValueOutOfBoundsError(
+                f"a cotangent has the shape of the states, {y.shape}, not {weights.shape}"
+            )
+        rows = weights.reshape(sol.y.shape)
+        found = {name: np.tensordot(rows, sol.sensitivity[name], 2) for name in names}
+        return {name: each if each.ndim else float(each) for name, each in found.items()}
+
+    return y, pull
+
+
+def _checked_times(t: Any, t0: float) -> Array:
+    times = np.atleast_1d(doubles(t, "the times"))
+    if times.ndim != 1 or not len(times) or not np.isfinite(times).all():
+        raise ValueOutOfBoundsError("the times are a number, or finite numbers in a row, in s")
+    if not (np.diff(times) > 0).all() or not times[0] >= t0 or not times[-1] > t0:
+        raise ValueOutOfBoundsError(
+            f"the times must rise, from the start at t0 = {t0:g} s on; t0 can be given"
+        )
+    return times
+
+
+def _checked_tangent(name: str, given: Any, shape: tuple[int, ...]) -> Array:
+    tangent = doubles(given, f"the tangent of {name}")
+    if tangent.shape != shape:
+        raise ValueOutOfBoundsError(f"the tangent of {name} has the shape {shape}")
+    return tangent
+
+
+def _as_asked(t: Any, rows: Array) -> Array:
+    """The end state for a single time."""
+    return rows if np.ndim(t) else np.asarray(rows[0])
+
+
+def _solved(
+    model: Any, times: Array, y0: Any, params: Any, names: Sequence[str], t0: float,
+    policy: Mapping[str, Any],
+) -> Any:  # fmt: skip
+    """The motion at the times, with its derivatives where some are named.
+
+    Raises
+    ------
+    MechcError
+        If it does not reach its end, or a derivative does not exist, with the reason.
+    """
+    sol = model.simulate(
+        (t0, float(times[-1])), y0, params, t_eval=times, sensitivities=names, **policy
+    )
+    if not sol.status.ok:
+        raise MechcError(f"the motion does not reach its end: {sol.status}")
+    if names and sol.sensitivity.notes:
+        raise MechcError(f"the motion has no derivative {'; '.join(sol.sensitivity.notes)}")
+    return sol
+
+
+# -- one vector of all arguments, for the tools that differentiate functions of arrays ------------
+
+
+@dataclass(frozen=True)
+class Motion:
+    """States at times as a function of one vector x: the start's numbers, then parameters.
+
+    Attributes
+    ----------
+    model
+        The :class:`mechc.Model`, driven by its inputs where it has some.
+    start
+        Names of the start's coordinates and speeds; None where x begins with a whole state.
+    parameters
+        Names of the parameters in x; the others have their defaults.
+    t0, policy
+        When motions begin, s, and arguments of ``simulate``.
+    """
+
+    model: Any
+    start: tuple[str, ...] | None
+    parameters: tuple[str, ...]
+    t0: float
+    policy: Mapping[str, Any]
+
+    @property
+    def width(self) -> int:
+        """How many numbers a state has."""
+        return len(self.model.coordinates) + len(self.model.speeds)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What derivatives are by, in the order of x; ``"y0"`` stands for a whole state."""
+        return (*((START,) if self.start is None else self.start), *self.parameters)
+
+    def given(self, x: Array) -> tuple[Any, dict[str, Any]]:
+        """Start and parameters from x (..., k)."""
+        count = self.width if self.start is None else len(self.start)
+        columns = np.moveaxis(x, -1, 0)
+        parameters = dict(zip(self.parameters, _numbers(columns[count:]), strict=True))
+        if self.start is None:
+            return x[..., :count], parameters
+        return dict(zip(self.start, _numbers(columns[:count]), strict=True)), parameters
+
+    def states(self, t: Array, x: Array) -> Array:
+        """States (..., nt, nq + nu) at times (..., nt) for x (..., k); several are a batch.
+
+        Members of a batch that fail are NaN.
+        """
+        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
+        if not leading:
+            return np.asarray(self._one(t, x).y)
+        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
+        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
+        if self.model.inputs or not (times == times[0]).all():
+            found = np.stack([self._one(*each).y for each in zip(times, rows, strict=True)])
+        else:
+            found = self._batch(times[0], rows)
+        return found.reshape(*leading, *found.shape[1:])
+
+    def slopes(self, t: Array, x: Array) -> Array:
+        """Derivatives (..., nt, nq + nu, k) of the states by x."""
+        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
+        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
+        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
+        found = np.stack([self._slope(*each) for each in zip(times, rows, strict=True)])
+        return found.reshape(*leading, *found.shape[1:])
+
+    def rates(self, t: Array, x: Array, y: Array) -> Array:
+        """Derivatives (..., nt, nq + nu) of the states y by the times."""
+        _, parameters = self.given(x)
+        values = self.model.system.parameter_set.resolve(parameters)
+        values = values if values.ndim == 1 else values[..., None, :]
+        return np.asarray(self.model.rhs(np.broadcast_to(t, y.shape[:-1]), y, values))
+
+    def _one(self, t: Array, x: Array, names: Sequence[str] = ()) -> Any:
+        start, parameters = self.given(x)
+        times = _checked_times(t, self.t0)
+        return _solved(self.model, times, start, parameters, names, self.t0, self.policy)
+
+    def _slope(self, t: Array, x: Array) -> Array:
+        sol = self._one(t, x, self.names)
+        columns = [sol.sensitivity[name] for name in self.names]
+        return np.concatenate([c if c.ndim == 3 else c[..., None] for c in columns], axis=-1)
+
+    def _batch(self, t: Array, x: Array) -> Array:
+        start, parameters = self.given(x)
+        times = _checked_times(t, self.t0)
+        batch = self.model.simulate_batch(
+            (self.t0, float(times[-1])), start, parameters, t_eval=times, progress=False,
+            **self.policy,
+        )  # fmt: skip
+        found: Array = batch["y_eval"]
+        found[~batch.ok] = np.nan
+        return found
+
+
+def _numbers(columns: Array) -> list[Any]:
+    """Each a float, or an array of one number a member."""
+    return [column if column.ndim else float(column) for column in columns]
+
+
+def motion_of(
+    model: Any, start: Any, parameters: Any, t0: float, policy: Mapping[str, Any]
+) -> Motion:
+    """The motion as a function of what is named; ``start`` is None for a whole state.
+
+    Raises
+    ------
+    UnavailableOutputError
+        If the model was compiled without ``"sensitivities"``.
+    UnknownNameError
+        For a parameter, coordinate or speed that the model does not have.
+    """
+    if "differentiated" not in model.system.data:
+        raise UnavailableOutputError(
+            f"{model.name} was compiled without derivatives of motions: compile or load it with "
+            "outputs=(..., 'sensitivities')"
+        )
+    named = tuple(name_of(key) for key in parameters)
+    for name in named:
+        if name not in model.parameters:
+            raise UnknownNameError("parameter", name, model.parameters)
+    if start is None:
+        return Motion(model, None, named, t0, policy)
+    begun = tuple(name_of(key) for key in start)
+    for name in begun:
+        if name not in (*model.coordinates, *model.speeds):
+            raise UnknownNameError("coordinate or speed", name, (*model.coordinates, *model.speeds))
+    return Motion(model, begun, named, t0, policy)

@@ -1,0 +1,28 @@
+"""The example programs run, end at what they say, and draw it."""
+
+import re
+import runpy
+
+import pytest
+
+from tests.support import ROOT
+
+pytestmark = pytest.mark.slow
+SHOWN = {
+    "coupler_curve": r"largest distance of a point from the curve: [0-4]\.\d\d mm",
+    "identified_parameters": r"converged(?s:.)*m_1 = 1\.4 lies within\nm_2 = 2\.5 lies within\n"
+    r"c_0 = 0\.8 lies within",
+    "optimised_trajectory": r"terminated successfully\n.*13\.16(?s:.)*ends \d\.\de-1\d",
+}
+
+
+@pytest.mark.parametrize("name", SHOWN)
+def test_it_ends_at_what_it_says(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(ROOT / "examples" / f"{name}.py"), run_name="__main__")
+    assert re.search(SHOWN[name], capsys.readouterr().out)
+    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_every_example_is_tested():
+    assert {path.stem for path in (ROOT / "examples").glob("*.py")} == set(SHOWN)

@@ -1,0 +1,76 @@
+"""Products with derivatives of motions on NumPy arrays."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import mechc
+from tests.support.differences import apart, extrapolated
+
+TIMES = np.array([0.4, 1.1, 2.0])
+START = {"theta_0": 0.8, "omega_0": 0.3}
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return mechc.load("pendulum", outputs=("energy", "points", "sensitivities"))
+
+
+def test_along_a_direction(pendulum):
+    along = {"l_0": 0.7, "theta_0": -0.4, "omega_0": 1.2}
+    y, moved = pendulum.jvp(TIMES, START, {"l_0": 1.3}, along=along, rtol=1e-11)
+
+    def run(step):
+        start = {name: value + step * along[name] for name, value in START.items()}
+        params = {"l_0": 1.3 + step * along["l_0"]}
+        return pendulum.simulate(2.0, start, params, t_eval=TIMES, rtol=1e-13).y
+
+    assert y.shape == moved.shape == (3, 2)
+    assert apart(y, run(0.0)) < 1e-9
+    assert apart(moved, extrapolated(run, 0.01)) < 1e-8
+
+
+def test_pulling_back_is_the_transpose(pendulum):
+    y0, weights = np.array([0.8, 0.3]), np.random.default_rng(0).normal(size=(3, 2))
+    y, pull = pendulum.vjp(TIMES, y0, by=["l_0", "y0", "g"], t0=-0.5)
+    found = pull(weights)
+    assert found["y0"].shape == (2,)
+    for along in ({"l_0": 1.0}, {"g": 1.0}, {"y0": [1.0, 0.0]}, {"y0": [0.0, 1.0]}):
+        there, moved = pendulum.jvp(TIMES, y0, along=along, t0=-0.5)
+        np.testing.assert_array_equal(there, y)
+        (name, tangent), = along.items()  # fmt: skip
+        assert np.dot(found[name], tangent) == pytest.approx((weights * moved).sum(), rel=1e-12)
+
+
+def test_one_time_is_the_end(pendulum):
+    y, moved = pendulum.jvp(2.0, START, along={"l_0": 1.0})
+    assert y.shape == moved.shape == (2,)
+    np.testing.assert_array_equal(y, pendulum.simulate(2.0, START).y[-1])
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"t": [1.0, 0.5], "along": {"l_0": 1.0}}, "times must rise"),
+        ({"t": 1.0, "along": {"y0": [1.0]}}, r"tangent of y0 has the shape \(2,\)"),
+        ({"t": 1.0, "along": {"l_7": 1.0}}, "l_7"),
+        ({"t": 1.0, "t0": 1.5, "along": {"l_0": 1.0}}, "t0"),
+    ],
+)
+def test_wrong_arguments(pendulum, given, words):
+    with pytest.raises(mechc.MechcError, match=words):
+        pendulum.jvp(y0=np.array([0.8, 0.3]), **given)
+
+
+def test_a_cotangent_of_another_shape(pendulum):
+    _, pull = pendulum.vjp(2.0, START, by=["l_0"])
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="shape of the states"):
+        pull(np.ones(3))
+
+
+@pytest.mark.parametrize("tool", ["jax", "torch"])
+def test_without_the_tool(pendulum, tool, monkeypatch):
+    monkeypatch.setitem(sys.modules, tool, None)
+    with pytest.raises(mechc.MissingPackageError, match=f"pip install {tool}"):
+        getattr(mechc, tool)(pendulum)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,7 +33,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
     start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
-    notes += _without_closure(sol, columns, start, float(t[0]), y[0])
+    notes += without_closure(sol, columns, start, float(t[0]), y[0])
     pieces = _pieces(sol, sol._run, columns, start)
     notes += _past_crossings(sol, columns, pieces)
     return Sensitivity(sol, columns, pieces, notes)
@@ -71,7 +71,7 @@ def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -
 # -- where there is no derivative -----------------------------------------------------------------
 
 
-def _without_closure(
+def without_closure(
     sol: Trajectory, columns: Columns, start: Array, t: float, y: Array
 ) -> tuple[str, ...]:
     """Columns along which the loops do not stay closed become NaN: redundant rows forbid it."""
@@ -93,7 +93,17 @@ def _without_closure(
 
 def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
     """Columns that open a crossing, which is one of these lengths only, end there."""
-    notes = []
+    notes: list[str] = []
+    for t, bad, said in ended_columns(sol, columns):
+        _end_at(pieces, t, bad)
+        notes += said
+    return tuple(notes)
+
+
+def ended_columns(
+    sol: Trajectory, columns: Columns
+) -> Iterator[tuple[float, Array, tuple[str, ...]]]:
+    """Times at which columns end, flags (k,) of these, and why."""
     alive = np.ones(columns.count, dtype=bool)
     for point in sol.change_points:
         y = np.array(sol(point.t))
@@ -104,14 +114,16 @@ def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) 
         gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
         bad = alive & (gaps > OPENS * np.abs(opened).max())
         alive &= ~bad
-        _end_at(pieces, point.t, bad)
-        notes += [
-            f"by {name}: none from t = {point.t:.9g} s on, for there is a change point of exactly "
-            f"these lengths: with another {name} the motion turns off or back (the gap there "
-            f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
-            for name in columns.names_among(bad)
-        ]
-    return tuple(notes)
+        yield point.t, bad, _ended(columns, point.t, bad, gaps)
+
+
+def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ...]:
+    return tuple(
+        f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
+        f"these lengths: with another {name} the motion turns off or back (the gap there "
+        f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
+        for name in columns.names_among(bad)
+    )
 
 
 def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:

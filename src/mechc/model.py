@@ -329,6 +329,7 @@ class Model(Configurations):
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        sol._given = (given, params)
         if len(sensitivities):
             sol.differentiate(names_of(sensitivities), given, params)
         return sol

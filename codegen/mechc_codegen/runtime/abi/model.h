@@ -63,6 +63,7 @@ typedef struct {
     /* Derivatives over steps of a finished run; MECHC_RUNNING, or why there are none.  NULL where
      * the scene was compiled without them. */
     int (*vary)(const mechc_variation *variation);
+    int (*covary)(const mechc_covariation *covariation);
 } mechc_unit;
 
 typedef struct {

@@ -102,8 +102,8 @@ def test_batches_with_inputs_are_kept_in_files_and_pickled(pushed, tmp_path):
     np.testing.assert_array_equal(again.y, batch.y)
     np.testing.assert_array_equal(again.recipe.inputs.numbers["F"], forces)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(batch)).y, batch.y)
+    signal = mechc.Signal(TIMES, VALUES)
     with pytest.raises(mechc.MechcError, match="takes no signals yet, and F is one"):
-        signal = mechc.Signal(TIMES, VALUES)
         pushed.simulate_batch(1.0, STARTS, inputs={"F": signal}, out=tmp_path / "other")
 
 

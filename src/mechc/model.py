@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET, Configurations
+from mechc.errors import MechcError
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -288,9 +289,9 @@ class Model(Configurations):
             Called now and then with the fraction done.
         inputs
             A value for each input in ``model.inputs``: a number, a
-            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
-            t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
-            model driven by them.
+            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of functions of
+            t with the derivatives of the first, or a :class:`mechc.Sampled` controller; see
+            :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
@@ -313,10 +314,10 @@ class Model(Configurations):
         :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
         motion until then.
         """
-        model = self if inputs is None else self.with_inputs(inputs)
+        span, times = checked_span_and_times(t_span, t_eval)
+        model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
-        span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
@@ -530,6 +531,20 @@ class Model(Configurations):
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)
         return Stepper(system, start, checked_state(system, y0, p, start), p, policy)
+
+    def _driven_over(
+        self, span: tuple[float, float], inputs: Mapping[str, Any], sensitivities: Sequence[Any]
+    ) -> Model:
+        """With the inputs of one run, in which the values of controllers will be."""
+        from mechc.inputs.sampled import with_held
+
+        given, sampled = with_held(inputs, span) if isinstance(inputs, Mapping) else (inputs, False)
+        if sampled and len(sensitivities):
+            raise MechcError(
+                "how a controller depends on the state is not known, so a run with mechc.Sampled "
+                "has no sensitivities: give its law as an expression, mechc.compile(..., inputs=)"
+            )
+        return self.with_inputs(given)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""

@@ -485,7 +485,8 @@ class Model(Configurations):
         """States at times, and a function that pulls gradients back.
 
         ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
-        sum(w * y) by l_3, for w of the shape of y.  Arguments and errors as in :meth:`jvp`.
+        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
+        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
         """
         from mechc.differentiable.motion import vjp
 

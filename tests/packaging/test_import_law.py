@@ -32,7 +32,7 @@ RUNTIME_LAW = {
     "fitting": {"system", "assembly", "simulation", "results", "batch"},
     "results": {"system", "simulation", "analysis", "sensitivities"},
     "batch": {"native", "system", "assembly", "compilation", "simulation", "results"},
-    "differentiable": {"system"},
+    "differentiable": {"system", "sensitivities"},
     "outputs": {"system", "inputs", "analysis"},
     "configurations": {"outputs", "system", "assembly", "analysis"},
     "model": {"configurations", "outputs", "system", "assembly", "compilation", "simulation",

@@ -12,7 +12,6 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET, Configurations
-from mechc.errors import MechcError
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -550,12 +549,6 @@ class Model(Configurations):
         **policy: Any,
     ) -> Batch:
         """Simulate many starts or parameter sets; see :mod:`mechc.batch.simulate`."""
-        if self.inputs:
-            raise MechcError(
-                f"a batch takes no inputs that are given with a run, and {self.name} has "
-                f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
-                "a batch may vary (mechc.compile(..., inputs={...})), or simulate one by one"
-            )
         from mechc.batch.simulate import simulate_batch
 
         batch = simulate_batch(self.system, t_span, y0, params, **policy)

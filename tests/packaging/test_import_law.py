@@ -31,7 +31,7 @@ RUNTIME_LAW = {
     "sensitivities": {"native", "system", "inputs", "simulation"},
     "fitting": {"system", "assembly", "simulation", "results", "batch"},
     "results": {"system", "simulation", "analysis", "sensitivities"},
-    "batch": {"native", "system", "assembly", "compilation", "simulation", "results"},
+    "batch": {"native", "system", "inputs", "assembly", "compilation", "simulation", "results"},
     "differentiable": {"system", "sensitivities"},
     "outputs": {"system", "inputs", "analysis"},
     "configurations": {"outputs", "system", "assembly", "analysis"},

@@ -160,6 +160,26 @@ static real extrapolate(const linkage *g, const real *about, const real *y, real
     return error;
 }
 
+/* Close the loops at the end of a step; 0 where the rows changed so much that they may have lost
+   their rank on the way, which [R; n] (1 + D), n the tangent at the start, does not while |D| < 1.
+   A step that leaps to another branch of the curve shows in this, however small its error. */
+static int stays(const linkage *g, const real *rows, const real *along, real *end)
+{
+    const int n = g->rods;
+    real c[MOST], s[MOST], after[MOST * MOST], gap[MOST], square = 0;
+    close_loops(g, along, end);
+    place(g, end, c, s, after, gap);
+    for (int k = 0; k < n; k++) { /* columns of D */
+        real matrix[MOST * MOST], b[MOST] = {0};
+        memcpy(matrix, rows, (size_t)(n - 1) * (size_t)n * sizeof *matrix);
+        memcpy(matrix + (n - 1) * n, along, (size_t)n * sizeof *along);
+        for (int row = 0; row < n - 1; row++) b[row] = after[row * n + k] - rows[row * n + k];
+        solve(matrix, b, n);
+        for (int i = 0; i < n; i++) square += b[i] * b[i];
+    }
+    return square < 1;
+}
+
 /* Coordinates and rates at the times, in doubles: (times, 2 rods).  0 where the steps run out. */
 int integrate(const linkage *g, const double *start, int count, const double *times,
               double tolerance, double *out)
@@ -179,11 +199,11 @@ int integrate(const linkage *g, const double *start, int count, const double *ti
         const real left = times[i] - t, tried = h < left ? h : left;
         place(g, y, c, s, rows, gap);
         tangent(g, rows, along, along);
-        const real error = extrapolate(g, along, y, tried, end);
+        real error = extrapolate(g, along, y, tried, end);
+        if (error <= tolerance && !stays(g, rows, along, end)) error = HUGE_VALL;
         const real factor = 0.8L * powl(tolerance / (error + 1e-30L), 1.0L / (2 * COLUMNS - 1));
         if (error <= tolerance) {
             memcpy(y, end, sizeof y);
-            close_loops(g, along, y);
             t += tried;
             if (tried == left) {
                 for (int k = 0; k < n; k++) about[k] = along[k];

@@ -60,7 +60,18 @@ class PlanarLinkage:
 
     def integrate(self, y0: Array, times: Array, tolerance: float = 1e-14) -> Array:
         """Absolute angles and their rates at the times, (len(times), 2 rods); NaN where the motion
-        takes too many steps."""
+        takes too many steps.
+
+        Where rounding in a narrow bend is more than the tolerance, ten or a hundred times of it are
+        tried.
+        """
+        for looser in (1.0, 10.0, 100.0):
+            out = self._integrate(y0, times, looser * tolerance)
+            if np.isfinite(out).all():
+                break
+        return out
+
+    def _integrate(self, y0: Array, times: Array, tolerance: float) -> Array:
         times = np.ascontiguousarray(times, float)
         start = np.ascontiguousarray(y0, float)
         out = np.full((len(times), 2 * len(self.hung)), np.nan)

@@ -12,7 +12,6 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET, Configurations
-from mechc.errors import MechcError
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -342,6 +341,7 @@ class Model(Configurations):
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        sol._given = (given, params)
         if len(sensitivities):
             sol.differentiate(names_of(sensitivities), given, params)
         return sol
@@ -496,7 +496,8 @@ class Model(Configurations):
         """States at times, and a function that pulls gradients back.
 
         ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
-        sum(w * y) by l_3, for w of the shape of y.  Arguments and errors as in :meth:`jvp`.
+        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
+        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
         """
         from mechc.differentiable.motion import vjp
 
@@ -560,12 +561,6 @@ class Model(Configurations):
         **policy: Any,
     ) -> Batch:
         """Simulate many starts or parameter sets; see :mod:`mechc.batch.simulate`."""
-        if self.inputs:
-            raise MechcError(
-                f"a batch takes no inputs that are given with a run, and {self.name} has "
-                f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
-                "a batch may vary (mechc.compile(..., inputs={...})), or simulate one by one"
-            )
         from mechc.batch.simulate import simulate_batch
 
         batch = simulate_batch(self.system, t_span, y0, params, **policy)

@@ -3,6 +3,7 @@ Gauss collocation in quadruple precision."""
 
 import numpy as np
 import pytest
+from mechc_codegen.library.planar.slider_crank import slider_crank
 
 import mechc
 from benchmarks.problems.window_row import window_row
@@ -79,6 +80,20 @@ def test_a_bend_that_a_step_cuts_short_is_seen_by_the_work_done():
     """The step's own estimate misses it: 1 % of the kinetic energy was made within one step."""
     found = window_misses.case(1078, narrowest=15.0, widest=13.0)
     assert found["word"] in ("right", "flagged"), found
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "gauss8", "radau5"])
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6])
+def test_every_passage_within_a_step_is_counted(method, rtol):
+    """A folded slider-crank turns with a constant acceleration: its steps are as long as half turns
+    and more, and it passes a change point in each."""
+    model = mechc.compile(slider_crank())
+    start = np.array([0.3, 0.3 + np.pi, 0.0, 3.0, 3.0, 0.0])
+    sol = model.simulate(4.0, start, {"l_0": 0.75, "l_1": 0.75}, rtol=rtol, method=method)
+    passed = np.pi * (np.arange(1, sol["theta"][-1] / np.pi + 0.5) - 0.5)
+    found = [sol(point.t)[0] for point in sol.change_points]
+    assert len(passed) > 20
+    np.testing.assert_allclose(found, passed, rtol=0, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -119,6 +119,20 @@ class DrivenScene:
         """As :meth:`GivenInputs.breaks`."""
         return self._needed().breaks(t0, t1, rtol)
 
+    def in_segments(
+        self, t0: float, t1: float, rtol: float, own: Sequence[str]
+    ) -> tuple[Array, list[Any], Any]:
+        """As :meth:`GivenInputs.in_segments`."""
+        return self._needed().in_segments(t0, t1, rtol, own)
+
+    def of_time(self, names: Sequence[str]) -> list[str]:
+        """Those of the inputs that constraints, mass matrix or kinematics contain."""
+        return [slot.name for slot in self._slots if slot.of_time and slot.name in names]
+
+    def is_free(self, output: str) -> bool:
+        """Whether an output contains no input."""
+        return output in self._free
+
     def check_times(self, times: Sequence[float]) -> None:
         """As :meth:`GivenInputs.check_times`."""
         self._needed().check_times(times)

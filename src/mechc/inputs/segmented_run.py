@@ -81,10 +81,22 @@ class SegmentedRun:
         return found
 
     def vary(
-        self, first: int, last: int, directions: Array, start: Array, rates: int = 0
+        self,
+        first: int,
+        last: int,
+        directions: Array,
+        start: Array,
+        rates: int = 0,
+        restart: bool = False,
     ) -> tuple[Array, Array]:
-        ends, taken = self._run.vary(first, last, directions, start, rates)
+        ends, taken = self._run.vary(first, last, directions, start, rates, restart)
         return ends, taken
+
+    def covary(
+        self, first: int, last: int, covector: Array, sources: Array | None = None
+    ) -> tuple[Array, Array]:
+        at, gradient = self._run.covary(first, last, covector, sources)
+        return at, gradient
 
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self._run.change_points()

@@ -51,6 +51,8 @@ cdef extern from "abi/model.h":
         unsigned char *methods
         ptrdiff_t crossing_count
         double *crossings
+        double dropped[2]
+        int dropped_count
 
     ctypedef struct mechc_run:
         int status
@@ -66,10 +68,19 @@ cdef extern from "abi/model.h":
         const double *p
         const mechc_inputs *inputs
         ptrdiff_t first, last
-        int columns
+        int columns, restart
         const double *directions
         double *ends
         double *rates
+
+    ctypedef struct mechc_covariation:
+        const mechc_trajectory *trajectory
+        const double *p
+        const mechc_inputs *inputs
+        ptrdiff_t first, last
+        const double *sources
+        double *covector
+        double *gradient
 
     ctypedef struct mechc_unit:
         const char *instruction_set
@@ -95,6 +106,7 @@ cdef extern from "abi/model.h":
         void (*save)(const mechc_run *, void *) noexcept nogil
         void (*restore)(mechc_run *, const void *) noexcept nogil
         int (*vary)(const mechc_variation *) noexcept nogil
+        int (*covary)(const mechc_covariation *) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi

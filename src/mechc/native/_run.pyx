@@ -10,7 +10,7 @@ from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
     MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
-    mechc_trajectory, mechc_unit, mechc_variation
+    mechc_covariation, mechc_trajectory, mechc_unit, mechc_variation
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
@@ -36,6 +36,11 @@ ctypedef struct interpolation:
 ctypedef struct varying:
     const mechc_unit *unit
     mechc_variation *variation
+    int status
+
+ctypedef struct covarying:
+    const mechc_unit *unit
+    mechc_covariation *covariation
     int status
 
 ctypedef struct extending:
@@ -85,6 +90,18 @@ cdef void interpolate_a_while(void *given) noexcept nogil:
 cdef void vary_steps(void *given) noexcept nogil:
     cdef varying *job = <varying *>given
     job.status = job.unit.vary(job.variation)
+
+
+cdef void covary_steps(void *given) noexcept nogil:
+    cdef covarying *job = <covarying *>given
+    job.status = job.unit.covary(job.covariation)
+
+
+cdef void check_varied(int status) except *:
+    if status == MECHC_MEMORY_LIMIT:
+        raise MemoryError()
+    if status != MECHC_RUNNING:
+        raise ArithmeticError("a step's variational equations are singular")
 
 
 cdef void extend_run(void *given) noexcept nogil:
@@ -331,7 +348,7 @@ cdef class Run:
         return out
 
     def vary(self, ptrdiff_t first, ptrdiff_t last, const double[:, ::1] directions,
-             const double[:, ::1] start, int rates=0):
+             const double[:, ::1] start, int rates=0, bint restart=False):
         """Columns of derivatives over the steps first ... last - 1: (last - first + 1, width, k).
 
         directions : (parameters + inputs, k)
@@ -341,6 +358,8 @@ cdef class Run:
         rates
             How many rates a step has, all by one method; then also S' there, (steps, rates, width,
             k).  0: the columns alone.
+        restart
+            Every step begins with these columns: the ends are then the steps' propagators.
 
         Raises ArithmeticError where the equations of a step are singular.
         """
@@ -365,7 +384,7 @@ cdef class Run:
         variation.trajectory = record
         variation.p = &p[0] if p.shape[0] else NULL
         variation.inputs = address_of(self.inputs if self.whole is None else self.whole)
-        variation.columns = k
+        variation.columns, variation.restart = k, restart
         variation.directions = &directions[0, 0] if directions.shape[0] else NULL
         job.unit, job.variation = self.unit, &variation
         while done < steps:
@@ -373,14 +392,50 @@ cdef class Run:
             variation.last = min(last, variation.first + self.at_once(k))
             variation.ends = &columns[done, 0, 0]
             variation.rates = &slopes[done, 0, 0, 0] if rates else NULL
+            if restart:
+                ends[done] = start
             with_stack(max(self.stack, LONG_STACK) if self.stack else 0, vary_steps, &job)
             PyErr_CheckSignals()
-            if job.status == MECHC_MEMORY_LIMIT:
-                raise MemoryError()
-            if job.status != MECHC_RUNNING:
-                raise ArithmeticError("a step's variational equations are singular")
+            check_varied(job.status)
             done = variation.last - first
         return ends, taken
+
+    def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None):
+        """The transposed of :meth:`vary`: of a function's derivative by the state at the end of these
+        steps, covector (width,), those by the state at their start and by (parameters + inputs).
+
+        sources : (last - first, width)
+            Added to the covector at the start of each step.
+        """
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t left = last
+        if self.unit.covary == NULL or record.methods == NULL:
+            raise ValueError("this run or its scene has no derivatives")
+        if not 0 <= first <= last < record.count or covector.shape[0] != self.width \
+                or (sources is not None and sources.shape != (last - first, self.width)):
+            raise ValueError("no such steps, or arrays of another shape")
+        at, gradient = np.array(covector), np.zeros(self.p.shape[0] + self.scene.inputs + 1)
+        cdef double[::1] p = self.p, moving = at, total = gradient
+        cdef const double[:, ::1] added
+        cdef mechc_covariation covariation
+        cdef covarying job
+        covariation.trajectory, covariation.p = record, &p[0] if p.shape[0] else NULL
+        covariation.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        covariation.covector, covariation.gradient = &moving[0], &total[0]
+        covariation.sources = NULL
+        if sources is not None:
+            added = sources
+        job.unit, job.covariation = self.unit, &covariation
+        while left > first:
+            covariation.last = left
+            left = max(first, left - self.at_once(p.shape[0]))
+            covariation.first = left
+            if sources is not None:
+                covariation.sources = &added[left - first, 0]
+            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, covary_steps, &job)
+            PyErr_CheckSignals()
+            check_varied(job.status)
+        return at, gradient[:self.p.shape[0] + self.scene.inputs]
 
     cdef ptrdiff_t at_once(self, int columns):
         """Steps between checks of signals."""

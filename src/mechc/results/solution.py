@@ -12,9 +12,11 @@ from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
+from mechc.system.names import names_of
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
+    from mechc.sensitivities.gradient import Gradient
     from mechc.sensitivities.history import Sensitivity
 
 
@@ -43,6 +45,7 @@ class Solution(Trajectory):
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
         self._sensitivity: Sensitivity | None = None
+        self._given: tuple[Any, Any] | None = None  # y0 and params, as they were given
         super().__init__(*run)
 
     def __copy__(self) -> Solution:
@@ -127,6 +130,49 @@ class Solution(Trajectory):
                 "what they are by"
             )
         return self._sensitivity
+
+    def gradient(
+        self,
+        end: Any = None,
+        integral: Any = None,
+        by: Sequence[Any] | None = None,
+    ) -> Gradient:
+        """The gradient of an objective of this run, by the adjoint of the steps as they were taken:
+        by many names it costs hardly more than by one.
+
+        ``sol.gradient(end="theta_0", by=["l_3", "m_1"])["l_3"]``.  The objective is the sum of both
+        parts; the run needs no ``sensitivities``, only a model compiled with them.
+
+        Parameters
+        ----------
+        end
+            What counts at the end of the run: a coordinate, a speed, ``"energy"`` or a scalar
+            output of the model; a mapping of such names to weights, whose weighted sum counts; or
+            an array (nq + nu,), the derivative of your own function by the end state.
+        integral
+            What is integrated over the time of the run: a name, or a mapping to weights.
+        by
+            Parameters, coordinates and speeds of a mapping y0, inputs that are numbers, ``"y0"``;
+            as of ``sensitivities``.  By default all parameters.
+
+        Returns
+        -------
+        Gradient
+            A mapping of names to derivatives; ``value`` is the objective, ``notes`` says which
+            derivatives do not exist and why; these are NaN.
+
+        Raises
+        ------
+        UnavailableOutputError, UnknownNameError, MechcError
+            As of ``simulate(..., sensitivities=...)``, and for an output that is no scalar.
+        """
+        from mechc.sensitivities.gradient import gradient_of_run
+
+        if not self.policy.dense:
+            raise MechcError("this run kept no dense output: simulate with dense=True")
+        y0, params = (self._run.states()[1][0], self.params) if not self._given else self._given
+        names = None if by is None else names_of(by)
+        return gradient_of_run(self, end, integral, names, y0, params)
 
     def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
         """The derivative of an output by a name, (nt, ...), the output's shape after the times.

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import UnknownNameError
+from mechc.errors import MechcError, UnknownNameError
+from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.history import Sensitivity
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
@@ -58,6 +59,45 @@ def _one(
     if forced is not None:
         found = found + forced[:, rows]
     return np.asarray(found.reshape(len(t), *shape, columns.shape[-1]))
+
+
+def linear_output(
+    sol: Trajectory, label: str, y: Array, t: Array, columns: Columns
+) -> tuple[Array, Array, Array]:
+    """A scalar output at states, its derivatives by them and along columns at fixed states: (n,),
+    (n, nx), (n, k).
+
+    Raises
+    ------
+    UnknownNameError
+        For an output that there is not.
+    MechcError
+        For one that is no scalar.
+    """
+    system = sol.system
+    states = (*system.coordinates, *system.speeds)
+    if label in states:
+        place = states.index(label)
+        by_state = np.zeros(y.shape)
+        by_state[:, place] = 1.0
+        return y[:, place], by_state, np.zeros((len(y), columns.count))
+    parts = [_linear(sol, each, y, t, columns) for each in SUMS.get(label, (label,))]
+    value, by_state, given = (sum(each[1:], each[0]) for each in zip(*parts, strict=True))
+    return value, by_state, given
+
+
+def _linear(
+    sol: Trajectory, label: str, y: Array, t: Array, columns: Columns
+) -> tuple[Array, Array, Array]:
+    rows, shape = _rows(sol, label)
+    if shape != ():
+        raise MechcError(f"{label} has several components: an objective needs a single number")
+    value = sol.system.evaluate(label, y, sol.params, t).reshape(len(y))
+    by_state = sol.system.evaluate("own_state_jacobian", y, sol.params, t)[:, rows[0]]
+    names = ("own_parameter_jacobian", "own_input_jacobian")
+    given = columns.of(sol.system, *names, y, sol.params, t)
+    along = np.zeros((len(y), columns.count)) if given is None else given[:, rows[0]]
+    return value, by_state, along
 
 
 def _rows(sol: Trajectory, label: str) -> tuple[list[int], tuple[int, ...]]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import Piece, follow
@@ -33,28 +33,49 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
     start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
-    notes += _without_closure(sol, columns, start, float(t[0]), y[0])
-    pieces = _pieces(sol, sol._run, columns, start)
+    notes += without_closure(sol, columns, start, float(t[0]), y[0])
+    ended: list[str] = []
+    pieces = _pieces(sol, sol._run, columns, start, ended)
+    notes += tuple(ended)
     notes += _past_crossings(sol, columns, pieces)
     return Sensitivity(sol, columns, pieces, notes)
 
 
-def _pieces(sol: Trajectory, run: Any, columns: Columns, start: Array) -> list[Piece]:
+def _pieces(
+    sol: Trajectory, run: Any, columns: Columns, start: Array, notes: list[str]
+) -> list[Piece]:
     """The pieces of a run that may consist of several."""
     if isinstance(run, Segments):
-        if any(run.jumps):
-            raise MechcError(
-                "an event of this run resets the state: derivatives over a reset are not computed; "
-                "end the run there (terminal=True), or ask for none"
-            )
         found: list[Piece] = []
-        for part in run.pieces:
-            found += _pieces(sol, part, columns, start)
+        for number, part in enumerate(run.pieces):
+            if run.jumps[number]:
+                start = _after_jump(sol, jump_of(run, number), columns, start, notes)
+            found += _pieces(sol, part, columns, start, notes)
             start = _end(sol, part, found, columns)
         return found
     if isinstance(run, Until):
-        return _pieces(sol, run.piece, columns, start)
+        return _pieces(sol, run.piece, columns, start, notes)
     return [follow(sol.system, run, sol.params, columns, start)]
+
+
+def _after_jump(
+    sol: Trajectory, jump: Jump, columns: Columns, start: Array, notes: list[str]
+) -> Array:
+    """Columns after the resets of events; NaN where they do not exist."""
+    if len(jump.causes) == 1:
+        found = through_reset(sol, jump, columns, start)
+        ended = np.isfinite(start).all(axis=0)
+        ended &= np.isnan(found).any(axis=0)
+        why = "the event only touches its zero (grazing), and its time moves infinitely fast"
+    else:
+        found = np.full(start.shape, np.nan)
+        ended = np.isfinite(start).all(axis=0)
+        why = "several events reset the state at one instant, in an order that a change may turn"
+    notes += [
+        f"by {name}: none from t = {jump.t:.9g} s on, for {why}"
+        for name in columns.names_among(np.asarray(ended))
+    ]
+    return np.ascontiguousarray(found)
 
 
 def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -> Array:
@@ -71,7 +92,7 @@ def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -
 # -- where there is no derivative -----------------------------------------------------------------
 
 
-def _without_closure(
+def without_closure(
     sol: Trajectory, columns: Columns, start: Array, t: float, y: Array
 ) -> tuple[str, ...]:
     """Columns along which the loops do not stay closed become NaN: redundant rows forbid it."""
@@ -93,7 +114,17 @@ def _without_closure(
 
 def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) -> tuple[str, ...]:
     """Columns that open a crossing, which is one of these lengths only, end there."""
-    notes = []
+    notes: list[str] = []
+    for t, bad, said in ended_columns(sol, columns):
+        _end_at(pieces, t, bad)
+        notes += said
+    return tuple(notes)
+
+
+def ended_columns(
+    sol: Trajectory, columns: Columns
+) -> Iterator[tuple[float, Array, tuple[str, ...]]]:
+    """Times at which columns end, flags (k,) of these, and why."""
     alive = np.ones(columns.count, dtype=bool)
     for point in sol.change_points:
         y = np.array(sol(point.t))
@@ -104,14 +135,16 @@ def _past_crossings(sol: Trajectory, columns: Columns, pieces: Sequence[Piece]) 
         gaps = np.abs(_weak_rows(sol, y, point.t) @ opened).max(axis=0, initial=0.0)
         bad = alive & (gaps > OPENS * np.abs(opened).max())
         alive &= ~bad
-        _end_at(pieces, point.t, bad)
-        notes += [
-            f"by {name}: none from t = {point.t:.9g} s on, for there is a change point of exactly "
-            f"these lengths: with another {name} the motion turns off or back (the gap there "
-            f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
-            for name in columns.names_among(bad)
-        ]
-    return tuple(notes)
+        yield point.t, bad, _ended(columns, point.t, bad, gaps)
+
+
+def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ...]:
+    return tuple(
+        f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
+        f"these lengths: with another {name} the motion turns off or back (the gap there "
+        f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
+        for name in columns.names_among(bad)
+    )
 
 
 def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | None:

@@ -89,14 +89,26 @@ def follow(system: System, run: Any, values: Array, columns: Columns, start: Arr
     MechcError
         For a run that began at a change point, and for inputs that are functions of the state.
     """
+    checked_run(system, run, values)
+    t = run.times(0)
+    directions = np.ascontiguousarray(np.vstack([columns.parameters, columns.inputs]))
+    ends, _ = run.vary(0, max(len(t) - 1, 0), directions, start)
+    return Piece(run, directions, t, ends)
+
+
+def checked_run(system: System, run: Any, values: Array) -> None:
+    """Nothing, for a run that has derivatives.
+
+    Raises
+    ------
+    MechcError
+        As :func:`follow` says.
+    """
     if not hasattr(run, "vary"):
         raise MechcError(
             "the run begins at a change point, where branches of the motion cross: no derivatives "
             "are computed from there; begin beside it"
         )
-    t = run.times(0)
+    t, y = run.tail(1)
     if len(t):  # inputs for which there are no derivatives raise
-        system.evaluate("state_jacobian", run.tail(1)[1][0], values, float(t[-1]))
-    directions = np.ascontiguousarray(np.vstack([columns.parameters, columns.inputs]))
-    ends, _ = run.vary(0, max(len(t) - 1, 0), directions, start)
-    return Piece(run, directions, t, ends)
+        system.evaluate("state_jacobian", y[0], values, float(t[-1]))

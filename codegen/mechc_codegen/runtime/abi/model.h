@@ -6,7 +6,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 8
+#define MECHC_ABI 9
 #define MECHC_CAPSULE "mechc.model.8"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
@@ -63,6 +63,7 @@ typedef struct {
     /* Derivatives over steps of a finished run; MECHC_RUNNING, or why there are none.  NULL where
      * the scene was compiled without them. */
     int (*vary)(const mechc_variation *variation);
+    int (*covary)(const mechc_covariation *covariation);
 } mechc_unit;
 
 typedef struct {

@@ -14,8 +14,21 @@ typedef struct {
     const mechc_inputs *inputs;
     ptrdiff_t first, last;
     int columns;
+    int restart; /* each step begins with the columns given: the ends are propagators */
     const double *directions; /* (parameters + inputs) x columns */
     double *ends; /* (last - first + 1) x width x columns; the first of them is given */
     double *rates; /* NULL, or S' where the step's method takes its rates, those of its dense output
                       too: (last - first) x rates x width x columns; all steps by one method */
 } mechc_variation;
+
+/* The transposed of it: how a function of the state at the end of step last - 1 changes with the
+ * state at the start of step `first`, and with parameters and inputs. */
+typedef struct {
+    const mechc_trajectory *trajectory;
+    const double *p;
+    const mechc_inputs *inputs;
+    ptrdiff_t first, last;
+    const double *sources; /* added at the start of each step, (last - first) x width; or NULL */
+    double *covector;      /* width: at the end, then at the start */
+    double *gradient;      /* by parameters and inputs: added to */
+} mechc_covariation;

@@ -10,6 +10,7 @@
 #include "run/integration.h"
 #include "simd/vector.h"
 #include "stepping/lockstep_fit.h"
+#include "stepping/passages.h"
 #include "stepping/stiffness.h"
 
 #define MECHC_LOCKSTEP_SAFETY 0.84
@@ -52,6 +53,18 @@ MECHC_INLINE mechc_vector mechc_lockstep_factor(mechc_lockstep *a)
     return mechc_lesser(mechc_choose(factor > 0.2, factor, mechc_spread(0.2)), most);
 }
 
+/* The lanes whose step may have passed a change point between its nodes: see passages.h. */
+MECHC_INLINE mechc_mask mechc_lockstep_may_pass(const mechc_lockstep *a)
+{
+    mechc_mask far = {0};
+    if (!mechc_any(a->watched)) return far;
+    for (int i = 0; i < MECHC_NQ; i++) {
+        const mechc_vector moved = a->end[i] - a->y[i], scale = MECHC_LEAST_NODES * a->scale[i];
+        far |= moved * moved > a->met * (scale * scale);
+    }
+    return far & a->watched;
+}
+
 /* The lanes whose step is accepted, and those that leave the lockstep: what it does not treat, and
  * failures, are left to the driver of one run. */
 MECHC_INLINE mechc_mask mechc_lockstep_judge(mechc_lockstep *a, mechc_mask *leaves)
@@ -65,7 +78,8 @@ MECHC_INLINE mechc_mask mechc_lockstep_judge(mechc_lockstep *a, mechc_mask *leav
     const mechc_mask good = a->error <= 1.0, finite = a->error < HUGE_VAL;
     const mechc_mask small = ~a->last & (mechc_size_of(a->h) < smallest);
     const mechc_mask regular = a->closed & (sum < HUGE_VAL)
-                                  & (a->met >= MECHC_LOCKSTEP_LOW * MECHC_LOCKSTEP_LOW);
+                                  & (a->met >= MECHC_LOCKSTEP_LOW * MECHC_LOCKSTEP_LOW)
+                                  & ~mechc_lockstep_may_pass(a);
     *leaves = ~finite | small | (good & ~regular);
     return good & ~*leaves;
 }

@@ -13,6 +13,7 @@
 #include "methods/dormand_prince_tableaus.h"
 #include "run/integration.h"
 #include "run/method.h"
+#include "singularities/monitor.h"
 #include "simd/bind_vector.h"
 #include "dynamics/given.h"
 #include "simd/unbind.h"
@@ -31,6 +32,7 @@ typedef struct {
     mechc_vector error, factor;            /* of this step: its error squared; of the step size */
     mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
     mechc_mask refused, last, closed;
+    mechc_mask watched; /* a change point is known: steps so long that they may pass one leave */
     mechc_mask steps, rejected, configurations, stiff, easy;
 } mechc_lockstep;
 
@@ -61,6 +63,7 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     a->last_step[lane] = run->last_step;
     a->last_factor[lane] = run->last_factor;
     a->refused[lane] = -(int64_t)(run->refused != 0);
+    a->watched[lane] = -(int64_t)mechc_knows_crossing(&run->monitor);
     a->steps[lane] = a->rejected[lane] = a->configurations[lane] = 0;
     a->stiff[lane] = run->stiff;
     a->easy[lane] = run->easy;

@@ -47,13 +47,22 @@ MECHC_STATIC double mechc_pair_norm(mechc_integration *run, const double *weight
     return square / MECHC_NX;
 }
 
-/* Root mean square of the step's error over what is tolerated.  Near a change point only what the
- * projection of the end will keep of it counts: the rest is the closure's magnified rounding. */
+/* Near a change point only what the projection of the end will keep of an error counts: the rest is
+ * the closure's magnified rounding.  In a bend it is not, but for what no shorter step lowers: the
+ * speeds turn there by what a step misses of it. */
+MECHC_STATIC int mechc_only_kept_counts(const mechc_integration *run)
+{
+    const mechc_monitor *monitor = &run->monitor;
+    return MECHC_NH > 0 && mechc_nears_critical(monitor, run->horizon)
+        && (mechc_only_rounding_is_left(monitor) || !mechc_knows_bend(monitor));
+}
+
+/* Root mean square of the step's error over what is tolerated. */
 MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const double *end)
 {
     const mechc_tableau *tableau = run->current->tableau;
     mechc_scalar_place at_end, *place = 0;
-    if (MECHC_NH > 0 && mechc_nears_critical(&run->monitor, run->horizon)) {
+    if (mechc_only_kept_counts(run)) {
         place = &at_end;
         mechc_scalar_locate(run->head.t + h, end, &run->given, place);
     }

@@ -17,6 +17,7 @@ typedef struct {
     double ahead;       /* time to the next crossing; infinite: none near; NaN: not looked for */
     int leaving;        /* over the last step the conditioning rose */
     int bends;          /* a near miss ahead is so narrow that the motion curves sharply */
+    int stayed;         /* times in a row that a shorter step did not lower the whole error */
     double fall;        /* of the conditioning in time, over the last step; 0: not known */
 #if MECHC_NH > 0
     mechc_critical known; /* the last one found */
@@ -50,6 +51,25 @@ MECHC_STATIC int mechc_nears_critical(const mechc_monitor *monitor, double horiz
     const int nearest_at_start = monitor->least >= monitor->first && monitor->first > MECHC_NARROW;
     return monitor->least < MECHC_CLEAR && !(nearest_at_start && monitor->leaving)
         && monitor->least <= mechc_max(MECHC_NARROW, horizon * (monitor->most - monitor->least));
+}
+
+/* Times after which what is left of an error is rounding: of a step far too long it stays once. */
+#define MECHC_STAYED 3
+
+MECHC_STATIC int mechc_only_rounding_is_left(const mechc_monitor *monitor)
+{
+    return monitor->stayed >= MECHC_STAYED;
+}
+
+/* Was the bend of a near miss found nearby? */
+MECHC_STATIC int mechc_knows_bend(const mechc_monitor *monitor)
+{
+#if MECHC_NH > 0
+    return monitor->has_known && mechc_judge(&monitor->known) == MECHC_NEAR_MISS;
+#else
+    (void)monitor;
+    return 0;
+#endif
 }
 
 /* Was a crossing found nearby?  Beyond a near miss all is regular. */

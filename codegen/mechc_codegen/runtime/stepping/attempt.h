@@ -9,6 +9,7 @@
 #include "stepping/control.h"
 #include "stepping/crossings.h"
 #include "stepping/lockstep_fit.h"
+#include "stepping/passages.h"
 #include "stepping/stiffness.h"
 
 /* The step to try; 1 where it is the last. */
@@ -34,9 +35,9 @@ MECHC_STATIC void mechc_widen_scale(mechc_integration *run)
 MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const double *end)
 {
     mechc_trajectory *trajectory = &run->head.trajectory;
-    const int crosses = run->decision.action == MECHC_CROSSES;
+    const int passes = mechc_may_pass(run, h, end);
     double own[MECHC_MOST_DENSE * MECHC_NX], *rows = own;
-    const int wanted = trajectory->dense_rows || crosses;
+    const int wanted = trajectory->dense_rows || passes;
     if (!wanted && MECHC_NH == 0) return MECHC_RUNNING;
     if (!mechc_make_room(trajectory)) return MECHC_NO_MEMORY;
     /* whether its stages close decides about the step, so they are taken in any case */
@@ -49,7 +50,7 @@ MECHC_STATIC int mechc_finish_step(mechc_integration *run, double h, const doubl
         trajectory->methods[trajectory->count - 1] = (unsigned char)run->current->number;
     }
     run->current->dense(run, h, end, count, rows);
-    return crosses ? mechc_record_crossing(run, h, rows) : MECHC_RUNNING;
+    return passes ? mechc_record_passages(run, h, end, rows) : MECHC_RUNNING;
 }
 
 /* The state, its rates and the time at the end of a step. */
@@ -88,7 +89,10 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
     run->failure = 0;
     if (run->monitor.leaving && conditioning > (MECHC_NC > 2 ? 0.2 : 0.1))
         made = mechc_come_back(run);
-    if (!mechc_nears_critical(&run->monitor, run->horizon)) run->allowed = 1.0;
+    if (!mechc_nears_critical(&run->monitor, run->horizon)) {
+        run->allowed = 1.0;
+        run->monitor.stayed = 0;
+    }
     mechc_monitor_accept(run, h, conditioning);
     if (run->stiff >= MECHC_STIFF) made &= mechc_use_method(run, run->methods[MECHC_RADAU5]);
     mechc_widen_scale(run);

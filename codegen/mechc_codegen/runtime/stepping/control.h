@@ -92,17 +92,20 @@ MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, dou
 }
 
 /* Near a crossing an error that a shorter step hardly lowers is rounding, which grows the nearer
- * the nodes come: let it pass, for shrinking on would only creep onto the crossing. */
+ * the nodes come: let it pass, for shrinking on would only creep onto the crossing.  In a bend it
+ * passes as far as the projection of the step's end removes it. */
 MECHC_STATIC void mechc_learn_rounding(mechc_integration *run, double h, double error)
 {
     const double t = run->head.t, shrunk = fabs(h) / run->refused_step;
     const int again = run->refused_t == t && run->refused_step > 0.0 && shrunk < 1.0;
     const double most = MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol);
-    if (again && mechc_nears_critical(&run->monitor, run->horizon)
-        && mechc_knows_crossing(&run->monitor)
-        && error > run->refused_error * shrunk * shrunk * shrunk)
+    const int stays = again && mechc_nears_critical(&run->monitor, run->horizon)
+                   && error > run->refused_error * shrunk * shrunk * shrunk;
+    if (stays && mechc_knows_crossing(&run->monitor))
         run->allowed = mechc_min(mechc_max(run->allowed, 4.0 * error),
                                  mechc_max(1.0, run->current->root_error ? sqrt(most) : most));
+    if (!mechc_only_rounding_is_left(&run->monitor))
+        run->monitor.stayed = stays && error <= most ? run->monitor.stayed + 1 : 0;
     run->refused_t = t;
     run->refused_step = fabs(h);
     run->refused_error = error;

@@ -2,7 +2,7 @@
  *
  * monitor_start: at the start.   step_ahead: before a step is tried.   leave_to_pair, step_aside,
  * come_back: steps that a method leaves to the explicit pair of order 8.   examine_step: may a step
- * stand?   record_crossing: when it went through a change point.
+ * stand?   Where it went through change points is recorded by passages.h.
  */
 #pragma once
 
@@ -230,41 +230,4 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
     (void)h, (void)end;
 #endif
     return MECHC_RUNNING;
-}
-
-/* How far the dense output at the fraction s has passed the change point, in this direction. */
-MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
-                                    const double *along)
-{
-    double y[MECHC_NX], sum = 0.0;
-    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
-    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
-        sum += (y[i] - run->decision.q[i]) * along[i];
-    return sum;
-}
-
-/* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
-MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
-{
-    const double near = 1e-3;
-    double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
-    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
-    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
-    for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
-    for (int iteration = 0; iteration < 8; iteration++) {
-        const double here = mechc_past_crossing(run, rows, s, along);
-        const double slope = (mechc_past_crossing(run, rows, s + near, along)
-                              - mechc_past_crossing(run, rows, s - near, along)) / (2.0 * near);
-        if (slope == 0.0) break;
-        s -= here / slope;
-    }
-    const double t = run->head.t + s * h;
-    double q[MECHC_NQ];
-    memcpy(q, run->decision.q, sizeof q);
-    mechc_give_turns(run->turns, q);
-    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, q,
-                               MECHC_NQ))
-        return MECHC_NO_MEMORY;
-    return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
-                                                     : MECHC_RUNNING;
 }

@@ -16,7 +16,7 @@
 #include "run/trajectory.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
-#include "variational/vary.h"
+#include "variational/covary.h"
 
 static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)
 {
@@ -77,5 +77,6 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .restore = mechc_restore,
 #if MECHC_VARIATIONAL
     .vary = mechc_vary,
+    .covary = mechc_covary,
 #endif
 };

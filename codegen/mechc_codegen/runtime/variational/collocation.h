@@ -73,12 +73,17 @@ MECHC_ONCE void mechc_take_nodes(int method, const mechc_rule *rule, const mechc
         mechc_dense_polynomial(y, rows, record->dense_rows, rule->nodes[a],
                                nodes->y + a * MECHC_NX);
     }
-    nodes->kept = 0;
+    mechc_mask along = {0};
     for (int a = 0; a < rule->stages; a += MECHC_LANES) {
         const int left = rule->stages - a, count = left < MECHC_LANES ? left : MECHC_LANES;
-        nodes->kept |= mechc_linearise_states(method, given, count, nodes->t + a,
-                                              nodes->y + a * MECHC_NX, d, 0,
-                                              nodes->slopes + a * d->block);
+        along |= mechc_kept_states(method, given, count, nodes->t + a, nodes->y + a * MECHC_NX);
+    }
+    nodes->kept = mechc_any(along);
+    along = nodes->kept ? ~(mechc_mask){0} : (mechc_mask){0};
+    for (int a = 0; a < rule->stages; a += MECHC_LANES) {
+        const int left = rule->stages - a, count = left < MECHC_LANES ? left : MECHC_LANES;
+        mechc_linearise_states(along, given, count, nodes->t + a, nodes->y + a * MECHC_NX, d,
+                               0, nodes->slopes + a * d->block);
     }
 }
 
@@ -234,15 +239,20 @@ typedef int mechc_collocating(const mechc_rule *, const mechc_nodes_at_hand *, d
                               mechc_vector *, mechc_vector **, mechc_vector *, double *);
 
 /* Gauss's stages integrate the accelerations twice, then are projected; Radau's use q' there. */
+MECHC_INLINE int mechc_integrates_twice(const mechc_rule *rule, int kept)
+{
+    return MECHC_IDENTITY_KINEMATICS && (rule->stages == MECHC_STAGES || !kept);
+}
+
 MECHC_INLINE mechc_collocating *mechc_collocation_of(const mechc_rule *rule, int kept, int width)
 {
 #if MECHC_IDENTITY_KINEMATICS
-    const int gauss = rule->stages == MECHC_STAGES;
 #if MECHC_NU * MECHC_LANES <= 64
+    const int gauss = rule->stages == MECHC_STAGES;
     if (gauss && width == 1) return mechc_collocate_1;
     if (gauss && width == 2) return mechc_collocate_2;
 #endif
-    if (gauss || !kept) return mechc_collocate_twice;
+    if (mechc_integrates_twice(rule, kept)) return mechc_collocate_twice;
 #endif
     (void)rule, (void)kept, (void)width;
     return mechc_collocate_any;

@@ -100,22 +100,32 @@ MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, int
     mechc_empty_groups(d, square + first * d->width, square + MECHC_NX * d->width, count, out);
 }
 
-/* Rates at so many states and their derivatives along the columns.  Returns whether the states were
- * moved onto the constraints: the derivatives are then those of the rates of the projected state. */
-MECHC_ONCE int mechc_linearise_states(int method, const mechc_given_twice *given, int count,
-                                      const double *t, const double *y, const mechc_directions *d,
-                                      double *rates, double *slopes)
+/* Which of `count` <= MECHC_LANES states the method keeps on the constraints. */
+MECHC_STATIC mechc_mask mechc_kept_states(int method, const mechc_given_twice *given, int count,
+                                          const double *t, const double *y)
 {
-    mechc_vector time, state[MECHC_NX], rate[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    mechc_vector time, state[MECHC_NX];
     mechc_fill_lanes(t, count, 1, &time);
     mechc_fill_lanes(y, count, MECHC_NX, state);
-    const int kept = mechc_keeps(method, state, time, given);
-    if (kept) mechc_keep_lanes(given, t, count, state);
-    mechc_vector_linearise(time, state, &given->vector, kept, rate, block);
-    if (rates) mechc_empty_lanes(rate, count, MECHC_NX, rates);
+    return mechc_keeps(method, state, time, given);
+}
+
+/* Rates at so many states and their derivatives along the columns; the states of these lanes are
+ * moved onto the constraints before, and their derivatives are those of the rates of the projected
+ * state. */
+MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice *given, int count,
+                                       const double *t, const double *y,
+                                       const mechc_directions *d, double *rates, double *slopes)
+{
+    mechc_vector time, state[MECHC_NX], rate[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    const int kept = mechc_any(along);
     const int first = MECHC_IDENTITY_KINEMATICS && !kept ? MECHC_NQ : 0; /* q' = u is known */
+    mechc_fill_lanes(t, count, 1, &time);
+    mechc_fill_lanes(y, count, MECHC_NX, state);
+    if (kept) mechc_keep_lanes(given, t, count, along, state);
+    mechc_vector_linearise(time, state, &given->vector, along, rate, block);
+    if (rates) mechc_empty_lanes(rate, count, MECHC_NX, rates);
     mechc_along_columns(block, first, count, d, slopes);
-    return kept;
 }
 
 /* Those of the projection of the ends of the steps from `first` on. */

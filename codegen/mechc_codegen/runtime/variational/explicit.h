@@ -8,7 +8,7 @@
 #include "variational/columns.h"
 
 #if MECHC_VARIATIONAL
-/* Of up to MECHC_LANES steps: rates, whether they are those of projected states, their derivatives
+/* Of up to MECHC_LANES steps: rates, whether some are those of projected states, their derivatives
  * and those of the projection of the ends. */
 typedef struct {
     double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX];
@@ -50,9 +50,10 @@ MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_trajectory *recor
         mechc_pair_states(tableau, record, first, count, i, stages);
         if (i == tableau->stages)
             memcpy(stages->y, ends, (size_t)(count * MECHC_NX) * sizeof(double));
-        stages->kept[i] = mechc_linearise_states(method, given, count, stages->t, stages->y, d,
-                                                 stages->rates[i],
-                                                 stages->slopes + i * MECHC_LANES * d->block);
+        const mechc_mask along = mechc_kept_states(method, given, count, stages->t, stages->y);
+        stages->kept[i] = mechc_any(along);
+        mechc_linearise_states(along, given, count, stages->t, stages->y, d,
+                               stages->rates[i], stages->slopes + i * MECHC_LANES * d->block);
     }
     mechc_end_tangents(given, record, first, count, d, stages->tangents);
 }

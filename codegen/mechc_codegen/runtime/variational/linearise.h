@@ -207,7 +207,7 @@ MECHC_INLINE void FN(put_tangent)(real t, const real *y, const FN(given) *given,
 
 /* The rates and, NX rows, their derivatives; along the constraints: those of the rates of the
  * projected state. */
-MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, int along,
+MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, rmask along,
                               real *rates, real *slopes)
 {
     FN(place) place;
@@ -217,7 +217,7 @@ MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, int
     FN(coordinate_rates_of)(t, y, y + MECHC_NQ, given, rates);
     FN(put_slopes)(t, y, given, &place, rates + MECHC_NQ, l, slopes);
 #if MECHC_NC > 0
-    if (!along) return;
+    if (!R_ANY(along)) return;
     real tangent[MECHC_NX * MECHC_SLOPES], plain[MECHC_NX * MECHC_SLOPES];
     FN(put_tangent)(t, y, given, &place, tangent);
     for (int i = 0; i < MECHC_NX; i++)
@@ -228,6 +228,8 @@ MECHC_ONCE void FN(linearise)(real t, const real *y, const FN(given) *given, int
         }
     FN(add_product)(1.0, plain, MECHC_SLOPES, tangent, MECHC_SLOPES, MECHC_NX, MECHC_NX,
                     MECHC_SLOPES, slopes);
+    for (int i = 0; i < MECHC_NX * MECHC_SLOPES; i++)
+        slopes[i] = R_SELECT(along, slopes[i], plain[i]);
 #else
     (void)along;
 #endif

@@ -46,20 +46,36 @@ MECHC_STATIC void mechc_load_steps(const mechc_trajectory *record, ptrdiff_t fir
     mechc_fill_lanes(record->dense + first * width, count, width, g->dense);
 }
 
-/* Derivatives of the rates at all stages. */
+/* Times and states of stage a. */
+MECHC_INLINE mechc_vector mechc_node_place(const mechc_rule *rule, const mechc_trajectory *record,
+                                           ptrdiff_t first, int count, int a,
+                                           const mechc_propagation *g, double *t,
+                                           mechc_vector *state)
+{
+    mechc_vector time;
+    for (int n = 0; n < count; n++)
+        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], rule->nodes[a]);
+    mechc_fill_lanes(t, count, 1, &time);
+    mechc_node_states(g, rule->nodes[a], record->dense_rows, state);
+    return time;
+}
+
+/* Derivatives of the rates at all stages; all stages of a step are kept on the constraints or none
+ * is. */
 MECHC_STATIC void mechc_node_slopes(const mechc_rule *rule, const mechc_trajectory *record,
                                     ptrdiff_t first, int count, const mechc_given_twice *given,
                                     mechc_propagation *g)
 {
+    mechc_vector state[MECHC_NX], rates[MECHC_NX];
+    mechc_mask kept = {0};
+    double t[MECHC_LANES];
+    for (int a = 0; MECHC_NC > 0 && a < MECHC_STAGES; a++) {
+        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
+        kept |= mechc_keeps(MECHC_GAUSS8, state, time, given);
+    }
     for (int a = 0; a < MECHC_STAGES; a++) {
-        mechc_vector state[MECHC_NX], rates[MECHC_NX], time;
-        double t[MECHC_LANES];
-        for (int n = 0; n < count; n++)
-            t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], rule->nodes[a]);
-        mechc_fill_lanes(t, count, 1, &time);
-        mechc_node_states(g, rule->nodes[a], record->dense_rows, state);
-        const int kept = mechc_keeps(MECHC_GAUSS8, state, time, given);
-        if (kept) mechc_keep_lanes(given, t, count, state);
+        const mechc_vector time = mechc_node_place(rule, record, first, count, a, g, t, state);
+        if (mechc_any(kept)) mechc_keep_lanes(given, t, count, kept, state);
         mechc_vector_linearise(time, state, &given->vector, kept, rates, g->slopes[a]);
     }
 }

@@ -58,28 +58,28 @@ MECHC_INLINE void mechc_empty_lanes(const mechc_vector *values, int count, int w
     if (count == MECHC_LANES) mechc_scatter_block(values, width, out);
 }
 
-/* Whether the method keeps these stages on the constraints. */
-MECHC_INLINE int mechc_keeps(int method, const mechc_vector *state, mechc_vector t,
-                             const mechc_given_twice *given)
+/* The lanes in which the method keeps a stage on the constraints. */
+MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc_vector t,
+                                    const mechc_given_twice *given)
 {
 #if MECHC_NC > 0
-    if (method == MECHC_DOPRI5 || method == MECHC_RADAU5) return 1;
-    const mechc_vector square = mechc_vector_conditioning_there(t, state, &given->vector);
-    return !(-mechc_greatest(-square) > MECHC_CLEAR * MECHC_CLEAR);
+    if (method == MECHC_DOPRI5 || method == MECHC_RADAU5) return ~(mechc_mask){0};
+    return ~(mechc_vector_conditioning_there(t, state, &given->vector) > MECHC_CLEAR * MECHC_CLEAR);
 #else
     (void)method, (void)state, (void)t, (void)given;
-    return 0;
+    return (mechc_mask){0};
 #endif
 }
 
 
-/* States of `count` lanes moved onto the constraints. */
+/* States of `count` lanes, those of the mask, moved onto the constraints. */
 MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double *t, int count,
-                                   mechc_vector *state)
+                                   mechc_mask which, mechc_vector *state)
 {
     double y[MECHC_LANES * MECHC_NX];
     mechc_empty_lanes(state, count, MECHC_NX, y);
-    for (int n = 0; n < count; n++) mechc_project_between(t[n], y + n * MECHC_NX, &given->scalar);
+    for (int n = 0; n < count; n++)
+        if (which[n]) mechc_project_between(t[n], y + n * MECHC_NX, &given->scalar);
     mechc_fill_lanes(y, count, MECHC_NX, state);
 }
 

@@ -94,7 +94,7 @@ MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptr
     mechc_vector *const kept = w->before;
     for (int i = 0; i < MECHC_NX; i++)
         mechc_unpad(w->after + i * w->directions.width, v->columns, to + i * v->columns);
-    w->before = w->after, w->after = kept;
+    if (!v->restart) w->before = w->after, w->after = kept;
 }
 
 /* `count` steps of an explicit pair from `step` on. */
@@ -175,7 +175,7 @@ MECHC_RARE int mechc_vary(const mechc_variation *v)
                   w->before + i * w->directions.width);
     for (ptrdiff_t step = v->first; whole && step < v->last;) {
         int count = 1;
-        while (count < MECHC_LANES && step + count < v->last
+        while ((step + count) % MECHC_LANES && step + count < v->last
                && methods[step + count] == methods[step])
             count++;
         if (mechc_is_pair(methods[step])) mechc_vary_pairs(w, v, methods[step], step, count);

@@ -1,0 +1,155 @@
+/* Change points that an accepted step passed, each with its time and configuration.
+ *
+ * A step may pass several: where a motion is simple, as that of a folded linkage, steps are long.
+ * Nodes do not show that, so the dense output is followed in short pieces, and each change of sign
+ * of a weak direction is a passage.
+ */
+#pragma once
+
+#include "dynamics/scalar_stage.h"
+#include "run/dense_output.h"
+#include "run/integration.h"
+#include "run/trajectory.h"
+#include "run/turns.h"
+#include "singularities/critical.h"
+#include "singularities/crossing.h"
+#include "singularities/monitor.h"
+#include "singularities/span.h"
+#include "singularities/turned_rows.h"
+#include "stepping/crossings.h"
+
+/* Move of a coordinate, over its scale, in one piece. */
+#define MECHC_PIECE 0.25
+
+/* Nodes that a step has at least. */
+#define MECHC_LEAST_NODES 4.0
+
+/* How far the dense output at the fraction s has passed the change point, in this direction. */
+MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
+                                    const double *along)
+{
+    double y[MECHC_NX], sum = 0.0;
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
+        sum += (y[i] - run->decision.q[i]) * along[i];
+    return sum;
+}
+
+/* Record the crossing, its time refined on the dense output; stop there where that is asked for. */
+MECHC_STATIC int mechc_record_crossing(mechc_integration *run, double h, const double *rows)
+{
+    const double near = 1e-3;
+    double s = run->decision.fraction, before[MECHC_NX], along[MECHC_NX];
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s - near, before);
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s + near, along);
+    for (int i = 0; i < MECHC_NX; i++) along[i] -= before[i];
+    for (int iteration = 0; iteration < 8; iteration++) {
+        const double here = mechc_past_crossing(run, rows, s, along);
+        const double slope = (mechc_past_crossing(run, rows, s + near, along)
+                              - mechc_past_crossing(run, rows, s - near, along)) / (2.0 * near);
+        if (slope == 0.0) break;
+        s -= here / slope;
+    }
+    const double t = run->head.t + s * h;
+    double q[MECHC_NQ];
+    memcpy(q, run->decision.q, sizeof q);
+    mechc_give_turns(run->turns, q);
+    if (!mechc_append_crossing(&run->head.trajectory, t, run->decision.gap, q,
+                               MECHC_NQ))
+        return MECHC_NO_MEMORY;
+    return run->on_change_point == MECHC_STOP_BEFORE ? MECHC_STOPPED_AT_CHANGE_POINT
+                                                     : MECHC_RUNNING;
+}
+
+#if MECHC_NH > 0
+/* The most that a coordinate moves over the step, in units of its scale. */
+MECHC_STATIC double mechc_moved(const mechc_integration *run, double h, const double *end)
+{
+    double most = 0.0;
+    for (int i = 0; i < MECHC_NQ - MECHC_STATES; i++)
+        most = mechc_max(most, mechc_max(fabs(end[i] - run->y[i]), fabs(h * MECHC_RATE(run, 0)[i]))
+                                   / run->scale[i]);
+    return most;
+}
+
+/* The change point in a piece of the step, found from where the direction is weaker; 0: none. */
+MECHC_STATIC int mechc_find_passed(const mechc_integration *run, const mechc_span *span,
+                                   const mechc_seen *before, const mechc_seen *after, double reach,
+                                   mechc_critical *found)
+{
+    const int first = before->weakest.ratio <= after->weakest.ratio;
+    const mechc_seen *node = first ? before : after;
+    const double t = span->t + node->fraction * span->h;
+    return mechc_find_critical(t, node->q, &run->given, node->weakest.rank, reach, found)
+        && found->curves && mechc_judge(found) == MECHC_CROSSING;
+}
+
+MECHC_STATIC int mechc_any_turned(const mechc_weakest *before, const mechc_weakest *after)
+{
+    for (int k = before->rank - 1; k >= 0; k--) {
+        if (before->values[k] > MECHC_CLEAR * before->values[0]) return 0;
+        if (mechc_surely_turned(before, after, k)) return 1;
+    }
+    return 0;
+}
+
+MECHC_STATIC void mechc_see_dense(const mechc_integration *run, const mechc_span *span,
+                                  const double *rows, double s, mechc_seen *out)
+{
+    double y[MECHC_NX];
+    mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);
+    out->fraction = s;
+    out->open = 0;
+    memcpy(out->q, y, sizeof out->q);
+    mechc_weakest_at(span->t + s * span->h, out->q, span, run->monitor.rank, &out->weakest);
+}
+#endif
+
+/* May an accepted step have passed change points?  Rows turn no more than coordinates move. */
+MECHC_STATIC int mechc_may_pass(const mechc_integration *run, double h, const double *end)
+{
+#if MECHC_NH > 0
+    if (run->decision.action == MECHC_CROSSES) return 1;
+    return mechc_knows_crossing(&run->monitor)
+        && MECHC_LEAST_NODES * run->monitor.least < mechc_moved(run, h, end);
+#else
+    (void)run, (void)h, (void)end;
+    return 0;
+#endif
+}
+
+/* Record all that the step passed; at least the one that it was placed across. */
+MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const double *end,
+                                       const double *rows)
+{
+#if MECHC_NH > 0
+    const mechc_span span = mechc_span_of(run, h, end, MECHC_RATE(run, run->current->last_rate));
+    const int pieces = 8 + (int)mechc_min(mechc_moved(run, h, end) / MECHC_PIECE, 1e4);
+    const ptrdiff_t known = run->head.trajectory.crossing_count;
+    const int crosses = run->decision.action == MECHC_CROSSES;
+    const mechc_decision placed = run->decision;
+    mechc_seen seen[2];
+    mechc_scalar_place place;
+    mechc_critical found;
+    int status = MECHC_RUNNING;
+    mechc_place_at(span.t, span.start, span.given, &place);
+    const double reach = 4.0 * mechc_reach(&span, place.mass) / pieces;
+    mechc_see_dense(run, &span, rows, 0.0, &seen[0]);
+    for (int i = 1; i <= pieces && status == MECHC_RUNNING; i++) {
+        const mechc_seen *before = &seen[(i - 1) % 2], *after = &seen[i % 2];
+        mechc_see_dense(run, &span, rows, (double)i / pieces, &seen[i % 2]);
+        if (!mechc_any_turned(&before->weakest, &after->weakest)) continue;
+        if (!mechc_find_passed(run, &span, before, after, reach, &found)) continue;
+        memcpy(run->decision.q, found.q, sizeof found.q);
+        run->decision.gap = found.gap;
+        run->decision.fraction = (i - 0.5) / pieces;
+        status = mechc_record_crossing(run, h, rows);
+    }
+    run->decision = placed;
+    if (status != MECHC_RUNNING || !crosses || run->head.trajectory.crossing_count > known)
+        return status;
+#else
+    (void)end;
+#endif
+    return mechc_record_crossing(run, h, rows);
+}

@@ -1,0 +1,271 @@
+"""The gradient of an objective of a finished run: covectors backwards over its steps (adjoint).
+
+An objective is a function of the end state, an integral over the run, or both.  Covectors pass
+through the transposed of every operation that columns pass through, so both ways agree to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.events import Jump, jump_of, through_reset
+from mechc.sensitivities.outputs import linear_output
+from mechc.sensitivities.rules import rule_of
+from mechc.sensitivities.run import ended_columns, without_closure
+from mechc.sensitivities.start import start_columns
+from mechc.sensitivities.steps import NAMES, checked_run
+from mechc.sensitivities.tangent import tangent
+from mechc.simulation.segments import Segments, Until
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+POINTS, WEIGHTS = (0.5 * each for each in np.polynomial.legendre.leggauss(8))
+NUMBERS_AT_ONCE = 1 << 20
+
+
+class Gradient(dict[str, Any]):
+    """Name -> derivative of the objective; of ``"y0"`` an array (nq + nu,).
+
+    Attributes
+    ----------
+    value
+        The objective; an end given as an array counts as its product with the end state.
+    notes
+        Which derivatives do not exist, and are NaN, and why.
+    """
+
+    def __init__(self, parts: Mapping[str, Any], value: float, notes: tuple[str, ...]) -> None:
+        super().__init__(parts)
+        self.value, self.notes = value, notes
+
+
+@dataclass
+class Backwards:
+    """A covector (nx,) on its way back, and what has been gathered by parameters and inputs."""
+
+    sol: Trajectory
+    system: System
+    covector: Array
+    gathered: Array
+    raw: Columns = field(init=False)
+
+    def __post_init__(self) -> None:
+        size = len(self.system.parameters)
+        unit = np.eye(len(self.gathered))
+        self.raw = Columns((), {}, unit[:size], unit[size:])
+
+    @property
+    def directions(self) -> Array:
+        """Of propagators: the state's components, then parameters and inputs."""
+        width = self.system.scene.width
+        return np.hstack([np.zeros((len(self.gathered), width)), np.eye(len(self.gathered))])
+
+    @property
+    def start(self) -> Array:
+        width = self.system.scene.width
+        return np.hstack([np.eye(width), np.zeros((width, len(self.gathered)))])
+
+    def through(self, columns: Array) -> None:
+        """Back through an affine map [P | Q] (nx, nx + np + ni)."""
+        found = self.covector @ columns
+        width = self.system.scene.width
+        self.covector = np.ascontiguousarray(found[:width])
+        self.gathered = self.gathered + found[width:]
+
+
+def gradient_of_run(
+    sol: Trajectory, end: Any, integral: Any, by: Sequence[str] | None, y0: Any, params: Any
+) -> Gradient:
+    """The gradient of ``end`` plus ``integral``; ``y0`` and ``params`` as the user gave them.
+
+    Raises
+    ------
+    UnavailableOutputError, UnknownNameError, MechcError
+        As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
+    """
+    system = sol.system
+    names = list(system.parameters) if by is None else list(by)
+    columns = columns_of(system, names, sol.params, params)
+    t, y = sol._run.states()
+    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    notes += without_closure(sol, columns, start, float(t[0]), y[0])
+    way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(len(columns.parameters) +
+                    len(columns.inputs)))  # fmt: skip
+    value = _begin(way, end)
+    for run, stop in reversed(_parts(sol._run, sol._stop)):
+        if isinstance(run, Jump):
+            _back_over(way, run)
+        else:
+            value += _back(way, run, stop, _weights(integral))
+    total = (
+        start.T @ way.covector + np.vstack([columns.parameters, columns.inputs]).T @ way.gathered
+    )
+    for _, bad, said in ended_columns(sol, columns):
+        total[bad] = np.nan
+        notes += said
+    parts = {name: _own(total[place]) for name, place in columns.places.items()}
+    return Gradient(parts, value, notes)
+
+
+def _own(part: Any) -> Any:
+    return float(part) if np.ndim(part) == 0 else part
+
+
+def _weights(given: Any) -> dict[str, float]:
+    """Outputs of an objective with their weights."""
+    if given is None:
+        return {}
+    if isinstance(given, Mapping):
+        return {name_of(name): float(weight) for name, weight in given.items()}
+    return {name_of(given): 1.0}
+
+
+def _parts(run: Any, stop: float | None) -> list[tuple[Any, float | None]]:
+    """Compiled runs and jumps, in order, each with the time within it where it ends; None: its own
+    end."""
+    if isinstance(run, Segments):
+        found: list[tuple[Any, float | None]] = []
+        for number, piece in enumerate(run.pieces):
+            found += [(jump_of(run, number), None)] if run.jumps[number] else []
+            found += _parts(piece, stop if piece is run.last else None)
+        return found
+    if isinstance(run, Until):
+        return _parts(run.piece, run.t if stop is None else stop)
+    return [(run, stop)]
+
+
+def _begin(way: Backwards, end: Any) -> float:
+    """The covector of the end state; the objective's value there."""
+    sol = way.sol
+    t = sol.span[1]
+    y = np.asarray(sol(t))
+    if isinstance(end, (np.ndarray, list, tuple)):
+        given = np.array(end, dtype=np.float64)
+        if given.shape != y.shape:
+            raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
+        way.covector = given
+        return float(given @ y)
+    return _add_outputs(way, _weights(end), y, t)
+
+
+def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: float) -> float:
+    value = 0.0
+    for name, weight in weights.items():
+        one, by_state, given = linear_output(way.sol, name, y[None], np.array([t]), way.raw)
+        way.covector = way.covector + weight * by_state[0]
+        way.gathered = way.gathered + weight * given[0]
+        value += weight * float(one[0])
+    return value
+
+
+def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, float]) -> float:
+    """Over one compiled run; the integral over it."""
+    checked_run(way.system, run, way.sol.params)
+    t = run.times(0)
+    value, last = 0.0, len(t) - 1
+    if stop is not None and last > 0:
+        forwards = 1.0 if t[-1] >= t[0] else -1.0
+        last = max(int(np.searchsorted(forwards * t, forwards * stop)) - 1, 0)
+        value += _back_within(way, run, last, stop, weights)
+    sources, by_given, more = _integral(way, run, t, 0, last, t[last], weights)
+    way.covector, gathered = run.covary(0, max(last, 0), way.covector, sources)
+    way.gathered = way.gathered + gathered + by_given
+    return value + more
+
+
+def _back_over(way: Backwards, jump: Jump) -> None:
+    """From behind the reset of an event to before it."""
+    if len(jump.causes) != 1:
+        raise MechcError(
+            f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
+            "that a change may turn: there is no derivative"
+        )
+    size, start = len(way.system.parameters), way.start
+    given = way.directions
+    every = Columns((), {}, given[:size], given[size:])
+    way.through(through_reset(way.sol, jump, every, start))
+
+
+def _back_within(
+    way: Backwards, run: Any, step: int, stop: float, weights: Mapping[str, float]
+) -> float:
+    """From a time within a step to its start."""
+    t = run.times(0)
+    h = t[step + 1] - t[step]
+    rule = rule_of(NAMES[int(run.methods()[step])])
+    ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
+    s = np.array([(stop - t[step]) / h])
+    columns = _between(rule, h, s, ends[0], ends[1], rates[0])[0]
+    y = way.sol._run.interpolate(np.array([stop]))
+    projected = tangent(way.system, y, way.sol.params, np.array([stop]), way.raw)
+    if projected is not None:
+        way.through(np.hstack([projected[0][0], projected[1][0]]))
+    sources, by_given, value = _integral(way, run, t, step, step + 1, stop, weights)
+    way.through(columns)
+    if sources is not None:
+        way.covector = way.covector + sources[0]
+        way.gathered = way.gathered + by_given
+    return value
+
+
+def _between(rule: Any, h: float, s: Array, before: Array, after: Array, rates: Array) -> Array:
+    """Columns at fractions s (m,) of a step, as the dense output of sensitivities has them."""
+    weights = h * (rule.weights(s) - s[:, None] * rule.weights(np.ones(1))[0])
+    gained = np.einsum("mj,jik->mik", weights, rates)
+    return np.asarray(before + s[:, None, None] * (after - before) + gained)
+
+
+# -- integrals ------------------------------------------------------------------------------------
+
+
+def _integral(
+    way: Backwards, run: Any, t: Array, first: int, last: int, stop: float,
+    weights: Mapping[str, float],
+) -> tuple[Array | None, Array, float]:  # fmt: skip
+    """Of outputs over steps first ... last - 1, the last until ``stop``: what it adds to the
+    covector at the start of each step, by parameters and inputs, and its value.
+
+    By Gauss's quadrature with eight points a step, on the dense output.
+    """
+    by_given, value = np.zeros(len(way.gathered)), 0.0
+    if not weights or last <= first:
+        return None, by_given, value
+    sources = np.zeros((last - first, way.system.scene.width))
+    for step in range(first, last):
+        end = stop if step == last - 1 else t[step + 1]
+        one, given, more = _integral_step(way, run, t, step, end, weights)
+        sources[step - first] = one
+        by_given, value = by_given + given, value + more
+    return sources, by_given, value
+
+
+def _integral_step(
+    way: Backwards, run: Any, t: Array, step: int, end: float, weights: Mapping[str, float]
+) -> tuple[Array, Array, float]:
+    sol, width = way.sol, way.system.scene.width
+    h, part = t[step + 1] - t[step], end - t[step]
+    points = t[step] + part * (POINTS + 0.5)
+    y = run.interpolate(points)
+    rule = rule_of(NAMES[int(run.methods()[step])])
+    ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
+    columns = _between(rule, h, (points - t[step]) / h, ends[0], ends[1], rates[0])
+    projected = tangent(way.system, y, sol.params, points, way.raw)
+    if projected is not None:
+        columns = projected[0] @ columns
+        columns[..., width:] += projected[1]
+    value, total = 0.0, np.zeros(columns.shape[-1])
+    for name, weight in weights.items():
+        one, by_state, given = linear_output(sol, name, y, points, way.raw)
+        share = weight * part * WEIGHTS
+        total += np.einsum("m,mi,mik->k", share, by_state, columns)
+        total[width:] += share @ given
+        value += float(share @ one)
+    return total[:width], total[width:], value

@@ -24,6 +24,7 @@ from mechc.simulation.settings import (
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
+from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -94,6 +95,17 @@ class Model(Configurations):
     def defaults(self) -> Mapping[str, float]:
         """Default value of every parameter that has one, SI units."""
         return self.system.defaults
+
+    @property
+    def picture(self) -> Picture:
+        """What is drawn of it: :class:`mechc.system.picture.Picture`, made when first asked for.
+
+        Raises
+        ------
+        MechcError
+            If its description cannot be read again.
+        """
+        return self.system.picture
 
     @property
     def capsule(self) -> object:
@@ -485,7 +497,8 @@ class Model(Configurations):
         """States at times, and a function that pulls gradients back.
 
         ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
-        sum(w * y) by l_3, for w of the shape of y.  Arguments and errors as in :meth:`jvp`.
+        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
+        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
         """
         from mechc.differentiable.motion import vjp
 

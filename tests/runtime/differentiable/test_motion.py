@@ -43,6 +43,19 @@ def test_pulling_back_is_the_transpose(pendulum):
         assert np.dot(found[name], tangent) == pytest.approx((weights * moved).sum(), rel=1e-12)
 
 
+def test_the_end_is_pulled_back_by_the_adjoint(pendulum):
+    y0, names = np.array([0.8, 0.3]), ["l_0", "y0", "g"]
+    end, pull = pendulum.vjp(2.0, y0, by=names)
+    every, forwards = pendulum.vjp(TIMES, y0, by=names)
+    np.testing.assert_array_equal(end, every[-1])
+    weights = np.array([0.4, -1.3])
+    wanted = forwards(np.array([[0.0, 0.0], [0.0, 0.0], weights]))
+    for name, found in pull(weights).items():
+        np.testing.assert_allclose(found, wanted[name], rtol=1e-9)
+    with pytest.raises(mechc.UnknownNameError, match="l_7"):
+        pendulum.vjp(2.0, y0, by=["l_7"])
+
+
 def test_one_time_is_the_end(pendulum):
     y, moved = pendulum.jvp(2.0, START, along={"l_0": 1.0})
     assert y.shape == moved.shape == (2,)

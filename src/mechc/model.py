@@ -12,7 +12,6 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET, Configurations
-from mechc.errors import MechcError
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -544,20 +543,6 @@ class Model(Configurations):
         if isinstance(y0, Mapping):
             y0 = model._start(y0, p, start)
         return Stepper(system, start, checked_state(system, y0, p, start), p, policy)
-
-    def _driven_over(
-        self, span: tuple[float, float], inputs: Mapping[str, Any], sensitivities: Sequence[Any]
-    ) -> Model:
-        """With the inputs of one run, in which the values of controllers will be."""
-        from mechc.inputs.sampled import with_held
-
-        given, sampled = with_held(inputs, span) if isinstance(inputs, Mapping) else (inputs, False)
-        if sampled and len(sensitivities):
-            raise MechcError(
-                "how a controller depends on the state is not known, so a run with mechc.Sampled "
-                "has no sensitivities: give its law as an expression, mechc.compile(..., inputs=)"
-            )
-        return self.with_inputs(given)
 
     def _start(self, given: Mapping[Any, float], p: Array, t: float) -> Array:
         """The state from coordinates and speeds in one mapping."""

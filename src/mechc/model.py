@@ -23,6 +23,7 @@ from mechc.simulation.settings import (
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
+from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -93,6 +94,17 @@ class Model(Configurations):
     def defaults(self) -> Mapping[str, float]:
         """Default value of every parameter that has one, SI units."""
         return self.system.defaults
+
+    @property
+    def picture(self) -> Picture:
+        """What is drawn of it: :class:`mechc.system.picture.Picture`, made when first asked for.
+
+        Raises
+        ------
+        MechcError
+            If its description cannot be read again.
+        """
+        return self.system.picture
 
     @property
     def capsule(self) -> object:

@@ -49,6 +49,7 @@ COMPILER_LAW = {
     "errors": set[str](),
     "description": {"errors"},
     "library": {"errors", "description"},
+    "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},
     "frontend": {"errors", "description", "convert", "derive"},

@@ -51,6 +51,8 @@ cdef extern from "abi/model.h":
         unsigned char *methods
         ptrdiff_t crossing_count
         double *crossings
+        double dropped[2]
+        int dropped_count
 
     ctypedef struct mechc_run:
         int status

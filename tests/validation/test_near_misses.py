@@ -6,9 +6,9 @@ import pytest
 from mechc_codegen.library.planar.slider_crank import slider_crank
 
 import mechc
+from benchmarks.problems.five_bar import five_bar
 from benchmarks.problems.window_row import window_row
 from benchmarks.stability import crossings, near_misses, window_misses
-from tests.support.loops import five_bar
 
 METHODS = ("dopri5", "dop853", "gauss8")
 

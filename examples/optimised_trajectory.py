@@ -4,7 +4,7 @@
 
 The force is a sum of sines; its coefficients are parameters of the compiled model.  SciPy's SLSQP
 makes the sum of their squares least, so that the load ends at its place and at rest; the end state
-and its derivatives by all coefficients come from one run (mechc.Model.vjp).
+and its derivatives by all coefficients come from one run.
 Writes optimised_trajectory.png.
 """
 
@@ -60,8 +60,8 @@ def end_state(coefficients):
 def end_slopes(coefficients):
     """Its derivatives (4, 8)."""
     params = dict(zip(NAMES, coefficients, strict=True))
-    _, pull = model.vjp(SECONDS, START, params, by=NAMES)
-    return np.array([[pull(row)[name] for name in NAMES] for row in np.eye(4)])
+    sol = model.simulate(SECONDS, START, params, sensitivities=NAMES)
+    return np.stack([sol.sensitivity[name][-1] for name in NAMES], axis=-1)
 
 
 def optimised():

@@ -197,9 +197,36 @@ def rolling_bicycle() -> Family:
     return Family(source, given, end, t, ("roll", "steer_rate"))
 
 
+# -- a stiff scene --------------------------------------------------------------------------------
+
+
+def stiff_masses() -> Family:
+    """M x'' = -K x - C x': the end by the exponential of the matrix of its first-order form."""
+    t = 1.0
+
+    def end(given: Given) -> Vector:
+        m, k, c = [given["m_0"], mpf(MASSES[1])], [given["k_0"], given["k_1"]], given["c"]
+        rates = mpmath.zeros(4)
+        for i in range(2):
+            rates[i, 2 + i] = mpf(1)
+            other, way = 1 - i, 1 if i == 0 else -1
+            rates[2 + i, 0] = -(k[0] * (i == 0) + way * k[1]) / m[i]
+            rates[2 + i, 1] = way * k[1] / m[i]
+            rates[2 + i, 2 + i], rates[2 + i, 2 + other] = -c / m[i], c / m[i]
+        start = mpmath.matrix([given["x_0"], given["x_1"], given["v_0"], mpf(0)])
+        return list(mpmath.expm(rates * t, method="pade") * start)
+
+    given = {
+        "x_0": 0.3, "x_1": 0.3, "v_0": 0.2, "m_0": 1.0, "k_0": 10.0, "k_1": 1e6, "c": 1e3,
+    }  # fmt: skip
+    source = "two masses on a soft and a stiff spring, damped: benchmarks/stability/stiff.py"
+    return Family(source, given, end, t, ("x_0", "v_0", "m_0", "k_0"))
+
+
 FAMILIES = {
     "pendulum": pendulum,
     "four_bar_regular": regular_four_bar,
     "four_bar_change_point": change_point_four_bar,
     "bicycle": rolling_bicycle,
+    "stiff_masses": stiff_masses,
 }

@@ -75,6 +75,8 @@ COMMANDS = {
     "closing": Command("microseconds that it takes to close loops", "costs.closing"),
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
+    "derivatives": Command("errors of derivatives of motions against 28 digits",
+                           "references.derivatives"),
     "sensitivities": Command("run times with derivatives over those without",
                              "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",

@@ -82,6 +82,7 @@ def compile(
     configuration_constraints: Iterable[Any] | None = None,
     reactions: Iterable[Any] | None = None,
     form: str | None = None,
+    drawing: Any = None,
     backend: str = "c",
 ) -> Model:
     """Compile a user-defined mechanism; cached, needs a C compiler unless ``backend="numpy"``.
@@ -131,6 +132,9 @@ def compile(
     form
         ``"kane"`` or ``"lagrange"``: the method for an object whose equations are not formed.  They
         are not formed by SymPy then, which takes long for large ones.
+    drawing
+        A :class:`mechc.Drawing`: links, pivots and paths besides those that are found from the
+        description (docs/drawing.md).  It compiles nothing.
     backend
         ``"c"``; or ``"numpy"`` where there is no compiler: the same model, slower, which does not
         pass change points and has no batches (docs/backends.md).
@@ -164,6 +168,7 @@ def compile(
         else _several(configuration_constraints),
         reactions=None if reactions is None else _several(reactions),
         form=form,
+        drawing=drawing,
         backend=checked_backend(backend),
     )
     return Model.of_system(system) if held is None else _with_all_held(system, held)

@@ -12,7 +12,6 @@ import numpy as np
 
 from mechc.compilation.find import system_of
 from mechc.configurations import ONE_SET, Configurations
-from mechc.errors import MechcError
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -24,6 +23,7 @@ from mechc.simulation.settings import (
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
 from mechc.system.parameters import Array, Parameters
+from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -94,6 +94,17 @@ class Model(Configurations):
     def defaults(self) -> Mapping[str, float]:
         """Default value of every parameter that has one, SI units."""
         return self.system.defaults
+
+    @property
+    def picture(self) -> Picture:
+        """What is drawn of it: :class:`mechc.system.picture.Picture`, made when first asked for.
+
+        Raises
+        ------
+        MechcError
+            If its description cannot be read again.
+        """
+        return self.system.picture
 
     @property
     def capsule(self) -> object:
@@ -289,9 +300,9 @@ class Model(Configurations):
             Called now and then with the fraction done.
         inputs
             A value for each input in ``model.inputs``: a number, a
-            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
-            t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
-            model driven by them.
+            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of functions of
+            t with the derivatives of the first, or a :class:`mechc.Sampled` controller; see
+            :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
@@ -314,10 +325,10 @@ class Model(Configurations):
         :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
         motion until then.
         """
-        model = self if inputs is None else self.with_inputs(inputs)
+        span, times = checked_span_and_times(t_span, t_eval)
+        model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
-        span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
@@ -485,7 +496,8 @@ class Model(Configurations):
         """States at times, and a function that pulls gradients back.
 
         ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
-        sum(w * y) by l_3, for w of the shape of y.  Arguments and errors as in :meth:`jvp`.
+        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
+        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
         """
         from mechc.differentiable.motion import vjp
 
@@ -549,12 +561,6 @@ class Model(Configurations):
         **policy: Any,
     ) -> Batch:
         """Simulate many starts or parameter sets; see :mod:`mechc.batch.simulate`."""
-        if self.inputs:
-            raise MechcError(
-                f"a batch takes no inputs that are given with a run, and {self.name} has "
-                f"{', '.join(self.inputs)}: compile it with expressions for them, whose parameters "
-                "a batch may vary (mechc.compile(..., inputs={...})), or simulate one by one"
-            )
         from mechc.batch.simulate import simulate_batch
 
         batch = simulate_batch(self.system, t_span, y0, params, **policy)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 import mechc
 from mechc.system.kinds import Kind
+from mechc.system.picture import Picture
 
 Array = NDArray[np.float64]
 LENGTHS = (1.0, 2.0, 3.0)
@@ -150,6 +151,11 @@ class FakeModel:
     @property
     def quantities(self) -> Mapping[str, Any]:
         return quantities(self.units)
+
+    @property
+    def picture(self) -> Picture:
+        drawn = self.skeleton, self.ground, self.traced, self.view
+        return Picture(self.point_names, *drawn, self.points)
 
     def points(self, y: Array, params: Any = None, t: Any = 0.0) -> Array:
         flat = joints(y[..., :3])[..., : len(self.point_names), :]

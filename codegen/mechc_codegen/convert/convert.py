@@ -81,7 +81,7 @@ def convert(
         name=settings.name or source.kind,
         title=settings.name or f"Mechanism read from a {source.kind}",
         frame=source.frame,
-        origin=origin or Point("O"),
+        origin=origin or _origin(replace(source, bodies=source.drawn)) or Point("O"),
         coordinates=tuple(Coordinate(q, Quantity(units.of(q), "")) for q in source.q),
         speeds=tuple(Speed(u, Quantity(units.of(u), "")) for u in source.u),
         kinematics=kinematics,
@@ -103,6 +103,7 @@ def convert(
         reactions=reactions,
         auxiliary_constraints=constraints_with_auxiliary(source) if reactions else (),
         gravity=gravity,
+        drawn=source.drawn,
     )
 
 

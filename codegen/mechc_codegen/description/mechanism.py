@@ -18,6 +18,8 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
+from mechc_codegen.description.drawing import NO_DRAWING
+from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joint_closures import joints_and_closures
 from mechc_codegen.description.joints import Joint
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
@@ -71,27 +73,6 @@ class State:
     rate: Expr
     quantity: Quantity
     start: float = 0.0
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """The picture: polylines through named points, pivots on the ground, traced points.
-
-    ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``, ``"-x"`` and so
-    on; without it the two along which the motion is widest.
-    """
-
-    links: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    ground: tuple[str, ...] = ()
-    traced: tuple[str, ...] = ()
-    view: tuple[str, str] | None = None
-
-    def __post_init__(self) -> None:
-        axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
-        if len(axes) != 2 or len({*axes, *"xyz"}) > 3 or axes[0] == axes[1]:
-            raise MechanismError(
-                f"a view is two different axes out of x, y, z, -x, -y, -z, not {self.view!r}"
-            )
 
 
 Notes = Callable[[Mapping[str, float]], list[tuple[str, str]]]
@@ -180,6 +161,8 @@ class Mechanism:
     added_inertia
         Loads that are linear in the speeds' rates, which the mass matrix takes up; what they make
         of it must be symmetric.
+    drawn
+        Bodies whose energies are in L: they are in pictures only.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -202,7 +185,7 @@ class Mechanism:
     motion_constraints: tuple[Constraint, ...] = ()
     points: tuple[Point, ...] = ()
     frames: tuple[ReferenceFrame, ...] = ()
-    drawing: Drawing = Drawing()
+    drawing: Drawing = NO_DRAWING
     start: Mapping[str, float] = field(default_factory=dict)
     preference: Expr | None = None
     notes: Notes | None = None
@@ -219,6 +202,7 @@ class Mechanism:
     states: tuple[State, ...] = ()
     reactions: tuple[Reaction, ...] = ()
     auxiliary_constraints: tuple[Expr, ...] = ()
+    drawn: tuple[RigidBody | Particle, ...] = ()
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)

@@ -32,6 +32,8 @@ class Source:
         latter contain the rates of the former besides the nonholonomic ones, without labels.
     lagrangian
         L, if the equations are Lagrange's; loads then are those that are not in L.
+    drawn
+        Bodies whose energies are in L, for pictures only.
     origin
         A point fixed in ``frame``, where the object names one.
     joints
@@ -54,6 +56,7 @@ class Source:
     lagrangian: Expr | None = None
     origin: Point | None = None
     joints: tuple[Joint, ...] = ()
+    drawn: tuple[RigidBody | Particle, ...] = ()
 
 
 Key = Any  # a printed name, or the symbol itself

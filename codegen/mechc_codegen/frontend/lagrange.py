@@ -42,6 +42,7 @@ def read_lagrange(method: LagrangesMethod, form: str | None = None) -> Source:
         configuration=tuple(method._hol_coneqs),
         motion=tuple(method.coneqs)[holonomic:],
         lagrangian=method._L[0],
+        drawn=tuple(method.bodies or ()),
     )
 
 

@@ -17,6 +17,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints import Body, Joint, joint_of, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import (
     Coordinate,
@@ -45,6 +46,7 @@ def from_joints(
     gravity: Vector | None = None,
     parameters: Mapping[Key, Any] | Iterable[Parameter] = (),
     units: Mapping[Key, str] | None = None,
+    drawing: Drawing = NO_DRAWING,
     **more: Any,
 ) -> Mechanism:
     """A mechanism from joints, which define its bodies, coordinates, speeds and points.
@@ -66,9 +68,11 @@ def from_joints(
         objects.  Symbols that are not named have no default and need a value at every use.
     units
         Symbol or printed name -> unit.  Coordinates that turn are in rad, others in m.
+    drawing
+        Links, pivots and paths besides those of the joints.
     more
         Further fields of :class:`mechc.Mechanism`: ``title``, ``configuration_constraints``,
-        ``motion_constraints``, ``inputs``, ``points``, ``drawing``, ``start``, ...
+        ``motion_constraints``, ``inputs``, ``points``, ``start``, ...
 
     Raises
     ------
@@ -100,7 +104,8 @@ def from_joints(
         loads=loads,
         gravity=gravity,
         joints=tuple(every),
-        **{"title": name, "points": places.points, "drawing": places.drawing(), **more},
+        **{"title": name, "points": places.points, **more},
+        drawing=places.drawing().plus(drawing),
     )
 
 

@@ -48,7 +48,7 @@ def to_dataset(
     taken = {*variables, *coords}
     for key, name in netcdf_names(tuple(varied)).items():
         free = key if key not in taken else f"{key}_given"
-        told = {"units": system.units[name], "long_name": name}
+        told = {"units": system.units.get(name, ""), "long_name": name}
         coords[free] = ("member", varied[name], told)
     about = {"title": f"{system.name}, simulated by mechc", "warnings": list(warnings)}
     return xarray_module().Dataset(variables, coords=coords, attrs=about)

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
+from mechc.batch.driven import driven_by, evaluated, in_segments
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
@@ -43,6 +44,7 @@ def run_members(
     """
     # waits for the background compilation; from here on outputs have its numbering
     unit = _unit(system.scene.capsule, system.instruction_set)
+    system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
     y0, assembled, miss, complete = _starts(system, recipe, values, length, threads)
@@ -53,6 +55,7 @@ def run_members(
         unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
         OFF_BY_ROUNDING,
+        in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -142,7 +145,7 @@ def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> 
     found = {"y_eval": states} if recipe.keep_states else {}
     for i, name in enumerate(recipe.outputs):
         times = np.broadcast_to(recipe.t_eval, states.shape[:2])
-        history = system.evaluate(name, states, values[:, None, :], times)
+        history = evaluated(system, recipe.inputs, name, states, values, times)
         history[np.isnan(states[:, :, 0])] = np.nan  # also where the state has no effect
         found[f"output_{i}"] = history
     return found

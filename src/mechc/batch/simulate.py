@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,6 +30,7 @@ def simulate_batch(
     y0: Array | Assembly,
     params: Parameters = None,
     *,
+    inputs: Mapping[str, Any] | None = None,
     t_eval: Array | None = None,
     states: bool = True,
     outputs: Sequence[str] = (),
@@ -59,6 +60,10 @@ def simulate_batch(
         of each member with its own parameters; so does a mapping of coordinates and speeds.
     params
         Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
+    inputs
+        Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
+        that all members have; besides those of ``model.with_inputs``.  Python functions are not
+        taken, and with ``out`` no signals.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -99,8 +104,13 @@ def simulate_batch(
     """
     recipe = _recipe(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
-        first_step, max_step, max_steps, on_change_point,
+        first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
+    if out is not None and recipe.inputs.signals:
+        raise ValueOutOfBoundsError(
+            f"out: a batch in a folder takes no signals yet, and "
+            f"{', '.join(recipe.inputs.signals)} is one: leave out= away"
+        )
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)
@@ -117,7 +127,7 @@ def _recipe(
     system: System, t_span: Any, y0: Any, params: Parameters, t_eval: Any, states: bool,
     outputs: Sequence[str], reduce: Sequence[str] | str, until: str | None, rtol: float,
     atol: Any, method: str, first_step: float | None, max_step: float, max_steps: int,
-    on_change_point: str,
+    on_change_point: str, inputs: Mapping[str, Any] | None,
 ) -> Recipe:  # fmt: skip
     """All arguments, checked before anything is computed."""
     span = checked_span(t_span)
@@ -132,7 +142,7 @@ def _recipe(
     )  # fmt: skip
     return checked_recipe(
         system, span, y0, params, times, states, names_of(outputs), _reductions(reduce),
-        until or "", policy,
+        until or "", policy, inputs,
     )  # fmt: skip
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
 from mechc.system.names import by_name, without_unused
@@ -65,6 +66,7 @@ class Recipe:
     reductions: tuple[str, ...]
     until: str
     policy: Policy
+    inputs: BatchInputs = NONE
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""
@@ -78,6 +80,7 @@ class Recipe:
             coordinates=_cut(self.coordinates, first, last),
             speeds=_cut(self.speeds, first, last),
             states=states,
+            inputs=self.inputs.cut(first, last),
         )
 
     def ranges(self, size: int) -> list[tuple[int, int]]:
@@ -85,15 +88,18 @@ class Recipe:
         return [(k, min(k + size, self.count)) for k in range(0, self.count, size)]
 
     def varied(self) -> dict[str, Array]:
-        """The columns that differ between members: parameters, then coordinates and speeds."""
-        every = {**self.params, **self.coordinates, **self.speeds}
+        """The columns that differ between members: parameters, coordinates, speeds, inputs."""
+        every = {**self.params, **self.coordinates, **self.speeds, **self.inputs.numbers}
         return {name: column for name, column in every.items() if np.ndim(column)}
 
     def told(self) -> dict[str, Any]:
         """All that decides the results, as JSON data; arrays by their hash."""
         policy = self.policy._asdict()
         del policy["dense"]
+        signals = {n: [_hash(x) for x in s.pieces] for n, s in self.inputs.signals.items()}
+        driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
         return {
+            **(driven if self.inputs != NONE else {}),
             "members": self.count,
             "t_span": list(self.span),
             "params": _told(self.params),
@@ -137,6 +143,7 @@ def checked_recipe(
     reductions: Sequence[str],
     until: str,
     policy: Policy,
+    inputs: Mapping[str, Any] | None = None,
 ) -> Recipe:
     """A recipe that names only what the model has, with columns of one length.
 
@@ -158,7 +165,10 @@ def checked_recipe(
     for name in guess:
         if name in coordinates or np.ndim(guess[name]):
             raise AssemblyError(f"{name}: a guess is one number, for a coordinate not given")
-    every = {**columns, **coordinates, **speeds} | ({"y0": states} if states is not None else {})
+    given = checked_inputs(system, inputs)
+    check_driven(system, given, np.append(t_eval, span), states is None)
+    every = {**columns, **coordinates, **speeds, **given.numbers}
+    every |= {"y0": states} if states is not None else {}
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
@@ -168,7 +178,7 @@ def checked_recipe(
     return Recipe(
         count, span, columns, states, coordinates, speeds,
         {name: float(value) for name, value in guess.items()}, t_eval,
-        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy,
+        keep_states and len(t_eval) > 0, tuple(outputs), tuple(reductions), until, policy, given,
     )  # fmt: skip
 
 

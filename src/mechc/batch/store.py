@@ -20,6 +20,7 @@ import numpy as np
 
 from mechc.batch import manifests
 from mechc.batch.dataset import attributes
+from mechc.batch.driven import NONE, BatchInputs
 from mechc.batch.layout import (
     METADATA,
     Layout,
@@ -29,7 +30,7 @@ from mechc.batch.layout import (
     output_shapes,
 )
 from mechc.batch.results import Batch
-from mechc.batch.spec import Assembly, Compute, Recipe, checked_recipe, common_count
+from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
 from mechc.results.durable import replacing, write_text
@@ -154,10 +155,10 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
     """The members' inputs, so that the folder can be opened without the call."""
     columns = {
         f"{kind}/{i}": np.asarray(column)
-        for kind in ("params", "coordinates", "speeds")
-        for i, column in enumerate(getattr(recipe, kind).values())
+        for kind, named in _columns(recipe).items()
+        for i, column in enumerate(named.values())
     }
-    names = {k: list(getattr(recipe, k)) for k in ("params", "coordinates", "speeds")}
+    names = {kind: list(named) for kind, named in _columns(recipe).items()}
     policy = recipe.policy._asdict()
     atol = policy.pop("atol")
     told = {
@@ -173,6 +174,14 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
     with replacing(notes / f"{INPUTS}.npz") as part, part.open("wb") as file:
         np.savez(file, **arrays)
     write_text(notes / f"{INPUTS}.json", json.dumps(told))
+
+
+def _columns(recipe: Recipe) -> dict[str, Columns]:
+    """All that may differ between members, by kind."""
+    return {
+        "params": recipe.params, "coordinates": recipe.coordinates, "speeds": recipe.speeds,
+        "inputs": recipe.inputs.numbers,
+    }  # fmt: skip
 
 
 def _prepared(
@@ -355,15 +364,18 @@ def _read_recipe(notes: Path) -> Recipe:
     told = read_json(notes / f"{INPUTS}.json")
     arrays = read_arrays(notes / f"{INPUTS}.npz")
     columns = {
-        kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"][kind])}
-        for kind in ("params", "coordinates", "speeds")
+        kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"].get(kind, ()))}
+        for kind in ("params", "coordinates", "speeds", "inputs")
     }
+    numbers = columns["inputs"]
     recipe = Recipe(
         count=told["count"], span=(told["span"][0], told["span"][1]),
         states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
         keep_states=told["keep_states"], outputs=names_of(told["outputs"], "its outputs"),
         reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
-        policy=Policy(atol=arrays.get("atol"), **told["policy"]), **columns,
+        policy=Policy(atol=arrays.get("atol"), **told["policy"]),
+        params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
+        inputs=BatchInputs(numbers, {}) if numbers else NONE,
     )  # fmt: skip
     every = {name: values for kind in columns.values() for name, values in kind.items()}
     if recipe.states is not None:
@@ -386,7 +398,7 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
     again = checked_recipe(
         system, span, start, recipe.params, checked_times(recipe.t_eval, span),
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
-        checked_policy(system, **told),
+        checked_policy(system, **told), recipe.inputs.numbers,
     )  # fmt: skip
     if again.told() != recipe.told():
         raise ValueError("no call makes such a request")

@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any
 
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
-from mechc.compilation.from_scene import system_with
+from mechc.compilation.from_scene import drawn_by, system_with
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
@@ -117,7 +117,14 @@ def _installed(name: str, instruction_set: str | None) -> System:
     reference = ModelReference(
         name, instruction_set=instruction_set, library_file=str(module.__file__)
     )
-    return system_with(Scene(module.model, instruction_set), reference)
+    system = system_with(Scene(module.model, instruction_set), reference)
+    return system.drawn_by(drawn_by(lambda: _described(name)))
+
+
+def _described(name: str) -> tuple[Any, Any]:
+    from mechc.compilation.library import described_as_asked
+
+    return described_as_asked(name, {}, {})
 
 
 def _asked(fix: Mapping[str, float] | None, outputs: Iterable[str] | None) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
@@ -31,7 +32,19 @@ def system_with(
     build |= {"backend": found.backend} if found.backend != "c" else {}
     build |= {} if seconds is None else {"seconds": seconds}
     count = None if described is None else lambda: _operations_of_all(described)
-    return System(data, with_inputs(scene, data), found, build, count)
+    system = System(data, with_inputs(scene, data), found, build, count)
+    return system if described is None else system.drawn_by(drawn_by(described))
+
+
+def drawn_by(described: Described, added: Any = None) -> Callable[[System], Picture]:
+    """What makes the picture of a description, with what a user's drawing adds, when asked."""
+
+    def picture(system: System) -> Picture:
+        from mechc.compilation.picture import described_picture
+
+        return described_picture(system, described, added)
+
+    return picture
 
 
 def with_inputs(scene: Any, data: Mapping[str, Any]) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.defaults import split, with_defaults
+from mechc.compilation.from_scene import Described, drawn_by
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.signals import Signal
@@ -18,13 +19,28 @@ from mechc.system.system import System
 LEAST_DERIVATIVES = 2  # of positions, for accelerations
 
 
-def compile_any(thing: Any, *, backend: str = "c", **asked: Any) -> System:
+def compile_any(thing: Any, *, backend: str = "c", drawing: Any = None, **asked: Any) -> System:
     """The system of a request; see :func:`mechc.compile`."""
     errors_of_compiler()
     seconds: dict[str, float] = {}
     request, numbers = timed(seconds, "read", lambda: read_compilable(thing, **asked))
     system = _compiled(request, ModelReference("", custom=True, backend=backend), seconds)
+    system = _drawn(system, thing, drawing, request.described)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
+
+
+def _drawn(system: System, thing: Any, drawing: Any, described: Described) -> System:
+    """The system with the picture of this object, which others with its equations need not have.
+
+    The same system as the last time if object and drawing are the same.
+    """
+    last: tuple[Any, Any, System] = system.kept.get(_drawn, (None, None, system))
+    if last[0] is not thing or last[1] != drawing:
+        own = system.drawn_by(drawn_by(described, drawing), more=drawing is not None)
+        last = system.kept[_drawn] = thing, drawing, own
+        if drawing is not None:
+            _ = own.picture  # a wrong name is told now
+    return last[2]
 
 
 def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.sensitivities.columns import columns_of
 from mechc.system.names import by_name, name_of, names_of
 from mechc.system.parameters import Array, doubles
 
@@ -37,7 +38,9 @@ def vjp(
 ) -> tuple[Array, Callable[[Any], dict[str, Any]]]:  # fmt: skip
     """See :meth:`mechc.Model.vjp`."""
     names, times = names_of(by), _checked_times(t, t0)
-    sol = _solved(model, times, y0, params, names, t0, policy)
+    forwards = len(times) > 1
+    sol = _solved(model, times, y0, params, names if forwards else (), t0, policy)
+    columns_of(sol.system, names, sol.params, params)  # refuses unknown names
     y = _as_asked(t, sol.y)
 
     def pull(cotangent: Any) -> dict[str, Any]:
@@ -48,10 +51,20 @@ def vjp(
                 f"a cotangent has the shape of the states, {y.shape}, not {weights.shape}"
             )
         rows = weights.reshape(sol.y.shape)
+        if not forwards:
+            return _adjoint(sol, rows[0], names)
         found = {name: np.tensordot(rows, sol.sensitivity[name], 2) for name in names}
         return {name: each if each.ndim else float(each) for name, each in found.items()}
 
     return y, pull
+
+
+def _adjoint(sol: Any, weights: Array, names: Sequence[str]) -> dict[str, Any]:
+    """The gradient of weights * end state, backwards over the steps."""
+    found = sol.gradient(end=weights, by=names)
+    if found.notes:
+        raise MechcError(f"the motion has no derivative {'; '.join(found.notes)}")
+    return dict(found)
 
 
 def _checked_times(t: Any, t0: float) -> Array:
@@ -152,7 +165,8 @@ class Motion:
             return np.asarray(self._one(t, x).y)
         rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
         times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
-        if self.model.inputs or not (times == times[0]).all():
+        driven = self.model.system.driven
+        if (driven and driven.called) or not (times == times[0]).all():
             found = np.stack([self._one(*each).y for each in zip(times, rows, strict=True)])
         else:
             found = self._batch(times[0], rows)
@@ -165,6 +179,15 @@ class Motion:
         times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
         found = np.stack([self._slope(*each) for each in zip(times, rows, strict=True)])
         return found.reshape(*leading, *found.shape[1:])
+
+    def pulled(self, t: Array, x: Array, cotangent: Array) -> Array:
+        """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states."""
+        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
+        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
+        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
+        weights = cotangent.reshape(-1, *cotangent.shape[-2:])
+        found = np.stack([self._pull(*each) for each in zip(times, rows, weights, strict=True)])
+        return found.reshape(*leading, x.shape[-1])
 
     def rates(self, t: Array, x: Array, y: Array) -> Array:
         """Derivatives (..., nt, nq + nu) of the states y by the times."""
@@ -182,6 +205,12 @@ class Motion:
         sol = self._one(t, x, self.names)
         columns = [sol.sensitivity[name] for name in self.names]
         return np.concatenate([c if c.ndim == 3 else c[..., None] for c in columns], axis=-1)
+
+    def _pull(self, t: Array, x: Array, cotangent: Array) -> Array:
+        start, parameters = self.given(x)
+        _, pull = vjp(self.model, t, start, parameters, self.names, self.t0, self.policy)
+        found = pull(cotangent)
+        return np.concatenate([np.atleast_1d(found[name]) for name in self.names] or [np.zeros(0)])
 
     def _batch(self, t: Array, x: Array) -> Array:
         start, parameters = self.given(x)

@@ -100,8 +100,7 @@ def _states() -> Any:
             if ctx.needs_input_grad[1]:
                 by_t = (cotangent * called.apply(ctx.motion.rates, t, x, y)).sum(-1)
             if ctx.needs_input_grad[2]:
-                slopes = called.apply(ctx.motion.slopes, t, x)
-                by_x = (cotangent[..., None] * slopes).sum((-3, -2))
+                by_x = called.apply(ctx.motion.pulled, t, x, cotangent)
             return None, by_t, by_x
 
         @staticmethod

@@ -5,12 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from numbers import Real
 from typing import Any
 
 import numpy as np
 
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.sampled import Control, HeldSignal, Sampled
 from mechc.inputs.signals import Signal
 from mechc.native._inputs import Caller, Inputs
 from mechc.system.parameters import Array
@@ -54,6 +56,7 @@ class GivenInputs:
         self._order = {slot.name: max(slot.orders) for slot in slots}
         self.called = [n for n, x in given.items() if _functions(x)]
         self._numbers: dict[str, Array] = {}
+        self._places: dict[str, int] = {}
         self._pieces: list[tuple[Array, Array]] = []
         self._sources: list[tuple[int, int]] = []
         functions: list[tuple[str, Function, bool] | None] = []
@@ -68,11 +71,29 @@ class GivenInputs:
                 self._pieces.append(_polynomials(slot, value))
                 if not isinstance(value, Signal):
                     self._numbers[slot.name] = self._pieces[-1][1]
+                    self._places[slot.name] = len(self._pieces) - 1
         self.caller = Caller(functions, *sizes)
 
     def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
         """The values for compiled code; of signals only the pieces between two times."""
         return Inputs(self._pieces, self._sources, self.caller, *_within(t0, t1))
+
+    def in_segments(
+        self, t0: float, t1: float, rtol: float, own: Sequence[str]
+    ) -> tuple[Array, list[Any], Any]:
+        """For batches: ends of the segments between kinks (s,), the compiled values of each and of
+        the whole span, and which of their signals are the numbers named."""
+        times = [t0, *self.breaks(t0, t1, rtol), t1]
+        between = [self.compiled(*pair) for pair in pairwise(times)]
+        whole = self.compiled() if len(between) > 1 else between[0]
+        places = np.array([self._places[name] for name in own], np.intc)
+        return np.array(times[1:]), [*between, whole], places
+
+    @property
+    def controls(self) -> list[Control]:
+        """Controllers that are called during a run."""
+        held = [s.control for s in self.signals.values() if isinstance(s, HeldSignal)]
+        return list(dict.fromkeys(held))
 
     def narrow(self, inputs: Any, t0: float, t1: float) -> None:
         """Let compiled inputs take only the pieces of signals between two times."""
@@ -197,6 +218,11 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
     if isinstance(value, Signal):
         _check_smoothness(slot, value)
         return value.pieces
+    if isinstance(value, Sampled):
+        raise ValueOutOfBoundsError(
+            f"the input {slot.name} is a mechc.Sampled, whose values a run makes: give it to "
+            "simulate(..., inputs={...})"
+        )
     number = isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
     if not number or not np.isfinite(float(value)):
         raise ValueOutOfBoundsError(

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
+from mechc.inputs.sampled import Control
 from mechc.inputs.segmented_run import SegmentedRun
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -82,13 +83,26 @@ class DrivenScene:
         values.check_times((t0, t1))
         values.caller.reset()
         times = [t0, *values.breaks(t0, t1, policy[0]), t1]
+        controls = values.controls
+        for control in controls:
+            control.begin(t0)
 
-        def inputs(segment: int) -> Any:
+        def inputs(segment: int, y: Array) -> Any:
+            self._call(controls, times[segment], y)
             return values.compiled(times[segment], times[segment + 1])
 
-        first = inputs(0)
+        first = inputs(0, y0)
         run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
+
+    def _call(self, controls: Sequence[Control], t: float, y: Array) -> None:
+        """Call the controllers whose instant has come; one that fails leaves NaN: the run ends."""
+        count = self._scene.coordinates
+        for control in controls:
+            try:
+                control.reach(t, y[:count].copy(), y[count:].copy())
+            except BaseException as error:
+                self._needed().caller.failure = ", ".join(control.names), t, error
 
     # -- for a stepper ------------------------------------------------------------------------
 
@@ -118,6 +132,20 @@ class DrivenScene:
     def breaks(self, t0: float, t1: float, rtol: float) -> list[float]:
         """As :meth:`GivenInputs.breaks`."""
         return self._needed().breaks(t0, t1, rtol)
+
+    def in_segments(
+        self, t0: float, t1: float, rtol: float, own: Sequence[str]
+    ) -> tuple[Array, list[Any], Any]:
+        """As :meth:`GivenInputs.in_segments`."""
+        return self._needed().in_segments(t0, t1, rtol, own)
+
+    def of_time(self, names: Sequence[str]) -> list[str]:
+        """Those of the inputs that constraints, mass matrix or kinematics contain."""
+        return [slot.name for slot in self._slots if slot.of_time and slot.name in names]
+
+    def is_free(self, output: str) -> bool:
+        """Whether an output contains no input."""
+        return output in self._free
 
     def check_times(self, times: Sequence[float]) -> None:
         """As :meth:`GivenInputs.check_times`."""

@@ -51,6 +51,8 @@ cdef extern from "abi/model.h":
         unsigned char *methods
         ptrdiff_t crossing_count
         double *crossings
+        double dropped[2]
+        int dropped_count
 
     ctypedef struct mechc_run:
         int status
@@ -66,7 +68,7 @@ cdef extern from "abi/model.h":
         const double *p
         const mechc_inputs *inputs
         ptrdiff_t first, last
-        int columns, restart
+        int columns, restart, project
         const double *directions
         double *ends
         double *rates

@@ -9,12 +9,22 @@ from mechc.native._abi cimport (
     MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
 )
 from mechc.native._driver cimport Scene
+from mechc.native._inputs cimport Inputs, mechc_driven, mechc_signal
 
 
 cdef extern from "batch/members.h":
     ctypedef struct mechc_quantity:
         int reduction, form, output, second, component, direction, terminal
         double level
+
+    ctypedef struct mechc_batch_inputs:
+        int segments
+        const double *ends
+        const mechc_driven *const *driven
+        const mechc_signal *const *signals
+        int signal_count, source_count, own
+        const int *place
+        const double *numbers
 
     ctypedef struct mechc_batch:
         const mechc_unit *unit
@@ -31,6 +41,7 @@ cdef extern from "batch/members.h":
         const double *t_eval
         int quantities, stopping
         const mechc_quantity *quantity
+        mechc_batch_inputs inputs
         double *y
         double *t
         double *at_times
@@ -56,6 +67,9 @@ cdef void work_on_batch(void *given) noexcept nogil:
 cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
+    ``driven``: None, or the ends of the segments between kinks of inputs (s,), the inputs of each
+    and of the whole span, numbers that differ between members (n, k) and which signals they are.
+
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
     (n, nt, width), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least`` (n, 2), whose columns are those of
     :data:`mechc.native._codes.COUNTERS` and ``LEAST``.
@@ -64,14 +78,16 @@ cdef class Runs:
     cdef object kept  # arrays that C points into
     cdef mechc_batch batch
     cdef mechc_quantity *quantity
+    cdef const mechc_driven **segments
+    cdef const mechc_signal **signals
     cdef readonly object y, t, status, at_times, reduced, counts, least
 
     def __cinit__(self):
-        self.quantity = NULL
+        self.quantity, self.segments, self.signals = NULL, NULL, NULL
 
     def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
-                 const double[::1] t_eval, quantities, double open_at_most):
+                 const double[::1] t_eval, quantities, double open_at_most, driven=None):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
         cdef const double[::1] atol
@@ -108,6 +124,9 @@ cdef class Runs:
             self.kept.append(atol)
             batch.options.atol = &atol[0]
         self._ask(quantities)
+        if driven is not None:
+            ends, inputs, numbers, place = driven
+            self._drive(ends, inputs, numbers, place)
 
     cdef _allocate(self, ptrdiff_t count, ptrdiff_t width, ptrdiff_t times, ptrdiff_t quantities):
         cdef double[:, ::1] y, reduced, least
@@ -157,8 +176,36 @@ cdef class Runs:
             self.batch.stopping |= self.quantity[i].terminal
         self.batch.quantity = self.quantity
 
+    cdef _drive(self, const double[::1] ends, inputs, const double[:, ::1] numbers,
+                const int[::1] place):
+        cdef mechc_batch_inputs *out = &self.batch.inputs
+        cdef Inputs each
+        cdef ptrdiff_t i
+        if not ends.shape[0] or len(inputs) != ends.shape[0] + 1:
+            raise ValueError("inputs are needed for every segment, and for the whole span")
+        if numbers.shape[0] != self.batch.count or numbers.shape[1] != place.shape[0]:
+            raise ValueError("a row of numbers is needed for every member")
+        self.kept += [ends, inputs, numbers, place]
+        self.segments = <const mechc_driven **>calloc(len(inputs), sizeof(mechc_driven *))
+        self.signals = <const mechc_signal **>calloc(len(inputs), sizeof(mechc_signal *))
+        if self.segments == NULL or self.signals == NULL:
+            raise MemoryError()
+        for i, each in enumerate(inputs):
+            self.segments[i], self.signals[i] = &each.driven, each.signals
+            out.signal_count, out.source_count = each.signal_count, each.source_count
+        if place.shape[0]:
+            if min(place) < 0 or max(place) >= out.signal_count:
+                raise ValueError("no such input")
+            out.place = &place[0]
+            if self.batch.count:
+                out.numbers = &numbers[0, 0]
+        out.own, out.ends, out.segments = place.shape[0], &ends[0], ends.shape[0]
+        out.driven, out.signals = self.segments, self.signals
+
     def __dealloc__(self):
         free(self.quantity)
+        free(self.segments)
+        free(self.signals)
 
     @property
     def done(self):

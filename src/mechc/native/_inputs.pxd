@@ -44,6 +44,7 @@ cdef class Inputs:
     cdef mechc_signal *signals
     cdef mechc_source *sources
     cdef object arrays
+    cdef int signal_count, source_count
     cdef readonly Caller caller
 
 

@@ -94,6 +94,7 @@ cdef class Inputs:
         cdef const double[:, ::1] coefficients
         cdef ptrdiff_t i
         self.caller, self.arrays = caller, list(signals)
+        self.signal_count, self.source_count = len(signals), len(sources)
         self.signals = <mechc_signal *>PyMem_Calloc(len(signals) + 1, sizeof(mechc_signal))
         self.sources = <mechc_source *>PyMem_Calloc(len(sources) + 1, sizeof(mechc_source))
         if self.signals == NULL or self.sources == NULL:

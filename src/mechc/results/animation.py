@@ -128,10 +128,10 @@ def _motion(run: Run, fps: float) -> dict[str, Any]:
         "high": high.tolist(),
         "names": [pretty_name(name) for name in drawn],
         "tracks": [_track(view.path(name), low, grain) for name in drawn],
-        "links": [[drawn.index(name) for name in names] for _, names in run.model.skeleton],
-        "labels": [clean_text(label) for label, _ in run.model.skeleton],
-        "ground": [drawn.index(name) for name in run.model.ground],
-        "traced": [drawn.index(name) for name in run.model.traced],
+        "links": [[drawn.index(name) for name in names] for _, names in run.picture.skeleton],
+        "labels": [clean_text(label) for label, _ in run.picture.skeleton],
+        "ground": [drawn.index(name) for name in run.ground],
+        "traced": [drawn.index(name) for name in run.traced],
         "readouts": _readouts(run),
         "untold": max(0, len(run.model.coordinates) - MOST_READOUTS),
         "changes": list(run.change_times),
@@ -148,10 +148,10 @@ def _while_finite(run: Run) -> Run:
 
 def _drawn_points(run: Run) -> list[str]:
     """The points that links, pivots and paths need, or all if a scene names none."""
-    model = run.model
-    wanted = [name for _, names in model.skeleton for name in names]
-    wanted += [*model.ground, *model.traced]
-    return [name for name in model.point_names if name in set(wanted)] or list(model.point_names)
+    shown = run.picture
+    wanted = [name for _, names in shown.skeleton for name in names]
+    wanted += [*run.ground, *run.traced]
+    return [name for name in shown.point_names if name in set(wanted)] or list(shown.point_names)
 
 
 def _box(view: PlaneView, drawn: Sequence[str]) -> tuple[Array, Array]:

@@ -322,11 +322,13 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
         return _message(area, clean_text(str(error), 300))
     if not view.names:
         return _message(
-            area, "No points to draw: compile with outputs=(..., 'points') to see bodies move."
+            area,
+            "No points to draw: locate the bodies' points from one at rest; a model from another "
+            "process or from a file draws those it was compiled with, outputs=(..., 'points').",
         )
     axes = _single(area)
     handles, names = _draw_mechanism_at_ends(axes, run, view)
-    for name, colour in zip(run.model.traced, _colours(len(run.model.traced)), strict=True):
+    for name, colour in zip(run.traced, _colours(len(run.traced)), strict=True):
         track = view.path(name)
         handles.append(_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
         names.append(f"path of {pretty_name(name)}")
@@ -342,7 +344,7 @@ def _draw_mechanism_at_ends(axes: Axes, run: Run, view: PlaneView) -> tuple[list
     if len(run.t) > 1:
         handles.append(_draw_links(axes, run, view, -1, "#4b5563", (0, (3, 1.6))))
         names.append(f"at the end, {run.t[-1]:.4g} s")
-    for name in run.model.ground:
+    for name in run.ground:
         x, y = view.path(name)[-1]
         axes.plot(x, y, marker=_pivot(), markersize=24, color=QUIET, fillstyle="none", zorder=2)
     return handles, names
@@ -352,7 +354,7 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
     """The skeleton at one instant, or the bare points where a scene has no skeleton."""
     style: dict[str, Any] = {"color": colour, "linestyle": dash, "linewidth": 1.6, "zorder": 2.5}
     style |= {"marker": "o", "markersize": 4.5, "markerfacecolor": "white"}
-    polylines = [names for _, names in run.model.skeleton] or [(name,) for name in view.names]
+    polylines = [names for _, names in run.picture.skeleton] or [(name,) for name in view.names]
     lines = []
     for names in polylines:
         corners = np.array([view.path(name)[row] for name in names])

@@ -10,12 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from mechc.system.kinds import Kind, shown_in
 from mechc.system.parameters import Array
+from mechc.system.picture import Picture
 
 StateFunction = Callable[[Array, Array, Any], Array]
 
@@ -34,17 +36,7 @@ class ModelLike(Protocol):
     @property
     def quantities(self) -> Mapping[str, Any]: ...
     @property
-    def point_names(self) -> Sequence[str]: ...
-    @property
-    def skeleton(self) -> Sequence[tuple[str, Sequence[str]]]: ...
-    @property
-    def ground(self) -> Sequence[str]: ...
-    @property
-    def traced(self) -> Sequence[str]: ...
-    @property
-    def view(self) -> tuple[str, str] | None: ...
-    @property
-    def points(self) -> Callable[..., Array]: ...
+    def picture(self) -> Picture: ...
     @property
     def energy(self) -> Callable[..., Array]: ...
     @property
@@ -145,6 +137,10 @@ def shown_unit(model: ModelLike, name: str) -> ShownUnit:
 # --- the sampled run -------------------------------------------------------------------------
 
 
+HELD = 1e-7  # of the longest way of a point
+MOST_CORNERS = 4
+
+
 @dataclass(frozen=True)
 class Run:
     """A solution on a uniform grid: t (n,) s, ascending; y (n, nq+nu)."""
@@ -157,6 +153,52 @@ class Run:
     def model(self) -> ModelLike:
         """The model that ran."""
         return self.solution.model
+
+    @cached_property
+    def picture(self) -> Picture:
+        """What is drawn of the model."""
+        return self.model.picture
+
+    @cached_property
+    def positions(self) -> Array:
+        """The picture's points, (n, points, 3) m."""
+        if not self.picture.point_names:
+            return np.zeros((len(self.t), 0, 3))
+        return self.evaluate(self.picture.points)
+
+    @cached_property
+    def ground(self) -> tuple[str, ...]:
+        """The pivots: those of the picture, and points of links that the loops' closing holds."""
+        return (*self.picture.ground, *self._held)
+
+    @property
+    def traced(self) -> tuple[str, ...]:
+        """The points whose path is drawn; those that the loops' closing holds have none."""
+        moving = tuple(name for name in self.picture.traced if name not in self._held)
+        return moving or self._corners[:MOST_CORNERS]
+
+    @cached_property
+    def _held(self) -> tuple[str, ...]:
+        """Points of links, placed by coordinates, that do not move while others do."""
+        if self.model.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
+            return ()
+        names = self._linked - {*self.picture.ground}
+        if not names:
+            return ()
+        travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
+        still = dict(zip(self.picture.point_names, travel <= HELD * travel.max(), strict=True))
+        return tuple(n for n in self.picture.point_names if n in names and still[n])
+
+    @property
+    def _linked(self) -> set[str]:
+        return {n for _, line in self.picture.skeleton if len(line) > 1 for n in line}
+
+    @property
+    def _corners(self) -> tuple[str, ...]:
+        """The points at which moving links meet."""
+        lines = [{*line} for _, line in self.picture.skeleton]
+        meeting = {n for n in self._linked if sum(n in line for line in lines) > 1}
+        return tuple(n for n in self.picture.point_names if n in meeting - {*self.ground})
 
     @property
     def change_times(self) -> tuple[float, ...]:
@@ -232,10 +274,9 @@ def plane_view(run: Run) -> PlaneView:
 
     These are the mechanism's ``view``, or by default the two of largest extent.
     """
-    names = tuple(run.model.point_names)
-    points = run.evaluate(run.model.points) if names else np.zeros((len(run.t), 0, 3))
+    names, points = tuple(run.picture.point_names), run.positions
     spatial = _is_spatial(points)
-    axes = (run.model.view or _widest_axes(points)) if spatial else ("x", "y")
+    axes = (run.picture.view or _widest_axes(points)) if spatial else ("x", "y")
     columns = [_along(points, axis) for axis in axes]
     return PlaneView(np.stack(columns, axis=-1), names, axes, spatial)
 

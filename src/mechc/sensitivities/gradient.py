@@ -14,6 +14,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
@@ -94,13 +95,16 @@ def gradient_of_run(
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
-    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(len(columns.parameters) +
                     len(columns.inputs)))  # fmt: skip
     value = _begin(way, end)
     for run, stop in reversed(_parts(sol._run, sol._stop)):
-        value += _back(way, run, stop, _weights(integral))
+        if isinstance(run, Jump):
+            _back_over(way, run)
+        else:
+            value += _back(way, run, stop, _weights(integral))
     total = (
         start.T @ way.covector + np.vstack([columns.parameters, columns.inputs]).T @ way.gathered
     )
@@ -125,12 +129,14 @@ def _weights(given: Any) -> dict[str, float]:
 
 
 def _parts(run: Any, stop: float | None) -> list[tuple[Any, float | None]]:
-    """Compiled runs, in order, each with the time within it where it ends; None: its own end."""
+    """Compiled runs and jumps, in order, each with the time within it where it ends; None: its own
+    end."""
     if isinstance(run, Segments):
-        if any(run.jumps):
-            raise MechcError("an event of this run resets the state: its gradient is not computed")
-        ends = [None] * (len(run.pieces) - 1) + [stop]
-        return [p for piece, end in zip(run.pieces, ends, strict=True) for p in _parts(piece, end)]
+        found: list[tuple[Any, float | None]] = []
+        for number, piece in enumerate(run.pieces):
+            found += [(jump_of(run, number), None)] if run.jumps[number] else []
+            found += _parts(piece, stop if piece is run.last else None)
+        return found
     if isinstance(run, Until):
         return _parts(run.piece, run.t if stop is None else stop)
     return [(run, stop)]
@@ -173,6 +179,19 @@ def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, fl
     way.covector, gathered = run.covary(0, max(last, 0), way.covector, sources)
     way.gathered = way.gathered + gathered + by_given
     return value + more
+
+
+def _back_over(way: Backwards, jump: Jump) -> None:
+    """From behind the reset of an event to before it."""
+    if len(jump.causes) != 1:
+        raise MechcError(
+            f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
+            "that a change may turn: there is no derivative"
+        )
+    size, start = len(way.system.parameters), way.start
+    given = way.directions
+    every = Columns((), {}, given[:size], given[size:])
+    way.through(through_reset(way.sol, jump, every, start))
 
 
 def _back_within(

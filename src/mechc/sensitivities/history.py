@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechc.errors import UnknownNameError
 from mechc.sensitivities.columns import Columns
+from mechc.sensitivities.events import EventSensitivity, event_sensitivities
 from mechc.sensitivities.steps import Piece
 from mechc.sensitivities.tangent import tangent
 from mechc.system.names import name_of
@@ -78,19 +80,40 @@ class Sensitivity(Mapping[str, Array]):
             self._kept = self.at(self._sol.t, self._sol.y)
         return self._kept
 
-    def at(self, t: Array, y: Array) -> Array:
-        """All columns (n, nx, k) at times and states of the run."""
+    def at(self, t: Array, y: Array, *, before: bool = False) -> Array:
+        """All columns (n, nx, k) at times and states of the run.
+
+        At a jump those after it; of two equal times in a row there, the first is before it, as all
+        are with ``before``.
+        """
         found = np.empty((len(t), y.shape[1], self.columns.count))
         forwards = 1.0 if self._pieces[-1].t[-1] >= self._pieces[0].t[0] else -1.0
-        starts = np.array([forwards * piece.t[0] for piece in self._pieces])
-        place = np.maximum(np.searchsorted(starts, forwards * t) - 1, 0)
+        starts = np.array([forwards * piece.t[0] for piece in self._pieces[1:]])
+        place = np.searchsorted(starts, forwards * t, side="left" if before else "right")
+        twice = np.flatnonzero(t[1:] == t[:-1])
+        place[twice] = np.searchsorted(starts, forwards * t[twice], side="left")
         for number in np.unique(place):
-            here = place == number
-            found[here] = self._pieces[number].at(t[here])
-        between = np.isin(t, np.concatenate([piece.t for piece in self._pieces]), invert=True)
-        if between.any():  # at accepted states they are on the tangent space
+            here = np.flatnonzero(place == number)
+            found[here] = self._tangent(self._pieces[number], t[here], y[here])
+        return found
+
+    def _tangent(self, piece: Piece, t: Array, y: Array) -> Array:
+        """Columns within a piece; at its accepted states they are on the tangent space already."""
+        found = piece.at(t)
+        between = np.isin(t, piece.t, invert=True)
+        if between.any():
             where = y[between], self._sol.params, t[between]
             projected = tangent(self._sol.system, *where, self.columns)
             if projected is not None:
                 found[between] = projected[0] @ found[between] + projected[1]
         return found
+
+    @cached_property
+    def events(self) -> tuple[EventSensitivity, ...]:
+        """Of each event of the run, how the times of its zeros and the states there change:
+        ``sol.sensitivity.events[0].t["l_3"]`` (k,), ``.y["l_3"]`` (k, nq + nu).
+
+        NaN where an event only touches its zero.  A function of Python is taken not to depend on
+        parameters; an expression of SymPy is differentiated by them too.
+        """
+        return event_sensitivities(self._sol, self.columns, partial(self.at, before=True))

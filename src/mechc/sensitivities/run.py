@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
+from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import Piece, follow
@@ -32,29 +32,50 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
-    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
-    pieces = _pieces(sol, sol._run, columns, start)
+    ended: list[str] = []
+    pieces = _pieces(sol, sol._run, columns, start, ended)
+    notes += tuple(ended)
     notes += _past_crossings(sol, columns, pieces)
     return Sensitivity(sol, columns, pieces, notes)
 
 
-def _pieces(sol: Trajectory, run: Any, columns: Columns, start: Array) -> list[Piece]:
+def _pieces(
+    sol: Trajectory, run: Any, columns: Columns, start: Array, notes: list[str]
+) -> list[Piece]:
     """The pieces of a run that may consist of several."""
     if isinstance(run, Segments):
-        if any(run.jumps):
-            raise MechcError(
-                "an event of this run resets the state: derivatives over a reset are not computed; "
-                "end the run there (terminal=True), or ask for none"
-            )
         found: list[Piece] = []
-        for part in run.pieces:
-            found += _pieces(sol, part, columns, start)
+        for number, part in enumerate(run.pieces):
+            if run.jumps[number]:
+                start = _after_jump(sol, jump_of(run, number), columns, start, notes)
+            found += _pieces(sol, part, columns, start, notes)
             start = _end(sol, part, found, columns)
         return found
     if isinstance(run, Until):
-        return _pieces(sol, run.piece, columns, start)
+        return _pieces(sol, run.piece, columns, start, notes)
     return [follow(sol.system, run, sol.params, columns, start)]
+
+
+def _after_jump(
+    sol: Trajectory, jump: Jump, columns: Columns, start: Array, notes: list[str]
+) -> Array:
+    """Columns after the resets of events; NaN where they do not exist."""
+    if len(jump.causes) == 1:
+        found = through_reset(sol, jump, columns, start)
+        ended = np.isfinite(start).all(axis=0)
+        ended &= np.isnan(found).any(axis=0)
+        why = "the event only touches its zero (grazing), and its time moves infinitely fast"
+    else:
+        found = np.full(start.shape, np.nan)
+        ended = np.isfinite(start).all(axis=0)
+        why = "several events reset the state at one instant, in an order that a change may turn"
+    notes += [
+        f"by {name}: none from t = {jump.t:.9g} s on, for {why}"
+        for name in columns.names_among(np.asarray(ended))
+    ]
+    return np.ascontiguousarray(found)
 
 
 def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -> Array:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from mechc.errors import UnknownNameError
 from mechc.simulation.events import Event
@@ -67,6 +70,7 @@ def function_of(expression: Any, system: System, p: Array) -> EventFunction:
     names = (*system.coordinates, *system.speeds)
     constants = dict(zip(system.parameters, p.tolist(), strict=True))
     atoms = expression.atoms(AppliedUndef)
+    held: dict[Any, float] = {}
     state: list[Any] = []
     places: list[int] = []
     for symbol in sorted(atoms | expression.atoms(Symbol), key=str):
@@ -75,8 +79,42 @@ def function_of(expression: Any, system: System, p: Array) -> EventFunction:
             state.append(symbol)
             places.append(names.index(name))
         elif name in constants:
-            expression = expression.xreplace({symbol: constants[name]})
+            held[symbol] = constants[name]
         elif name != "t":
             raise UnknownNameError("coordinate, speed or parameter", name, (*names, *constants))
-    compiled = lambdify([Symbol("t"), state], expression, "numpy", cse=True)
-    return lambda t, y: float(compiled(t, y[places]))
+    compiled = lambdify([Symbol("t"), state], expression.xreplace(held), "numpy", cse=True)
+
+    def function(t: float, y: Array) -> float:
+        return float(compiled(t, y[places]))
+
+    function.slopes = _Slopes(expression, state, places, held, system)  # type: ignore[attr-defined]
+    return function
+
+
+class _Slopes:
+    """The derivatives of an expression by time, state (nq + nu,) and parameters (np,)."""
+
+    def __init__(
+        self, expression: Any, state: list[Any], places: list[int], held: Mapping[Any, float],
+        system: System,
+    ) -> None:  # fmt: skip
+        self.expression, self.state, self.places, self.held = expression, state, places, held
+        self.sizes = system.scene.width, len(system.parameters)
+        self.fixed = [system.parameters.index(name_of(symbol)) for symbol in held]
+
+    @cached_property
+    def compiled(self) -> Any:
+        from sympy import Symbol, diff, lambdify
+
+        plain = {x: Symbol(f"y{k}") for k, x in enumerate(self.state)}  # functions of time
+        free = self.expression.xreplace(plain)
+        by = [Symbol("t"), *plain.values(), *self.held]
+        found = [diff(free, x).xreplace(self.held) for x in by]
+        return lambdify([Symbol("t"), list(plain.values())], found, "numpy", cse=True)
+
+    def __call__(self, t: float, y: Array) -> tuple[float, Array, Array]:
+        by_time, *others = self.compiled(t, y[self.places])
+        by_state, by_parameters = (np.zeros(size) for size in self.sizes)
+        by_state[self.places] = others[: len(self.places)]
+        by_parameters[self.fixed] = others[len(self.places) :]
+        return float(by_time), by_state, by_parameters

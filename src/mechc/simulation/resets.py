@@ -49,6 +49,7 @@ class Resets:
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
         self.passed: dict[int, float] = {}  # the same, of a reset that let the zero be crossed
+        self.caused_by: list[int] = []  # the events whose resets made the last jump, in order
         self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
         self.numbers = [k for k, event in enumerate(finder.events) if event.reset is not None]
         first = finder.looked_at
@@ -72,7 +73,7 @@ class Resets:
         )
         t_end = t if ends or accumulate else self.t_end
         piece = begin(self.system, (t, t_end), state, self.values, self.policy)
-        self.chain.add(piece, jump=True)
+        self.chain.add(piece, jump=True, causes=tuple(self.caused_by))
         self.finder.enter(piece, 0, self._sides(t, state))
         if accumulate:
             return RESETS_ACCUMULATE
@@ -92,7 +93,7 @@ class Resets:
         the resets accumulate."""
         accumulate = self._is_now(self.last, number, t)
         rates = self._rates_of_events(t, state)
-        largest, done = 0.0, {number}
+        largest, done, self.caused_by = 0.0, {number}, [number]
         for _ in range(MOST_AT_ONCE):
             self.last[number] = t
             self.fastest = np.maximum(self.fastest, np.abs(rates))
@@ -109,6 +110,7 @@ class Resets:
                 return state, accumulate
             number, rates = caused, later
             done.add(number)
+            self.caused_by.append(number)
             self.finder.add(number, t, state)
         return state, True
 
@@ -181,14 +183,24 @@ class Resets:
 
     def _changed(self, t: float, state: Array, number: int) -> Array:
         """The state that a reset gives, on the constraints."""
-        event = self.finder.events[number]
-        given = _given_by(event, t, state, len(self.system.coordinates))
         try:
-            return onto_constraints(self.system, t, given, self.values)
+            return changed_state(self.system, self.finder.events[number], t, state, self.values)
         except ValueError as error:
             raise FunctionFailedError(
                 f"the reset of event {number} at t = {t:.9g} s gives a state that {error}"
             ) from None
+
+
+def changed_state(system: System, event: Event, t: float, state: Array, values: Array) -> Array:
+    """The state that a reset gives, on the constraints.
+
+    Raises
+    ------
+    FunctionFailedError, ValueError
+        As :func:`onto_constraints`, and for a reset that fails.
+    """
+    given = _given_by(event, t, state, len(system.coordinates))
+    return onto_constraints(system, t, given, values)
 
 
 def _given_by(event: Event, t: float, state: Array, split: int) -> Array:

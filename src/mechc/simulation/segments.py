@@ -101,17 +101,19 @@ class Segments:
     def __init__(self, *pieces: Segment) -> None:
         self.pieces: list[Segment] = []
         self.jumps: list[bool] = []  # whether a piece begins with a jump
+        self.causes: list[tuple[int, ...]] = []  # the events whose resets made it, in order
         self._rows: list[int] = []  # states before those of a piece
         self._starts: list[float] = []  # times
         for piece in pieces:
             self.add(piece)
 
-    def add(self, piece: Segment, *, jump: bool = False) -> None:
+    def add(self, piece: Segment, *, jump: bool = False, causes: tuple[int, ...] = ()) -> None:
         """Go on with a piece, or with several that are one motion."""
         if isinstance(piece, Segments):
-            for part, jumps in zip(piece.pieces, piece.jumps, strict=True):
-                self.add(part, jump=jumps)
+            for part, jumps, by in zip(piece.pieces, piece.jumps, piece.causes, strict=True):
+                self.add(part, jump=jumps, causes=by)
             return
+        self.causes.append(causes)
         self._rows.append(self.count if self.pieces else 0)
         self._starts.append(float(piece.times(0)[0]))
         self.pieces.append(piece)

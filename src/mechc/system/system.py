@@ -15,6 +15,7 @@ from mechc.errors import UnavailableOutputError, UnknownNameError
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.parameters import Array, ParameterSet, doubles
+from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 
 Time: TypeAlias = "float | Array"
@@ -44,6 +45,8 @@ class System(Description):
         Facts of its build: options, seconds of each stage, key in the cache.
     operations_of_all
         Counts the operations with nothing fixed and all default outputs, where that is known.
+    drawn
+        Makes the picture of this system from its description, where that is known.
     angular, dimensionless : (nq + nu,)
         Which components of a state are angles (or their rates), and which contain no length.
     """
@@ -108,6 +111,14 @@ class System(Description):
         return other
 
     kept: dict[Any, Any]
+    drawn: Callable[[System], Picture] | None = None
+    draws_more = False  # than the compiled points
+
+    def drawn_by(self, drawn: Callable[[System], Picture], *, more: bool = False) -> System:
+        """The same system with a picture made when it is asked for; ``more``: always by it."""
+        other = self.replaced_scene(self.scene)
+        other.drawn, other.draws_more = drawn, more
+        return other
 
     def _set_scene(self, scene: Any) -> None:
         self.scene = scene
@@ -135,6 +146,23 @@ class System(Description):
     def wait(self) -> None:
         """Return when it is compiled completely, and in the cache for other processes."""
         _ = self.scene.lanes
+
+    @property
+    def picture(self) -> Picture:
+        """What is drawn: by the compiled points, or by the description where these do not do."""
+        if Picture not in self.kept:
+            self.kept[Picture] = self._picture()
+        found: Picture = self.kept[Picture]
+        return found
+
+    def _picture(self) -> Picture:
+        own = Picture(
+            self.point_names, self.skeleton, self.ground, self.traced, self.view, self.points
+        )
+        if self.drawn is None or (own.is_complete and not self.draws_more):
+            return own
+        found = self.drawn(self)
+        return found if found.skeleton else own
 
     # -- sizes ------------------------------------------------------------------------------
 

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.differentiable.motion import motion_of
 from tests.support.differences import apart, extrapolated
+from tests.support.pendulums import pushed_mass
 
 TIMES = np.array([0.4, 1.1, 2.0])
 START = {"theta_0": 0.8, "omega_0": 0.3}
@@ -43,6 +45,19 @@ def test_pulling_back_is_the_transpose(pendulum):
         assert np.dot(found[name], tangent) == pytest.approx((weights * moved).sum(), rel=1e-12)
 
 
+def test_the_end_is_pulled_back_by_the_adjoint(pendulum):
+    y0, names = np.array([0.8, 0.3]), ["l_0", "y0", "g"]
+    end, pull = pendulum.vjp(2.0, y0, by=names)
+    every, forwards = pendulum.vjp(TIMES, y0, by=names)
+    np.testing.assert_array_equal(end, every[-1])
+    weights = np.array([0.4, -1.3])
+    wanted = forwards(np.array([[0.0, 0.0], [0.0, 0.0], weights]))
+    for name, found in pull(weights).items():
+        np.testing.assert_allclose(found, wanted[name], rtol=1e-9)
+    with pytest.raises(mechc.UnknownNameError, match="l_7"):
+        pendulum.vjp(2.0, y0, by=["l_7"])
+
+
 def test_one_time_is_the_end(pendulum):
     y, moved = pendulum.jvp(2.0, START, along={"l_0": 1.0})
     assert y.shape == moved.shape == (2,)
@@ -67,6 +82,17 @@ def test_a_cotangent_of_another_shape(pendulum):
     _, pull = pendulum.vjp(2.0, START, by=["l_0"])
     with pytest.raises(mechc.ValueOutOfBoundsError, match="shape of the states"):
         pull(np.ones(3))
+
+
+def test_several_motions_are_a_batch_with_the_inputs_of_the_model():
+    model = mechc.compile(pushed_mass(), defaults={"m": 2.0, "k": 1.0}, outputs=("sensitivities",))
+    for force in (0.7, lambda t: 0.7 + 0.0 * t):
+        motion = motion_of(model.with_inputs({"F": force}), ("q", "u"), ("k",), 0.0, {})
+        x = np.array([[0.1, 0.2, 1.0], [0.3, -0.2, 2.0]])
+        found = motion.states(TIMES[None], x)
+        assert found.shape == (2, 3, 2)
+        for row, each in zip(x, found, strict=True):
+            np.testing.assert_array_equal(each, motion.states(TIMES, row))
 
 
 @pytest.mark.parametrize("tool", ["jax", "torch"])

@@ -378,9 +378,7 @@ def test_ctrl_c_in_a_function_keeps_what_was_computed(pushed):
     assert 0.4 < sol.t[-1] <= 0.5
 
 
-def test_batches_and_c_functions_refuse_what_is_given_with_a_run(pushed):
-    with pytest.raises(mechc.MechcError, match=r"a batch takes no inputs.*has F: compile it"):
-        pushed.simulate_batch(1.0, np.zeros((3, 2)))
+def test_c_functions_refuse_what_is_given_with_a_run(pushed):
     with pytest.raises(mechc.MechcError, match="rates needs F, which are given with a run"):
         pushed.c_function("rates")
     assert pushed.c_function("kinetic_energy").width == 1

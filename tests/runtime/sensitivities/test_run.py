@@ -153,12 +153,6 @@ def test_what_is_refused_is_named(swing):
         sol.sensitivity(2 * T)
 
 
-def test_over_a_reset_none_are_computed(swing):
-    stop = mechc.Event(lambda t, y: y[1], reset=lambda t, q, u: (q, -u - 1.0))
-    with pytest.raises(mechc.MechcError, match="resets the state"):
-        swing.simulate(T, START, inputs={"F": 0.3}, events=stop, sensitivities=["l"])
-
-
 def test_a_terminal_event_ends_them(swing):
     still = mechc.Event(lambda t, y: y[1], terminal=True)
     sol = swing.simulate(T, START, inputs={"F": 0.3}, events=still, sensitivities=["l"])

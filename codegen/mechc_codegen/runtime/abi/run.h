@@ -44,6 +44,8 @@ typedef struct {
     unsigned char *methods;
     ptrdiff_t crossing_count, crossing_capacity;
     double *crossings;
+    double dropped[2]; /* times of states that are no longer kept, the last one first */
+    int dropped_count;
 } mechc_trajectory;
 
 /* The head of a run; private state follows it. */

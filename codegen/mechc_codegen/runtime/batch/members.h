@@ -11,6 +11,7 @@
 #include <string.h>
 #include "abi/codes.h"
 #include "abi/model.h"
+#include "batch/driven.h"
 #include "batch/reductions.h"
 
 #define MECHC_BATCH_PIECE 48 /* steps between reductions of the trajectory */
@@ -30,6 +31,7 @@ typedef struct {
     const double *t_eval;
     int quantities, stopping; /* whether one of them is terminal */
     const mechc_quantity *quantity;
+    mechc_batch_inputs inputs;
     /* Out, a row a member. */
     double *y, *t, *at_times, *reduced, *least;
     int *status;
@@ -43,6 +45,8 @@ typedef struct {
     mechc_run *run;
     double *state, *scale;
     mechc_reducer reducer;
+    mechc_slot_inputs inputs;
+    int segment; /* of the span, between kinks of the inputs */
     ptrdiff_t member;  /* -1: none */
     ptrdiff_t reached; /* times of t_eval that it has passed */
     long taken;        /* attempted steps whose results are reduced */
@@ -63,7 +67,8 @@ static int mechc_batch_slot_make(const mechc_batch *batch, mechc_batch_slot *slo
     slot->scale = malloc((size_t)batch->width * sizeof(double));
     const int made = mechc_reducer_make(&slot->reducer, batch->unit, batch->width,
                                         batch->quantities, batch->quantity);
-    return slot->run && slot->state && slot->scale && made;
+    const int driven = mechc_slot_inputs_make(&batch->inputs, &slot->inputs);
+    return slot->run && slot->state && slot->scale && made && driven;
 }
 
 static int mechc_batch_worker_make(const mechc_batch *batch, mechc_batch_worker *worker)
@@ -85,13 +90,21 @@ static void mechc_batch_worker_free(mechc_batch_worker *worker)
         free(worker->slot[i].state);
         free(worker->slot[i].scale);
         mechc_reducer_free(&worker->slot[i].reducer);
+        mechc_slot_inputs_free(&worker->slot[i].inputs);
     }
     free(worker->slot);
     free(worker->busy);
 }
 
+/* With which the results of a slot's member are read. */
+static const mechc_inputs *mechc_batch_whole(const mechc_batch *batch, const mechc_batch_slot *slot)
+{
+    return mechc_slot_inputs_in(&batch->inputs, &slot->inputs, batch->inputs.segments);
+}
+
 /* Whether the start is on the constraints but for rounding; it is moved onto them. */
-static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, double *state)
+static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member,
+                                   const mechc_inputs *inputs, double *state)
 {
     const double *y0 = batch->y0 + member * batch->width;
     const double *p = batch->p + member * batch->parameters;
@@ -102,27 +115,26 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member, d
         if (!(fabs(y0[i]) < HUGE_VAL)) return 0;
         if (i >= batch->coordinates) fastest = fmax(fastest, fabs(y0[i]));
     }
-    batch->unit->project(batch->options.t0, state, p, batch->options.inputs, moved);
+    batch->unit->project(batch->options.t0, state, p, inputs, moved);
     return moved[0] <= allowed && moved[1] <= allowed * fastest;
 }
 
 /* States at the requested times within the steps that are kept, up to `end`; a time equal to `end`
  * counts where no step follows. */
-static void mechc_batch_at_times(const mechc_batch *batch, ptrdiff_t member,
-                                 const mechc_trajectory *steps, double end, int last,
-                                 ptrdiff_t *reached)
+static void mechc_batch_at_times(const mechc_batch *batch, mechc_batch_slot *slot, double end,
+                                 int last)
 {
     const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
-    const ptrdiff_t first = *reached;
-    while (*reached < batch->times) {
-        const double ahead = direction * (batch->t_eval[*reached] - end);
+    const ptrdiff_t first = slot->reached, member = slot->member;
+    while (slot->reached < batch->times) {
+        const double ahead = direction * (batch->t_eval[slot->reached] - end);
         if (ahead > 0.0 || (ahead == 0.0 && !last)) break;
-        ++*reached;
+        slot->reached++;
     }
-    if (*reached > first)
-        batch->unit->interpolate(batch->options.method, steps,
+    if (slot->reached > first)
+        batch->unit->interpolate(batch->options.method, &slot->run->trajectory,
                                  batch->p + member * batch->parameters,
-                                 batch->options.inputs, *reached - first,
+                                 mechc_batch_whole(batch, slot), slot->reached - first,
                                  batch->t_eval + first,
                                  batch->at_times + (member * batch->times + first) * batch->width);
 }
@@ -132,6 +144,9 @@ static void mechc_batch_drain(mechc_trajectory *steps, int width)
 {
     const ptrdiff_t last = steps->count - 1;
     if (last < 1) return;
+    steps->dropped[1] = last > 1 ? steps->t[last - 2] : steps->dropped[0];
+    steps->dropped[0] = steps->t[last - 1];
+    steps->dropped_count = last > 1 ? 2 : steps->dropped_count ? 2 : 1;
     steps->t[0] = steps->t[last];
     memmove(steps->y, steps->y + last * width, (size_t)width * sizeof(double));
     steps->count = 1;
@@ -162,7 +177,7 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     if (stopped)
         batch->unit->interpolate(batch->options.method, steps,
                                  batch->p + member * batch->parameters,
-                                 batch->options.inputs, 1, &t, y);
+                                 mechc_batch_whole(batch, slot), 1, &t, y);
     else
         memcpy(y, steps->y + (steps->count - 1) * batch->width,
                (size_t)batch->width * sizeof(double));
@@ -183,6 +198,15 @@ static long mechc_batch_attempts(const mechc_run *run)
     return run->stats.steps + run->stats.rejected;
 }
 
+/* On from a kink of the inputs to the next. */
+static void mechc_batch_next_segment(const mechc_batch *batch, mechc_batch_slot *slot)
+{
+    const mechc_batch_inputs *inputs = &batch->inputs;
+    const int segment = ++slot->segment;
+    batch->unit->extend(slot->run, inputs->ends[segment],
+                        mechc_slot_inputs_in(inputs, &slot->inputs, segment));
+}
+
 /* Reduce the steps that are kept; the status after them. */
 static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
 {
@@ -195,9 +219,12 @@ static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
         end = slot->reducer.stop;
         status = MECHC_STOPPED_BY_EVENT;
     }
-    mechc_batch_at_times(batch, slot->member, steps, end, status != MECHC_RUNNING, &slot->reached);
-    if (status == MECHC_RUNNING) mechc_batch_drain(steps, batch->width);
-    return status;
+    const int more = status == MECHC_FINISHED && slot->segment + 1 < batch->inputs.segments;
+    mechc_batch_at_times(batch, slot, end, status != MECHC_RUNNING && !more);
+    if (status == MECHC_RUNNING || more) mechc_batch_drain(steps, batch->width);
+    if (!more) return status;
+    mechc_batch_next_segment(batch, slot);
+    return MECHC_RUNNING;
 }
 
 static void mechc_batch_end(mechc_batch *batch, ptrdiff_t member, int status)
@@ -222,7 +249,8 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
         mechc_batch_end(batch, member, MECHC_NOT_ASSEMBLED);
         return;
     }
-    if (!mechc_batch_start_state(batch, member, slot->state)) {
+    mechc_slot_inputs_of(&batch->inputs, member, &slot->inputs);
+    if (!mechc_batch_start_state(batch, member, mechc_batch_whole(batch, slot), slot->state)) {
         mechc_batch_end(batch, member, MECHC_OPEN_AT_START);
         return;
     }
@@ -231,9 +259,13 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
     options.y0 = slot->state;
     options.p = batch->p + member * batch->parameters;
     options.scale = slot->scale;
+    options.inputs = mechc_slot_inputs_in(&batch->inputs, &slot->inputs, 0);
     memset(slot->run, 0, batch->unit->run_size);
     batch->unit->start(slot->run, &options);
+    options.inputs = mechc_batch_whole(batch, slot);
     mechc_reducer_begin(&slot->reducer, &options);
+    slot->segment = batch->inputs.segments > 1 ? -1 : 0;
+    if (slot->segment < 0) mechc_batch_next_segment(batch, slot);
     slot->member = member;
     slot->reached = 0;
     slot->taken = 0;

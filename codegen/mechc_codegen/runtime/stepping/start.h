@@ -46,15 +46,21 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
 }
 #endif
 
+/* Of a state that is kept, or of one dropped before: numbers below 0. */
+MECHC_STATIC double mechc_time_of(const mechc_trajectory *kept, ptrdiff_t i)
+{
+    return i < 0 ? kept->dropped[-1 - i] : kept->t[i];
+}
+
 MECHC_RARE void mechc_integration_extend(mechc_run *head, double t1, const mechc_inputs *inputs)
 {
     mechc_integration *run = (mechc_integration *)head;
-    const ptrdiff_t count = head->trajectory.count;
+    const mechc_trajectory *kept = &head->trajectory;
     if (head->status != MECHC_RUNNING && head->status != MECHC_FINISHED) return;
     run->t1 = t1;
     /* of two steps: the last may have been cut short */
-    for (ptrdiff_t i = count - 1; i > 0 && i > count - 3; i--)
-        run->step = mechc_max(run->step, fabs(head->trajectory.t[i] - head->trajectory.t[i - 1]));
+    for (ptrdiff_t i = kept->count - 1; i > -kept->dropped_count && i > kept->count - 3; i--)
+        run->step = mechc_max(run->step, fabs(mechc_time_of(kept, i) - mechc_time_of(kept, i - 1)));
     head->status = MECHC_RUNNING;
 #if MECHC_NI > 0
     if (inputs) mechc_change_inputs(run, inputs);

@@ -1,0 +1,65 @@
+"""The picture of a mechanism: names of points, and what is drawn between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from mechc_codegen.errors import MechanismError
+
+Link = tuple[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The picture: polylines through named points, pivots on the ground, traced points.
+
+    ``links``: pairs of a label and the points of a polyline.  A point is a ``Point`` of SymPy or
+    its name.  ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``,
+    ``"-x"`` and so on; without it the two along which the motion is widest.
+
+    Raises
+    ------
+    MechanismError
+        For a view that is not two different axes.
+    """
+
+    links: tuple[Link, ...] = ()
+    ground: tuple[str, ...] = ()
+    traced: tuple[str, ...] = ()
+    view: tuple[str, str] | None = None
+
+    def __post_init__(self) -> None:
+        axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
+        if len(axes) != 2 or len({*axes, *"xyz"}) > 3 or axes[0] == axes[1]:
+            raise MechanismError(
+                f"a view is two different axes out of x, y, z, -x, -y, -z, not {self.view!r}"
+            )
+        links = tuple((label, _names(points)) for label, points in self.links)
+        object.__setattr__(self, "links", links)
+        object.__setattr__(self, "ground", _names(self.ground))
+        object.__setattr__(self, "traced", _names(self.traced))
+
+    def plus(self, other: Drawing) -> Drawing:
+        """Both in one picture, seen as the other is where it says how."""
+        return Drawing(
+            links=tuple(dict.fromkeys((*self.links, *other.links))),
+            ground=tuple(dict.fromkeys((*self.ground, *other.ground))),
+            traced=tuple(dict.fromkeys((*self.traced, *other.traced))),
+            view=other.view or self.view,
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every point that it names, once."""
+        linked = (name for _, points in self.links for name in points)
+        return tuple(dict.fromkeys((*linked, *self.ground, *self.traced)))
+
+
+def _names(points: Any) -> tuple[str, ...]:
+    """Names of points; a single one may be given alone."""
+    several = (points,) if isinstance(points, str) or hasattr(points, "name") else points
+    return tuple(point if isinstance(point, str) else str(point.name) for point in several)
+
+
+NO_DRAWING = Drawing()

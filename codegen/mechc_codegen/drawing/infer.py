@@ -1,0 +1,127 @@
+"""The links, the ground and the paths of a mechanism whose description has no drawing.
+
+Input: the points and frames of a mechanism.  Output: a Drawing.  The points of one body are one
+link; two points that keep their distance, as a particle on a massless rod, are one too.  The
+ground is where a point of a link is fixed; the free ends of links are traced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+
+from sympy.physics.mechanics import Particle, Point, RigidBody
+
+from mechc_codegen.description.drawing import Drawing, Link
+from mechc_codegen.description.terms import is_rigid
+from mechc_codegen.drawing.places import Places, Way
+
+MOST_TRACED = 4
+Neighbours = Mapping[Point, Collection[Point]]
+
+
+def inferred(places: Places) -> Drawing:
+    """What can be drawn without a word from the user."""
+    found = _Links(places)
+    name = {point: name for name, point in reversed(places.names.items())}
+    links = tuple((label, tuple(name[p] for p in line)) for label, line in found.links)
+    at_rest = tuple(name[p] for p in found.at_rest)
+    ends = [end for end in _free_ends(links) if end not in at_rest]
+    return Drawing(links=links, ground=at_rest, traced=tuple(ends[-MOST_TRACED:]))
+
+
+def _free_ends(links: Iterable[Link]) -> list[str]:
+    """The ends of polylines that no other link has, and particles on no link at all."""
+    lines = [line for _, line in links]
+    held = [name for line in lines for name in set(line)]
+    ends = (name for line in lines for name in dict.fromkeys((line[0], line[-1])))
+    return [name for name in ends if held.count(name) == 1]
+
+
+class _Links:
+    """The polylines of a mechanism's bodies."""
+
+    def __init__(self, places: Places) -> None:
+        self.places, self.same = places, places.same
+        self._ways = [way for way in places.ways if way[2] != 0]
+        self._carriers = [places.carrier(vector) for _, _, vector in self._ways]
+        self._used: set[int] = set()
+        bodies = [b for b in places.bodies if b.masscenter in self.same]
+        lines = [(body.name, self._line(body)) for body in bodies]
+        struts = self._struts({self.same[b.masscenter]: b.name for b in bodies})
+        drawn = {p for _, line in (*lines, *struts) if len(line) > 1 for p in line}
+        kept = [(label, line) for label, line in lines if len(line) > 1 or line[0] not in drawn]
+        self.links = [*kept, *struts]
+
+    @property
+    def at_rest(self) -> list[Point]:
+        """The points of links that do not move."""
+        ground = self.places.mechanism.frame
+        fixed = self._connected(self.places.mechanism.origin, self._within(ground))
+        several = [line for _, line in self.links if len(line) > 1]
+        return list(dict.fromkeys(p for line in several for p in line if p in fixed))
+
+    def _within(self, frame: object) -> Neighbours:
+        """The points that each is joined to by a constant vector in this group of frames."""
+        found: dict[Point, dict[Point, None]] = {}
+        for (a, b, _), carrier in zip(self._ways, self._carriers, strict=True):
+            if carrier is frame and frame is not None:
+                found.setdefault(self.same[a], {})[self.same[b]] = None
+                found.setdefault(self.same[b], {})[self.same[a]] = None
+        return found
+
+    def _connected(self, start: Point, near: Neighbours) -> list[Point]:
+        found = [self.same[start]]
+        for point in found:
+            found += [other for other in near.get(point, ()) if other not in found]
+        return found
+
+    def _line(self, body: RigidBody | Particle) -> tuple[Point, ...]:
+        """Through the points that are fixed to a body, along the steps that place them."""
+        centre = self.same[body.masscenter]
+        if not is_rigid(body):
+            return (centre,)
+        group = self.places.group_of(body.frame)
+        near = self._within(group)
+        members = self._connected(centre, near)
+        self._used |= {
+            k
+            for k, (a, b, _) in enumerate(self._ways)
+            if self._carriers[k] is group and {self.same[a], self.same[b]} <= {*members}
+        }
+        if len(members) > 2 and len(near[centre]) == 1:
+            members.remove(centre)  # beside the line, at its middle as a rule
+        return _walk([p for p in self.same if p in members], near)
+
+    def _struts(self, bodies: Mapping[Point, str]) -> list[tuple[str, tuple[Point, ...]]]:
+        """Pairs of points at a constant distance that are on no rigid body."""
+        ground = self.places.mechanism.frame
+        left = [w for k, w in enumerate(self._ways) if self._is_left(k, ground)]
+        return [
+            (self._label(way, bodies), (self.same[way[0]], self.same[way[1]]))
+            for way in left
+            if self.places.keeps_its_length(way[2])
+        ]
+
+    def _is_left(self, number: int, ground: object) -> bool:
+        return number not in self._used and self._carriers[number] is not ground
+
+    def _label(self, way: Way, bodies: Mapping[Point, str]) -> str:
+        a, b = self.same[way[0]], self.same[way[1]]
+        return bodies.get(b) or bodies.get(a) or f"{a.name} {b.name}"
+
+
+def _walk(members: list[Point], near: Neighbours) -> tuple[Point, ...]:
+    """One polyline over every step within, from an end, back and forth where it branches."""
+    own = {p: [x for x in near.get(p, ()) if x in members] for p in members}
+    line = [next((p for p in members if len(own[p]) < 2), members[0])]
+    way, seen = list(line), set(line)
+    while way:
+        further = next((x for x in own[way[-1]] if x not in seen), None)
+        if further is None:
+            way.pop()
+            line += way[-1:]
+        else:
+            way.append(further)
+            seen.add(further)
+            line.append(further)
+    return tuple(line[: max(line.index(p) for p in seen) + 1])

@@ -1,0 +1,146 @@
+"""The points and frames that a mechanism's description connects, and what is rigid among them.
+
+Input: a mechanism and the names of the parameters whose values are known.  Output: which points
+coincide, which are fixed to a body or to the ground, and which keep their distance.  Invariant: no
+position is expanded; each step from point to point is looked at by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+from sympy import Derivative, Expr, Symbol
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.placement import Placement, steps_from
+
+if TYPE_CHECKING:
+    from mechc_codegen.description.mechanism import Mechanism
+
+CHOICES = 3  # random configurations at which a distance has to be the same
+CONSTANT = 1e-9
+Way: TypeAlias = "tuple[Point, Point, Vector]"
+
+
+class Places:
+    """Points and frames of a mechanism, as far as their places follow from what is known.
+
+    Attributes
+    ----------
+    bodies
+        All that can be drawn.
+    frames, points
+        For every frame and point that can be placed the one before it, from the inertial frame
+        and the origin outwards.
+    """
+
+    def __init__(self, mechanism: Mechanism, known: Collection[str]) -> None:
+        self.mechanism = mechanism
+        self.bodies = (*mechanism.bodies, *mechanism.drawn)
+        self.parameters = [p.symbol for p in mechanism.parameters if p.symbol.name in known]
+        self._bound = {f: x for f, x in mechanism.inputs.items() if x is not None}
+        self._known = {*mechanism.q, *mechanism.x, *self.parameters, dynamicsymbols._t}
+        self.frames = steps_from(mechanism.frame, self._turned)
+        self._placed = {mechanism.frame, *self.frames}
+        self.points = steps_from(mechanism.origin, self._moved)
+        self._rigid_frames = self._groups_of_frames()
+
+    def expression(self, given: Expr) -> Expr:
+        """An entry of a step, with the expressions of specified functions in it."""
+        for _ in self._bound:  # one may contain another
+            given = given.xreplace(self._bound)
+        return given
+
+    def _turned(self, frame: ReferenceFrame) -> Iterator[ReferenceFrame]:
+        return (other for other in frame._dcm_dict if self._are_known(frame.dcm(other)))
+
+    def _moved(self, point: Point) -> Iterator[Point]:
+        return (other for other, way in point._pos_dict.items() if self._is_known(way))
+
+    def _is_known(self, way: Vector) -> bool:
+        return all(f in self._placed and self._are_known(matrix) for matrix, f in way.args)
+
+    def _are_known(self, entries: Iterable[Expr]) -> bool:
+        return all(_variables(self.expression(entry)) <= self._known for entry in entries)
+
+    # -- what is rigid ----------------------------------------------------------------------------
+
+    def _groups_of_frames(self) -> dict[ReferenceFrame, ReferenceFrame]:
+        """Each frame's representative among those that do not turn relative to it."""
+        group = {self.mechanism.frame: self.mechanism.frame}
+        for frame, before in self.frames.items():
+            constant = all(map(self._is_constant, before.dcm(frame)))
+            group[frame] = group[before] if constant else frame
+        return group
+
+    def _is_constant(self, entry: Expr) -> bool:
+        return _variables(self.expression(entry)) <= {*self.parameters}
+
+    def group_of(self, frame: ReferenceFrame) -> ReferenceFrame | None:
+        """The representative of the frames that turn with this one; None if it is not placed."""
+        return self._rigid_frames.get(frame)
+
+    @cached_property
+    def ways(self) -> list[Way]:
+        """Every step of a chain of points from the origin: (from, to, vector)."""
+        return [(a, b, b._pos_dict[a]) for b, a in self.points.items()]
+
+    def carrier(self, way: Vector) -> ReferenceFrame | None:
+        """The group of frames in which a vector is constant; None if there is no single one."""
+        groups = {self._rigid_frames[frame] for _, frame in way.args}
+        constant = all(self._is_constant(e) for matrix, _ in way.args for e in matrix)
+        return groups.pop() if len(groups) == 1 and constant else None
+
+    def keeps_its_length(self, way: Vector) -> bool:
+        """Whether a vector has one length in every configuration, judged at random ones."""
+        squares = []
+        for choice in range(CHOICES):
+            at = Placement(self.mechanism.frame, self.mechanism.origin, choice)
+            for k, symbol in enumerate(self.parameters):
+                at.assume(symbol, 0.7 + 0.6180339887 * (k + 1) % 1.0)
+            parts = Vector([(matrix.applyfunc(self.expression), f) for matrix, f in way.args])
+            squares.append(sum(x * x for x in at.vector(parts)))
+        return max(squares) - min(squares) <= CONSTANT * max(squares)
+
+    # -- points that are one ----------------------------------------------------------------------
+
+    @cached_property
+    def same(self) -> dict[Point, Point]:
+        """For every point the first of those that always coincide with it."""
+        found = {self.mechanism.origin: self.mechanism.origin}
+        for before, point, way in self.ways:
+            found[point] = found[before] if way == 0 else point
+        return found
+
+    @cached_property
+    def names(self) -> dict[str, Point]:
+        """Points by name: those of the mechanism first, then mass centres, then all others."""
+        mechanism, found = self.mechanism, dict[str, Point]()
+        centres = [body.masscenter for body in self.bodies]
+        others = [p for p in (*mechanism.points, *centres, *self.same) if self.is_placed(p)]
+        for point in others:
+            if point not in found.values():
+                found[_free_name(point.name, found)] = point
+        return found
+
+    def is_placed(self, point: Point) -> bool:
+        """Whether its position follows from what is known."""
+        return point in self.same or any(p in self.same for p in point._pos_dict)
+
+
+def _variables(expression: Expr) -> set[Expr]:
+    """Symbols, functions of time and derivatives."""
+    kinds = (AppliedUndef, Symbol, Derivative)
+    return {atom for kind in kinds for atom in expression.atoms(kind)}
+
+
+def _free_name(name: str, taken: Collection[str]) -> str:
+    count, free = 1, name
+    while free in taken:
+        count += 1
+        free = f"{name} ({count})"
+    return free

@@ -1,0 +1,132 @@
+"""The steps by which the points of a picture are placed, as expressions of small matrices.
+
+Input: a mechanism, what the user adds to its drawing, and the names of the parameters whose values
+are known.  Output: a Plan.  Invariant: steps are listed after those that they start from, so that
+they can be followed in one pass, for many states at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+from sympy import Expr
+from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
+
+from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.drawing.infer import inferred
+from mechc_codegen.drawing.places import Places
+from mechc_codegen.errors import MechanismError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from mechc_codegen.description.mechanism import Mechanism
+
+Arm = tuple[int, tuple[Expr, Expr, Expr]]  # the number of a frame, components in it
+
+
+@dataclass
+class Plan:
+    """How the points of a drawing are found from a state.
+
+    Attributes
+    ----------
+    names, places
+        The drawing's points, and the number of each in ``points``.
+    arguments
+        Time, the coordinates, the parameters that entries may contain.
+    frames
+        For every frame but the inertial one the number of the frame before it, and the nine
+        entries, row after row, by which components in it become components in that frame.
+    points
+        For every point but the origin the number of the point before it, and the way from there.
+    """
+
+    drawing: Drawing
+    arguments: tuple[Any, tuple[Any, ...], tuple[Any, ...]]
+    names: tuple[str, ...] = ()
+    places: tuple[int, ...] = ()
+    frames: list[tuple[int, tuple[Expr, ...]]] = field(default_factory=list)
+    points: list[tuple[int, tuple[Arm, ...]]] = field(default_factory=list)
+
+
+def picture_plan(mechanism: Mechanism, added: Drawing, known: Collection[str]) -> Plan:
+    """The plan of a mechanism's own drawing, or of what can be inferred, and of what is added.
+
+    Raises
+    ------
+    MechanismError
+        If what the user added names a point that is not there.
+    """
+    places = Places(mechanism, known)
+    own = mechanism.drawing
+    placed = set(own.names) <= set(places.names)
+    base = own if own.links and placed else _kept(inferred(places).plus(own), places.names)
+    _refuse_unknown(added, places.names)
+    drawing = base.plus(added)
+    state = (*mechanism.q, *mechanism.x)
+    arguments = (dynamicsymbols._t, state, tuple(places.parameters))
+    return _Steps(places, Plan(drawing, arguments)).plan
+
+
+def _kept(drawing: Drawing, names: Collection[str]) -> Drawing:
+    """Without the points that are not known."""
+    links = tuple((label, line) for label, line in drawing.links if {*line} <= {*names})
+    ground, traced = ([n for n in kind if n in names] for kind in (drawing.ground, drawing.traced))
+    return replace(drawing, links=links, ground=tuple(ground), traced=tuple(traced))
+
+
+def _refuse_unknown(added: Drawing, names: Mapping[str, Point]) -> None:
+    for name in added.names:
+        if name not in names:
+            raise MechanismError(
+                f"drawing: there is no point {name!r} whose position is known; the points are "
+                f"{', '.join(names) or 'none: locate them from a point at rest'}"
+            )
+
+
+class _Steps:
+    """Frames and points in the order in which they are reached."""
+
+    def __init__(self, places: Places, plan: Plan) -> None:
+        self.places, self.plan = places, plan
+        self._frames = {places.mechanism.frame: 0}
+        self._points = {places.mechanism.origin: 0}
+        plan.names = plan.drawing.names
+        plan.places = tuple(self._point(places.names[name]) for name in plan.names)
+
+    def _frame(self, frame: ReferenceFrame) -> int:
+        way = []
+        while frame not in self._frames:
+            way.append(frame)
+            frame = self.places.frames[frame]
+        for step in reversed(way):
+            turn = tuple(map(self.places.expression, frame.dcm(step)))
+            self.plan.frames.append((self._frames[frame], turn))
+            self._frames[step] = len(self.plan.frames)
+            frame = step
+        return self._frames[frame]
+
+    def _point(self, point: Point) -> int:
+        way = []
+        while point not in self._points:
+            way.append(point)
+            point = self._before(point)
+        for step in reversed(way):
+            self.plan.points.append((self._points[point], self._arms(step, point)))
+            self._points[step] = len(self.plan.points)
+            point = step
+        return self._points[point]
+
+    def _before(self, point: Point) -> Point:
+        """The point it is placed from; of a renamed copy of a point any that is placed."""
+        known = self.places.points
+        return known[point] if point in known else next(p for p in point._pos_dict if p in known)
+
+    def _arms(self, point: Point, before: Point) -> tuple[Arm, ...]:
+        arms = []
+        for matrix, frame in point._pos_dict[before].args:
+            x, y, z = map(self.places.expression, matrix)
+            arms.append((self._frame(frame), (x, y, z)))
+        return tuple(arms)

@@ -1,0 +1,160 @@
+"""Derivatives of the times of events, of the states there, and through resets.
+
+An event g(t, y, p) = 0 moves by dt = -(g_y S + g_p) / g' with g' = g_t + g_y f.  A reset
+y+ = R(t, y) gives the columns at a fixed time after it S+ = R_y (S + f dt) + R_t dt - f+ dt (the
+saltation matrix; Leine & Nijmeijer 2004, chapter 7).  Expressions of SymPy are differentiated; of
+functions of Python differences are taken, good for some ten digits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.sensitivities.columns import Columns
+from mechc.simulation.events import Event, evaluated
+from mechc.simulation.resets import changed_state
+from mechc.simulation.segments import Segments
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+if TYPE_CHECKING:
+    from mechc.simulation.trajectory import Trajectory
+
+STEP = np.finfo(float).eps ** 0.2  # of differences of fourth order, of the argument's size
+GRAZES = 1e-9  # of the rate's terms: a rate that small is rounding
+
+
+@dataclass(frozen=True)
+class EventSensitivity:
+    """Derivatives of the zeros of one event.
+
+    Attributes
+    ----------
+    t
+        Name -> derivatives of their times (k,); of ``"y0"`` (k, nq + nu).
+    y
+        Name -> derivatives of the states there (k, nq + nu), the event's time moving along.
+    """
+
+    t: Mapping[str, Array]
+    y: Mapping[str, Array]
+
+
+def difference(f: Callable[[float], Array], size: float) -> Array:
+    """f' at 0 for arguments of this size, by the central difference of fourth order."""
+    h = STEP * size
+    values = [f(k * h) for k in (-2, -1, 1, 2)]
+    return np.asarray((values[0] - 8.0 * values[1] + 8.0 * values[2] - values[3]) / (12.0 * h))
+
+
+def moved_time(
+    system: System, event: Event, t: float, y: Array, values: Array, columns: Columns, found: Array
+) -> Array:
+    """How the time of an event moves with the columns (nx, k): (k,), NaN where it only touches."""
+    by_time, by_state, by_parameters = _slopes(system, event, t, y, values)
+    rates = system.rates(y, values, t)
+    rate = by_time + by_state @ rates
+    terms = abs(by_time) + np.abs(by_state) @ np.abs(rates)
+    if not abs(rate) > GRAZES * terms:
+        return np.full(columns.count, np.nan)
+    return np.asarray(-(by_state @ found + by_parameters @ columns.parameters) / rate)
+
+
+def _slopes(
+    system: System, event: Event, t: float, y: Array, values: Array
+) -> tuple[float, Array, Array]:
+    """Of g by time, state (nx,) and parameters (np,)."""
+    exact = getattr(event.function, "slopes", None)
+    if exact is not None:
+        found: tuple[float, Array, Array] = exact(t, y)
+        return found
+    sizes = np.maximum(np.abs(y), system.scale(values))
+
+    def along(k: int) -> Array:
+        unit = np.eye(len(y))[k]
+        return difference(lambda e: np.array(evaluated(event, t, y + e * unit)), float(sizes[k]))
+
+    by_state = np.array([along(k) for k in range(len(y))])
+    pace = float((np.abs(system.rates(y, values, t)) / sizes).max(initial=1e-3))
+    by_time = float(difference(lambda e: np.array(evaluated(event, t + e, y)), 1.0 / pace))
+    return by_time, by_state, np.zeros(len(values))
+
+
+@dataclass(frozen=True)
+class Jump:
+    """A change of the state by resets: its time, the states before and after, the events."""
+
+    t: float
+    before: Array
+    after: Array
+    causes: tuple[int, ...]
+
+
+def jump_of(run: Segments, number: int) -> Jump:
+    """That with which a piece of a run begins."""
+    t, after = run.pieces[number].states()
+    before = run.pieces[number - 1].states()[1]
+    return Jump(float(t[0]), before[-1], after[0], run.causes[number])
+
+
+def through_reset(sol: Trajectory, jump: Jump, columns: Columns, found: Array) -> Array:
+    """Columns right after the reset of one event from those right before it, (nx, k)."""
+    system, values, t = sol.system, sol.params, jump.t
+    event = Event.of(sol._asked[jump.causes[0]])
+    later = moved_time(system, event, t, jump.before, values, columns, found)
+    along = found + np.outer(system.rates(jump.before, values, t), later)
+    changed = np.full(found.shape, np.nan)
+    for k in np.flatnonzero(np.isfinite(along).all(axis=0)):
+        one = along[:, k], float(later[k]), columns.parameters[:, k]
+        changed[:, k] = _changed(sol, event, t, jump.before, *one)
+    return changed - np.outer(system.rates(jump.after, values, t), later)
+
+
+def _changed(
+    sol: Trajectory, event: Event, t: float, y: Array, along: Array, later: float, change: Array
+) -> Array:
+    """The derivative of the state that a reset gives along one column; change: of parameters."""
+    system, values = sol.system, sol.params
+    sizes = np.maximum(np.abs(y), system.scale(values))
+    most = max(
+        float((np.abs(along) / sizes).max(initial=0.0)),
+        float((np.abs(change) / np.maximum(np.abs(values), 1e-3)).max(initial=0.0)),
+        abs(later),
+    )
+    if most == 0.0:
+        return np.zeros(len(y))
+
+    def after(e: float) -> Array:
+        return changed_state(system, event, t + e * later, y + e * along, values + e * change)
+
+    return difference(after, 1.0 / most)
+
+
+def event_sensitivities(
+    sol: Trajectory, columns: Columns, at: Callable[[Array, Array], Array]
+) -> tuple[EventSensitivity, ...]:
+    """Of every event of a run; ``at``: columns (n, nx, k) at times and states, before resets."""
+    return tuple(
+        _one(sol, Event.of(event), record.t, record.y, columns, at)
+        for event, record in zip(sol._asked, sol.events, strict=True)
+    )
+
+
+def _one(
+    sol: Trajectory, event: Event, t: Array, y: Array, columns: Columns, at: Any
+) -> EventSensitivity:
+    system, values = sol.system, sol.params
+    found = at(t, y) if len(t) else np.zeros((0, y.shape[1], columns.count))
+    times = np.zeros((len(t), columns.count))
+    for k in range(len(t)):
+        times[k] = moved_time(system, event, float(t[k]), y[k], values, columns, found[k])
+    rates = system.rates(y, values, t) if len(t) else np.zeros(y.shape)
+    states = found + rates[:, :, None] * times[:, None, :]
+    return EventSensitivity(
+        {name: times[:, place] for name, place in columns.places.items()},
+        {name: states[:, :, place] for name, place in columns.places.items()},
+    )

@@ -1,0 +1,37 @@
+"""Derivatives of motions against those in 28 digits."""
+
+import numpy as np
+import pytest
+
+from benchmarks.problems.data import reference
+from benchmarks.references import derivatives, sensitivities
+
+
+@pytest.mark.parametrize("name", ["pendulum", "stiff_masses"])
+def test_errors_are_within_the_tolerance_times_the_condition(name: str):
+    assert all(row.fine for row in derivatives.rows(name))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["four_bar_regular", "four_bar_change_point"])
+def test_errors_through_loops(name: str):
+    """The pair of order 8 comes so near to the change point at rtol 1e-12 that rounding counts."""
+    rows = list(derivatives.rows(name))
+    known = ("four_bar_change_point", "dop853", 1e-12)
+    assert len(rows) == 8
+    assert all(row.fine for row in rows if row[:3] != known)
+
+
+def test_an_error_shows():
+    row = derivatives.Row("pendulum", "gauss8", 1e-6, 1e-3, 2.0)
+    assert not row.fine
+
+
+def test_the_data_are_those_of_the_families():
+    """The stiff scene's, computed again by its matrix exponential."""
+    data, family = reference("sensitivities"), sensitivities.FAMILIES["stiff_masses"]()
+    assert set(data) <= set(sensitivities.FAMILIES)
+    found = np.array(sensitivities.derivative(family, "k_0"), float)
+    np.testing.assert_allclose(
+        found, np.array(data["stiff_masses"]["by"]["k_0"], float), rtol=1e-14
+    )

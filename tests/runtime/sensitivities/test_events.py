@@ -1,0 +1,82 @@
+"""Derivatives of event times, and through the resets of events."""
+
+import numpy as np
+import pytest
+
+import mechc
+from tests.runtime.sensitivities.test_loops import REGULAR, START, bar
+from tests.runtime.sensitivities.test_run import GIVEN, T, swing
+from tests.support.differences import apart, extrapolated
+
+__all__ = ["bar", "swing"]  # compiled scenes of other tests
+pytestmark = pytest.mark.slow  # compiles much
+Q, U = 0.7, -0.5
+PUSH = mechc.Signal([0.0, 0.25, 1.4, 3.0], [0.3, -0.8, 0.5, 0.5], "previous")
+BOUNCE = mechc.Event(lambda t, y: y[0], reset=lambda t, q, u: (q, -0.8 * u))
+
+
+def bounced(swing, name, events=BOUNCE, **policy):
+    """The run as a function of a change of one name."""
+
+    def run(change):
+        y0, params = {"q": Q, "u": U}, dict(GIVEN)
+        given = y0 if name in y0 else params
+        given[name] += change
+        return swing.simulate(T, y0, params, inputs={"F": PUSH}, events=events, **policy)
+
+    return run
+
+
+@pytest.mark.parametrize("name", ["l", "c", "q", "u"])
+def test_through_three_resets_and_jumps_of_an_input(swing, name):
+    run = bounced(swing, name, rtol=1e-13)
+    sol = bounced(swing, name, rtol=1e-11, sensitivities=[name])(0.0)
+    assert len(sol.events[0].t) >= 2
+    wanted = extrapolated(lambda change: run(change).y[-1], 0.004)
+    assert apart(sol.sensitivity[name][-1], wanted) < 1e-8
+    times = extrapolated(lambda change: run(change).events[0].t, 0.004)
+    assert apart(sol.sensitivity.events[0].t[name], times) < 1e-8
+    states = extrapolated(lambda change: run(change).events[0].y.reshape(-1), 0.004)
+    assert apart(sol.sensitivity.events[0].y[name].reshape(-1), states) < 1e-8
+    backwards = sol.gradient(end=np.array([1.0, -2.0]), by=[name])[name]
+    forwards = sol.sensitivity[name][-1] @ [1.0, -2.0]
+    assert abs(backwards - forwards) < 1e-9 * np.abs(sol.sensitivity[name][-1]).max()
+
+
+def test_before_and_after_a_reset(swing):
+    """Of the two rows at its time the first is before it; between them the columns jump."""
+    sol = bounced(swing, "q", sensitivities=["q"])(0.0)
+    hit = sol.events[0].t[0]
+    before, after = np.flatnonzero(sol.t == hit)
+    columns = sol.sensitivity["q"]
+    assert np.abs(columns[after] - columns[before]).max() > 0.1
+    near = sol.sensitivity(np.array([hit - 1e-9, hit + 1e-9]))["q"]
+    np.testing.assert_allclose(near, columns[[before, after]], rtol=1e-6, atol=1e-6)
+
+
+def test_expressions_are_differentiated_by_parameters(bar):
+    """Where the crank's angle passes a value that has a length in it."""
+    from sympy import Symbol
+    from sympy.physics.mechanics import dynamicsymbols
+
+    passes = mechc.Event(dynamicsymbols("theta_0") - Symbol("l_3") / 2.0)
+
+    def times(change):
+        params = {"l_3": REGULAR["l_3"] + change}
+        return bar.simulate(1.0, START, params, events=passes, rtol=1e-13).events[0].t
+
+    sol = bar.simulate(1.0, START, REGULAR, events=passes, rtol=1e-11, sensitivities=["l_3"])
+    assert len(sol.events[0].t) == 1
+    assert apart(sol.sensitivity.events[0].t["l_3"], extrapolated(times, 0.004)) < 1e-8
+
+
+def test_resets_at_one_instant_have_no_derivative(swing):
+    twice = [BOUNCE, mechc.Event(lambda t, y: y[0], direction=1, reset=lambda t, q, u: (q, -u))]
+    sol = bounced(swing, "q", events=twice, sensitivities=["q"])(0.0)
+    if any(len(each) > 1 for each in sol._run.causes):
+        assert np.isnan(sol.sensitivity["q"][-1]).all()
+        assert "one instant" in sol.sensitivity.notes[0]
+        with pytest.raises(mechc.MechcError, match="one instant"):
+            sol.gradient(end="q", by=["q"])
+    else:
+        pytest.fail("both events were to reset the state together")

@@ -90,8 +90,9 @@ class SegmentedRun:
         start: Array,
         rates: int = 0,
         restart: bool = False,
+        project: bool = False,
     ) -> tuple[Array, Array]:
-        ends, taken = self._run.vary(first, last, directions, start, rates, restart)
+        ends, taken = self._run.vary(first, last, directions, start, rates, restart, project)
         return ends, taken
 
     def covary(

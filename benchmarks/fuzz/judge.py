@@ -20,7 +20,7 @@ SHARES, ROUNDING = 300.0, 1e-8  # of rtol, and of what rounding near change poin
 SHIFT = 1e-7  # of the start
 TOLD = 0.1  # an error that tells one motion from another
 MAX_STEPS = 100_000
-OTHER = "dop853"
+OTHER, FINER, FINEST = "dop853", 0.01, 1e-13  # of the case's tolerance; at the least
 
 
 class Judged:
@@ -55,11 +55,19 @@ def _closed(model: mechc.Model, case: Case) -> Array:
 
 
 def _run(
-    model: mechc.Model, case: Case, y0: Array, *, method: str = "auto", back: bool = False
-) -> mechc.Solution:
+    model: mechc.Model, case: Case, y0: Array, *, method: str = "auto", back: bool = False,
+    share: float = 1.0,
+) -> mechc.Solution:  # fmt: skip
+    """``share``: of the tolerance of the case."""
     span = (case.t_end, 0.0) if back else (0.0, case.t_end)
     return model.simulate(
-        span, y0, case.params, rtol=case.rtol, method=method, max_steps=MAX_STEPS, dense=False
+        span,
+        y0,
+        case.params,
+        rtol=max(share * case.rtol, FINEST),
+        method=method,
+        max_steps=MAX_STEPS,
+        dense=False,
     )
 
 
@@ -97,7 +105,7 @@ def _energy_of_rounding(model: mechc.Model, sol: mechc.Solution, length: float) 
 
 def _not_told_alike(model: mechc.Model, case: Case, sol: mechc.Solution) -> str:
     """Whether another method ends elsewhere, or the way back does not lead to the start."""
-    other = _run(model, case, sol.y[0], method=OTHER)
+    other = _run(model, case, sol.y[0], method=OTHER, share=FINER)
     back = _run(model, case, sol.y[-1], back=True)
     growth = _growth(model, case, sol)
     allowed = 2 * (SHARES * case.rtol + ROUNDING) * growth

@@ -14,9 +14,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from mechc_codegen.library.spatial.bicycle import values
 
 import mechc
 
+from ..problems.bicycle import COORDINATES, NAMES, SPEEDS
 from ..problems.data import reference
 from ..problems.problem import Array
 from ..stability.stiff import two_masses
@@ -54,11 +56,20 @@ def stiff_masses() -> tuple[Any, Sequence[str]]:
     return mechc.compile(two_masses(), outputs=OUTPUTS), ("radau5",)
 
 
+def bicycle() -> tuple[Any, Sequence[str]]:
+    return mechc.load("bicycle", outputs=OUTPUTS), METHODS
+
+
+# What is given besides what the data have.
+ALSO: dict[str, Mapping[str, float]] = {"bicycle": {**COORDINATES, **SPEEDS, **values()}}
+# The order of the data's states where it is not the model's.
+ORDER: dict[str, Sequence[str]] = {"bicycle": NAMES}
 MODELS: dict[str, Callable[[], tuple[Any, Sequence[str]]]] = {
     "pendulum": pendulum,
     "four_bar_regular": four_bar,
     "four_bar_change_point": four_bar,
     "stiff_masses": stiff_masses,
+    "bicycle": bicycle,
 }
 
 
@@ -85,10 +96,11 @@ def rows(name: str) -> Iterator[Row]:
     model, methods = MODELS[name]()
     data = reference("sensitivities")[name]
     names = [*model.coordinates, *model.speeds]
-    given = {key: float(value) for key, value in data["given"].items()}
+    given = {**ALSO.get(name, {}), **{key: float(value) for key, value in data["given"].items()}}
     y0 = {key: value for key, value in given.items() if key in names}
     params = {key: value for key, value in given.items() if key not in names}
-    exact = {key: np.array(each, float) for key, each in data["by"].items()}
+    order = [list(ORDER.get(name, names)).index(each) for each in names]
+    exact = {key: np.array(each, float)[order] for key, each in data["by"].items()}
     condition = _condition(model, data["t"], y0, params, list(exact))
     for method in methods:
         for rtol in RTOLS:

@@ -12,8 +12,10 @@ from scipy.integrate import solve_ivp
 
 import mechc
 
+from ..problems.five_bar import five_bar
 from ..problems.windows_motion import first_upright, upright_start
 from ..references.closure_curve import Geometry
+from ..references.pinned_chain import PinnedChain
 from ..timing.cases import Array
 from . import random_starts
 from .judge import METHODS, ROUNDING, Row, attempt, limit_of, measured, speeds_apart, verdict
@@ -131,28 +133,86 @@ def equal_lengths(quick: bool) -> Iterator[Row]:
 
 def decimal_lengths(quick: bool) -> Iterator[Row]:
     """Lengths to a decimal that meet the condition as typed; as doubles, but for rounding."""
-    rng, rows = np.random.default_rng(4), []
-    while len(rows) < (40 if quick else 300):
+    rng = np.random.default_rng(4)
+    rows = [_typed(rng) for _ in range(40 if quick else 300)]
+    yield from _four_bars(rng, ["decimal"] * len(rows), rows, 20.0, (1e-9, 1e-12))
+
+
+def neutral(rtol: float, quick: bool) -> Iterator[Row]:
+    """Typed lengths and multiples of 2^-20 in turn, 100 s by the default method."""
+    rng, count = np.random.default_rng(5), 60 if quick else 3000
+    kinds = {"decimal": _typed, "binary": random_starts.random_lengths}
+    names = [*kinds] * (count // 2)
+    rows = [kinds[name](rng) for name in names]
+    yield from _four_bars(rng, names, rows, 100.0, (rtol,), ("auto",))
+
+
+def _typed(rng: np.random.Generator) -> tuple[Sequence[float], Sequence[float]]:
+    """Lengths of one decimal, and signs."""
+    while True:
         l, s = np.round(rng.uniform(0.4, 9.0, 3), 1), rng.choice([-1.0, 1.0], 3)
         ground = round(float(l @ s), 1)
         a0, a1, a2 = l * s
         bends = (a1 * a2 / a0) ** 2 - (a2 * a2 / a0 + a2) * (a1 * a1 / a0 + a1)
         if ground > 0.3 and bends > 1e-3:
-            rows.append(([*l, ground], s))
-    yield from _four_bars(rng, ["decimal"] * len(rows), rows, 20.0, (1e-9, 1e-12))
+            return [*l, ground], s
 
 
 def _four_bars(
     rng: np.random.Generator, names: list[str], rows: list[tuple[Sequence[float], Sequence[float]]],
-    t_end: float, rtols: Sequence[float],
+    t_end: float, rtols: Sequence[float], methods: Sequence[str] = METHODS,
 ) -> Iterator[Row]:  # fmt: skip
     lengths, signs = map(np.array, zip(*rows, strict=True))
     translates = np.array([name in ("rhombus", "parallelogram") for name in names])
     geometry = Geometry(lengths, signs, np.tile([1.0, 2.0, 3.0], (len(rows), 1)), translates)
     given = random_starts.trials_of(rng, tuple(names), geometry, t_end)
-    for method in METHODS:
+    for method in methods:
         for rtol in rtols:
             yield from random_starts.judged(given, method, rtol)
+
+
+# -- five-bars: two freedoms, around the apex of a cone -------------------------------------------
+
+
+def five_bars(quick: bool) -> Iterator[Row]:
+    """Random lengths, every other neutral, against the chain in other coordinates."""
+    model, cases = mechc.compile(five_bar()), 0
+    for seed in range(1000):
+        rng = np.random.default_rng(seed)
+        lengths = np.round(rng.uniform(0.5, 2.0, 4), 2)
+        sum_of = abs(float(lengths @ rng.choice([-1.0, 1.0], 4)))
+        ground = round(sum_of, 2) if seed % 2 and 0.4 < sum_of < 4.0 else 1.5
+        params = dict(zip("abcdg", [*lengths.tolist(), ground], strict=True))
+        angles = dict(zip(("q_0", "q_1"), rng.uniform(-3, 3, 2), strict=True))
+        try:
+            start = model.assemble(angles, speeds={"u_0": 1.0, "u_1": -1.0}, params=params)
+        except mechc.MechcError:
+            continue  # these lengths do not reach
+        yield from _five_bar(model, seed, start, params)
+        cases += 1
+        if cases == (2 if quick else 40):
+            return
+
+
+def _five_bar(
+    model: mechc.Model, seed: int, start: Array, params: dict[str, float]
+) -> Iterator[Row]:
+    chain = PinnedChain(np.array([params[x] for x in "abcd"]), params["g"])
+    first = np.cumsum(start.reshape(2, 4), axis=1).ravel()
+    exact, loose = (chain.final(first, 5.0, tolerance) for tolerance in (1e-12, 1e-10))
+    pushed = [chain.final(first + SHIFT * unit, 5.0, 1e-10) for unit in np.eye(8)[::4]]
+    scale = speeds_apart(exact, 4)
+    condition = max(float((np.abs(each - exact) / scale).max()) / SHIFT for each in pushed)
+    for method in METHODS:
+        for rtol in (1e-6, 1e-9, 1e-12):
+            found = attempt(model, 5.0, start, params, rtol=rtol, method=method)
+            case = f"five-bar {seed}, {method}, {rtol:g}"
+            if isinstance(found, str) or not found.status.ok:
+                yield verdict(case, found, exact, 0.0)
+                continue
+            end = np.cumsum(found.y[-1].reshape(2, 4), axis=1).ravel()
+            limit = limit_of(rtol, condition) + float((np.abs(exact - loose) / scale).max())
+            yield measured(case, end, exact, limit, scale, condition=condition)
 
 
 # -- rows of windows: all couplers and uprights in line at once -----------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from . import (
     batches,
@@ -73,6 +74,17 @@ FAMILIES: dict[str, Family] = {
     "decimal lengths": Family(
         "lengths as 7.6, 3.8, 7.7 m that add up as typed make a change point",
         crossings.decimal_lengths, 0.99,
+    ),
+    "neutral four-bars 1e-9": Family(
+        "typed and binary lengths of change points, 100 s at rtol 1e-9",
+        partial(crossings.neutral, 1e-9), 0.998,
+    ),
+    "neutral four-bars 1e-12": Family(
+        "the same at 1e-12", partial(crossings.neutral, 1e-12), 0.99,
+    ),
+    "five-bars": Family(
+        "two freedoms: every motion goes around its critical configurations", crossings.five_bars,
+        unit=TIMES_START + ", and the judge's error",
     ),
     "whole turns": Family(
         "the four-bar 1e3 to 1e6 turns on moves as it does without them", exact_motion.turns,

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
     from mechc.export import export_c
+    from mechc.inputs.sampled import Sampled
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
     from mechc.system.c_interface import CFunction
@@ -81,6 +82,7 @@ __all__ = [
     "Parameter",
     "Quantity",
     "Reactions",
+    "Sampled",
     "Signal",
     "Solution",
     "Speed",
@@ -106,6 +108,7 @@ __all__ = [
 _LATER = {
     "Assembly": "mechc.batch.spec",
     "CFunction": "mechc.system.c_interface",
+    "Sampled": "mechc.inputs.sampled",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
     "export_c": "mechc.export",

@@ -11,7 +11,8 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from mechc.compilation.find import system_of
-from mechc.configurations import ONE_SET, Configurations
+from mechc.configurations import ONE_SET
+from mechc.fits import Fits
 from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     from mechc.analysis.linearize import Linearization
     from mechc.batch.results import Batch
     from mechc.batch.spec import Assembly
-    from mechc.fitting.result import FitResult
     from mechc.results.model_report import Report
     from mechc.simulation.stepper import Stepper
 
@@ -40,7 +40,7 @@ SIMULATE_ONE_SET = f"simulate {ONE_SET}"
 _models: WeakValueDictionary[int, Model] = WeakValueDictionary()
 
 
-class Model(Configurations):
+class Model(Fits):
     """A compiled mechanism.
 
     States are ``y = [q, u]``: coordinates, then speeds, in the order of ``coordinates`` and
@@ -300,9 +300,9 @@ class Model(Configurations):
             Called now and then with the fraction done.
         inputs
             A value for each input in ``model.inputs``: a number, a
-            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, or a tuple of functions of
-            t with the derivatives of the first; see :meth:`with_inputs`.  ``sol.model`` is then the
-            model driven by them.
+            :class:`mechc.Signal`, a function ``f(t)`` or ``f(t, q, u)``, a tuple of functions of
+            t with the derivatives of the first, or a :class:`mechc.Sampled` controller; see
+            :meth:`with_inputs`.  ``sol.model`` is then the model driven by them.
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
@@ -325,10 +325,10 @@ class Model(Configurations):
         :class:`mechc.EventError`, a failing input :class:`mechc.InputError`, which contain the
         motion until then.
         """
-        model = self if inputs is None else self.with_inputs(inputs)
+        span, times = checked_span_and_times(t_span, t_eval)
+        model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
-        span, times = checked_span_and_times(t_span, t_eval)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
@@ -345,164 +345,6 @@ class Model(Configurations):
         if len(sensitivities):
             sol.differentiate(names_of(sensitivities), given, params)
         return sol
-
-    def fit(
-        self,
-        measurements: Any,
-        free: Mapping[Any, Any],
-        measured: Any,
-        *,
-        params: Parameters = None,
-        y0: Any = None,
-        guess: Mapping[Any, float] | None = None,
-        inputs: Any = None,
-        t0: float | None = None,
-        shared: Sequence[Any] = (),
-        starts: int = 1,
-        refined: int = 4,
-        loss: Any = "linear",
-        f_scale: float = 1.0,
-        confidence: float = 0.95,
-        rtol: float = 1e-9,
-        method: str = "auto",
-        tol: float = 1e-8,
-        max_evaluations: int | None = None,
-        seed: int = 0,
-        progress: Callable[[float, str], None] | None = None,
-    ) -> FitResult:
-        """Values with which motions agree with recordings, by least squares with exact slopes.
-
-        Parameters
-        ----------
-        measurements
-            A recording, or a list of several: ``(times, values)`` with values (nt, k), or columns
-            by name with the times as ``"t"`` or ``"time"``: a mapping, an ``xarray.Dataset``, a
-            table of pandas.  Times in s, rising; a missing sample is NaN.
-        free
-            What is found: parameters, coordinates and speeds of the start, inputs that are numbers,
-            each with its bounds ``(lower, upper)`` in SI units, or None for those of the model.
-            A start is found for each recording by itself.
-        measured
-            What was measured: ``{name: standard deviation of its noise}``; names alone where the
-            noise is not known.  Coordinates, speeds, ``"energy"``, and numbers of outputs:
-            ``"points[2,0]"``.
-        params, y0, inputs
-            As in :meth:`simulate`; the values of what is free are those that the search begins
-            with.  A list of y0 or inputs has one for each recording.  Without y0 the start is the
-            model's own.  What is free and not given begins at its first sample, at its default, or
-            between its bounds.
-        guess
-            Coordinates near the assembly wanted, as in :meth:`assemble`.
-        t0
-            When the motions begin, s; by default at the first time of each recording.
-        shared
-            Starts that are the same in all recordings.
-        starts, refined, seed
-            How many points the search begins at: the first one, and others spread between the
-            bounds (Sobol's sequence).  They are screened in one batch; the best are ``refined``.
-        loss, f_scale
-            As in ``scipy.optimize.least_squares``: ``"linear"``, ``"soft_l1"``, ``"huber"``,
-            ``"cauchy"``, ``"arctan"``, for residuals in units of sigma.
-        confidence
-            Probability of the intervals.
-        rtol, method
-            As in :meth:`simulate`.
-        tol, max_evaluations
-            When the search ends: SciPy's ``ftol = xtol = gtol``, and ``max_nfev``.
-        progress
-            Called now and then with the fraction done and a note.
-
-        Returns
-        -------
-        FitResult
-            Values, covariance, intervals, what the data leave open, residuals; see docs/fitting.md.
-
-        Raises
-        ------
-        UnavailableOutputError
-            If the model was compiled without ``"sensitivities"``.
-        UnknownNameError, ValueOutOfBoundsError, MechcError
-            For wrong names, bounds, units, shapes; too few samples.
-        AssemblyError, MechcError
-            If no motion can be computed where the search begins; if a derivative does not exist.
-        """
-        from mechc.fitting.fit import fit
-        from mechc.fitting.search import Settings
-
-        checked_policy(
-            self.system, rtol=rtol, atol=None, method=method, first_step=None, max_step=math.inf,
-            max_steps=1, dense=True, on_change_point="continue",
-        )  # fmt: skip
-        settings = Settings(starts, refined, loss, f_scale, tol, max_evaluations, seed)
-        return fit(
-            self, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
-            t0=t0, shared=shared, confidence=confidence, settings=settings,
-            policy={"rtol": rtol, "method": method}, progress=progress,
-        )  # fmt: skip
-
-    def jvp(
-        self,
-        t: Any,
-        y0: Array | Mapping[Any, float],
-        params: Parameters = None,
-        *,
-        along: Mapping[Any, Any],
-        t0: float = 0.0,
-        inputs: Mapping[str, Any] | None = None,
-        rtol: float = 1e-9,
-        method: str = "auto",
-    ) -> tuple[Array, Array]:
-        """States at times, and their derivative along a direction.
-
-        Parameters
-        ----------
-        t
-            A time, or times (nt,) that rise, s.
-        y0, params, inputs, rtol, method
-            As in :meth:`simulate`.
-        along
-            The direction: name -> its rate.  Names as in ``sensitivities`` of :meth:`simulate`;
-            ``"y0"`` has a rate (nq + nu,).
-        t0
-            When the motion begins, s.
-
-        Returns
-        -------
-        y, dy : (nq + nu,) or (nt, nq + nu)
-
-        Raises
-        ------
-        MechcError
-            If the motion does not reach its end, or a derivative does not exist; and what
-            :meth:`simulate` raises.
-        """
-        from mechc.differentiable.motion import jvp
-
-        model = self if inputs is None else self.with_inputs(inputs)
-        return jvp(model, t, y0, params, along, t0, {"rtol": rtol, "method": method})
-
-    def vjp(
-        self,
-        t: Any,
-        y0: Array | Mapping[Any, float],
-        params: Parameters = None,
-        *,
-        by: Sequence[Any],
-        t0: float = 0.0,
-        inputs: Mapping[str, Any] | None = None,
-        rtol: float = 1e-9,
-        method: str = "auto",
-    ) -> tuple[Array, Callable[[Any], dict[str, Any]]]:
-        """States at times, and a function that pulls gradients back.
-
-        ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
-        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
-        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
-        """
-        from mechc.differentiable.motion import vjp
-
-        model = self if inputs is None else self.with_inputs(inputs)
-        return vjp(model, t, y0, params, by, t0, {"rtol": rtol, "method": method})
 
     def stepper(
         self,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from mechc.analysis.jacobians import input_values, jacobian
-from mechc.errors import ValueOutOfBoundsError, brief
+from mechc.errors import MechcError, ValueOutOfBoundsError, brief
 from mechc.system.description import Description
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters, doubles, is_table
@@ -131,6 +131,20 @@ class Outputs(Description):
         given = accepted(inputs, {slot["name"]: max(slot["orders"]) for slot in slots})
         driven.system = with_inputs(self.system, given)
         return self if driven.system is self.system else driven
+
+    def _driven_over(
+        self, span: tuple[float, float], inputs: Mapping[str, Any], sensitivities: Sequence[Any]
+    ) -> Self:
+        """With the inputs of one run, in which the values of controllers will be."""
+        from mechc.inputs.sampled import with_held
+
+        given, sampled = with_held(inputs, span) if isinstance(inputs, Mapping) else (inputs, False)
+        if sampled and len(sensitivities):
+            raise MechcError(
+                "how a controller depends on the state is not known, so a run with mechc.Sampled "
+                "has no sensitivities: give its law as an expression, mechc.compile(..., inputs=)"
+            )
+        return self.with_inputs(given)
 
     def rhs(
         self,

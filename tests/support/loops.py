@@ -13,20 +13,12 @@ from sympy.physics.mechanics import (
     RigidBody,
     SphericalJoint,
     dynamicsymbols,
-    inertia,
 )
 from sympy.physics.vector import Vector
 
-FREE_FALL = Rational(981, 100)
+from benchmarks.problems.five_bar import FREE_FALL, rod
+
 Link = tuple[Expr, Expr]  # length, and the angle between the axes at its ends
-
-
-def rod(name: str, length: Expr) -> RigidBody:
-    """A rod of 1 kg along its x axis, thick enough to turn about it."""
-    body = RigidBody(name, mass=1)
-    about = length**2 / Integer(12)
-    body.central_inertia = inertia(body.frame, length**2 / Integer(50), about, about)
-    return body
 
 
 def single_loop(name: str, links: Sequence[Link], gravity: Sequence[int | Expr]) -> Mechanism:
@@ -123,26 +115,4 @@ def parallel_cranks(count: int) -> Mechanism:
     return from_joints(
         "cranks", joints, gravity=-FREE_FALL * ground.y, parameters={"c": 1.0, "d": 1.0},
         ground=ground,
-    )  # fmt: skip
-
-
-def five_bar() -> Mechanism:
-    """Four moving rods of lengths a, b, c, d in a ring, ground pivots g apart: two freedoms."""
-    ground = at = RigidBody("ground")
-    place: Vector = 0 * ground.x
-    joints: list[PinJoint | Cut] = []
-    for k, length in enumerate(symbols("a b c d")):
-        body = rod(f"rod_{k}", length)
-        joints.append(
-            PinJoint(
-                f"pin_{k}", at, body, *dynamicsymbols(f"q_{k} u_{k}"), place,
-                -length / 2 * body.x, joint_axis=at.z,
-            )
-        )  # fmt: skip
-        at, place = body, length / 2 * body.x
-    far = symbols("g") * ground.x
-    joints.append(Cut.pin("end", ground, at, far, place, joint_axis=ground.z))
-    return from_joints(
-        "five_bar", joints, gravity=-FREE_FALL * ground.y,
-        parameters=dict.fromkeys("abcdg", 1.0), ground=ground,
     )  # fmt: skip

@@ -164,8 +164,8 @@ def _run(chosen: argparse.Namespace) -> int:
 
 
 def _sweep(chosen: argparse.Namespace) -> int:
-    from mechc.batch.sweep import members, plan, read_variation, sweep_json, sweep_summary
-    from mechc.batch.sweep_maps import save_maps
+    from mechc.batch.sweeps.maps import save_maps
+    from mechc.batch.sweeps.sweep import members, plan, read_variation, sweep_json, sweep_summary
 
     if not is_own(chosen.name):
         known(chosen.name)

@@ -165,7 +165,8 @@ class Motion:
             return np.asarray(self._one(t, x).y)
         rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
         times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
-        if self.model.inputs or not (times == times[0]).all():
+        driven = self.model.system.driven
+        if (driven and driven.called) or not (times == times[0]).all():
             found = np.stack([self._one(*each).y for each in zip(times, rows, strict=True)])
         else:
             found = self._batch(times[0], rows)

@@ -84,7 +84,7 @@ def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
     _, factor = shown_in(one.kind, one.unit)
     recording, sol = problem.recordings[place], result.solutions[place]
     t = np.linspace(sol.span[0], sol.span[1], SAMPLES)
-    line = one.on(problem.model.system, sol(t), sol.params, t)
+    line = one.on(sol.system, sol(t), sol.params, t)
     line = line + _turns(result, place, k)
     known = recording.known[:, k]
     axes.plot(
@@ -98,7 +98,7 @@ def _turns(result: FitResult, place: int, k: int) -> float:
     """Whole turns by which the data of an angle differ from the motion as it is assembled."""
     recording, sol = result.problem.recordings[place], result.solutions[place]
     one = result.problem.measured[k]
-    own = one.on(result.problem.model.system, sol.y, sol.params, sol.t)
+    own = one.on(sol.system, sol.y, sol.params, sol.t)
     left = result.residuals[place][:, k] + recording.values[:, k] - own
     return float(left[recording.known[:, k]][0])
 

@@ -15,6 +15,7 @@ from mechc.fitting.recordings import Recording
 from mechc.fitting.unknowns import INPUT, PARAMETER, START, Known, Unknown
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
+from mechc.system.system import System
 
 TURN = 2.0 * np.pi
 
@@ -123,15 +124,15 @@ class Problem:
             if sol is None or not sol.status.ok:
                 parts.append(np.full(int(np.count_nonzero(recording.known)), np.inf))
             else:
-                parts.append(self.deviations(sol.y, sol.params, place)[recording.known])
+                parts.append(self.deviations(sol.system, sol.y, sol.params, place)[recording.known])
         return np.concatenate(parts)
 
-    def deviations(self, y: Array, values: Array, place: int) -> Array:
+    def deviations(self, system: System, y: Array, values: Array, place: int) -> Array:
         """(model - data) / sigma (..., nt, k) on states (..., nt, nq + nu); NaN without a sample.
 
         Whole turns of an angle that assembly chooses are left out: nobody measured them.
         """
-        recording, system = self.recordings[place], self.model.system
+        recording = self.recordings[place]
         found = np.empty((*y.shape[:-1], len(self.measured)))
         for k, one in enumerate(self.measured):
             apart = one.on(system, y, values, recording.t) - recording.values[:, k]

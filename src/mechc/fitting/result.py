@@ -144,7 +144,7 @@ class FitResult:
         """Of each recording model minus data (nt, measured), in SI units; NaN without a sample."""
         weights = np.array([one.weight for one in self.problem.measured])
         return tuple(
-            self.problem.deviations(sol.y, sol.params, place) * weights
+            self.problem.deviations(sol.system, sol.y, sol.params, place) * weights
             for place, sol in enumerate(self.solutions)
         )
 

@@ -75,7 +75,7 @@ def bounds_of(problem: Problem) -> tuple[Array, Array]:
 def screened(problem: Problem, points: Array, settings: Settings) -> Array:
     """The cost at each point (n,), of all in one batch; infinite where a motion fails."""
     loss = loss_of(settings.loss, settings.f_scale)
-    if problem.model.inputs:  # a batch takes none
+    if _one_by_one(problem, points[0]):
         residuals = np.array([problem.residuals(x) for x in points])
     else:
         residuals = np.hstack([_batch(problem, points, k) for k in range(len(problem.recordings))])
@@ -83,6 +83,16 @@ def screened(problem: Problem, points: Array, settings: Settings) -> Array:
     costs = np.full(len(points), np.inf)
     costs[usable] = loss.cost(residuals[usable])
     return costs
+
+
+def _one_by_one(problem: Problem, x: Array) -> bool:
+    """Where a batch does not do: with Python functions, and outputs that may contain inputs."""
+    model = problem.model
+    if not model.inputs:
+        return False
+    states = (*model.coordinates, *model.speeds)
+    driven = model.with_inputs(problem.setting(x, 0).inputs).system.driven
+    return bool(driven.called) or any(one.output not in states for one in problem.measured)
 
 
 def _batch(problem: Problem, points: Array, place: int) -> Array:
@@ -97,12 +107,12 @@ def _batch(problem: Problem, points: Array, place: int) -> Array:
     span = (problem.begin[place], float(recording.t[-1]))
     batch = model.simulate_batch(
         span, _for_all(start, len(points)), given.params, t_eval=recording.t, progress=False,
-        **problem.policy,
+        inputs=given.inputs or None, **problem.policy,
     )  # fmt: skip
     problem.runs += len(points)
     values = model.system.parameter_set.resolve(given.params)
     values = np.broadcast_to(values, (len(points), values.shape[-1]))
-    apart = problem.deviations(batch["y_eval"], values[:, None, :], place)
+    apart = problem.deviations(model.system, batch["y_eval"], values[:, None, :], place)
     apart[~batch.ok] = np.inf
     return np.asarray(apart[:, recording.known])
 

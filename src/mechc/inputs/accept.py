@@ -64,7 +64,7 @@ def _one(name: str, value: Any, order: int) -> Any:
     signal = samples_or_signal(value, order)
     if signal is not None:
         return signal
-    return _with_state_apart(f"the input {name}", value) if callable(value) else value
+    return with_state_apart(f"the input {name}", value) if callable(value) else value
 
 
 def _samples(value: Any) -> bool:
@@ -74,7 +74,7 @@ def _samples(value: Any) -> bool:
     return all(np.ndim(row) == 1 for row in value)
 
 
-def _with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+def with_state_apart(what: str, function: Callable[..., Any]) -> Callable[..., Any]:
     """A function of state and time as one of t, q and u; any other unchanged."""
     try:
         signature = inspect.signature(function)
@@ -134,7 +134,7 @@ class _Together:
 
     def __init__(self, what: str, size: int, function: Callable[..., Any]) -> None:
         self._what, self._size = what, size
-        self._function = _with_state_apart(what, function)
+        self._function = with_state_apart(what, function)
         self._of_time = _binds(inspect.signature(self._function), 1)
         self._last: tuple[Any, Array] = (None, np.zeros(0))
 

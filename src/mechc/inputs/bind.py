@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
+from mechc.inputs.sampled import Control, HeldSignal, Sampled
 from mechc.inputs.signals import Signal
 from mechc.native._inputs import Caller, Inputs
 from mechc.system.parameters import Array
@@ -87,6 +88,12 @@ class GivenInputs:
         whole = self.compiled() if len(between) > 1 else between[0]
         places = np.array([self._places[name] for name in own], np.intc)
         return np.array(times[1:]), [*between, whole], places
+
+    @property
+    def controls(self) -> list[Control]:
+        """Controllers that are called during a run."""
+        held = [s.control for s in self.signals.values() if isinstance(s, HeldSignal)]
+        return list(dict.fromkeys(held))
 
     def narrow(self, inputs: Any, t0: float, t1: float) -> None:
         """Let compiled inputs take only the pieces of signals between two times."""
@@ -211,6 +218,11 @@ def _polynomials(slot: InputSlot, value: Any) -> tuple[Array, Array]:
     if isinstance(value, Signal):
         _check_smoothness(slot, value)
         return value.pieces
+    if isinstance(value, Sampled):
+        raise ValueOutOfBoundsError(
+            f"the input {slot.name} is a mechc.Sampled, whose values a run makes: give it to "
+            "simulate(..., inputs={...})"
+        )
     number = isinstance(value, Real) or (isinstance(value, np.ndarray) and value.ndim == 0)
     if not number or not np.isfinite(float(value)):
         raise ValueOutOfBoundsError(

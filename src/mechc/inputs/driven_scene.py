@@ -9,6 +9,7 @@ import numpy as np
 
 from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
+from mechc.inputs.sampled import Control
 from mechc.inputs.segmented_run import SegmentedRun
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -82,13 +83,26 @@ class DrivenScene:
         values.check_times((t0, t1))
         values.caller.reset()
         times = [t0, *values.breaks(t0, t1, policy[0]), t1]
+        controls = values.controls
+        for control in controls:
+            control.begin(t0)
 
-        def inputs(segment: int) -> Any:
+        def inputs(segment: int, y: Array) -> Any:
+            self._call(controls, times[segment], y)
             return values.compiled(times[segment], times[segment + 1])
 
-        first = inputs(0)
+        first = inputs(0, y0)
         run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
         return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
+
+    def _call(self, controls: Sequence[Control], t: float, y: Array) -> None:
+        """Call the controllers whose instant has come; one that fails leaves NaN: the run ends."""
+        count = self._scene.coordinates
+        for control in controls:
+            try:
+                control.reach(t, y[:count].copy(), y[count:].copy())
+            except BaseException as error:
+                self._needed().caller.failure = ", ".join(control.names), t, error
 
     # -- for a stepper ------------------------------------------------------------------------
 

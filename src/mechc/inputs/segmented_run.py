@@ -12,12 +12,12 @@ from mechc.system.parameters import Array
 class SegmentedRun:
     """A compiled run over ``times[-1] - times[0]``, in which no step crosses an inner time.
 
-    It is one run, extended from segment to segment with the inputs of each: ``inputs(k)`` between
-    ``times[k]`` and ``times[k + 1]``, ``whole`` for reading from the run.
+    It is one run, extended from segment to segment with the inputs of each: ``inputs(k, y)``
+    between ``times[k]``, where the state is y, and ``times[k + 1]``; ``whole`` for reading from it.
     """
 
     def __init__(
-        self, run: Any, times: Sequence[float], inputs: Callable[[int], Any], whole: Any
+        self, run: Any, times: Sequence[float], inputs: Callable[[int, Array], Any], whole: Any
     ) -> None:
         self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
         self._segment = -1
@@ -27,7 +27,9 @@ class SegmentedRun:
 
     def _next(self) -> None:
         self._segment += 1
-        self._run.extend(self._times[self._segment + 1], self._inputs(self._segment))
+        _, y = self._run.tail(1)
+        inputs = self._inputs(self._segment, y[-1])
+        self._run.extend(self._times[self._segment + 1], inputs)
 
     @property
     def _last(self) -> bool:
@@ -88,8 +90,9 @@ class SegmentedRun:
         start: Array,
         rates: int = 0,
         restart: bool = False,
+        project: bool = False,
     ) -> tuple[Array, Array]:
-        ends, taken = self._run.vary(first, last, directions, start, rates, restart)
+        ends, taken = self._run.vary(first, last, directions, start, rates, restart, project)
         return ends, taken
 
     def covary(

@@ -68,7 +68,7 @@ cdef extern from "abi/model.h":
         const double *p
         const mechc_inputs *inputs
         ptrdiff_t first, last
-        int columns, restart
+        int columns, restart, project
         const double *directions
         double *ends
         double *rates

@@ -348,7 +348,8 @@ cdef class Run:
         return out
 
     def vary(self, ptrdiff_t first, ptrdiff_t last, const double[:, ::1] directions,
-             const double[:, ::1] start, int rates=0, bint restart=False):
+             const double[:, ::1] start, int rates=0, bint restart=False,
+             bint project=False):
         """Columns of derivatives over the steps first ... last - 1: (last - first + 1, width, k).
 
         directions : (parameters + inputs, k)
@@ -360,6 +361,8 @@ cdef class Run:
             k).  0: the columns alone.
         restart
             Every step begins with these columns: the ends are then the steps' propagators.
+        project
+            The columns at the start are moved onto the constraints' tangent space first.
 
         Raises ArithmeticError where the equations of a step are singular.
         """
@@ -374,7 +377,7 @@ cdef class Run:
             raise ValueError("no such steps, or arrays of another shape")
         ends, taken = np.empty((steps + 1, self.width, k)), np.empty((steps, rates, self.width, k))
         ends[0] = start
-        if not k or not steps:
+        if not k or not steps and not project:
             return ends, taken
         cdef double[:, :, ::1] columns = ends
         cdef double[:, :, :, ::1] slopes = taken
@@ -387,7 +390,8 @@ cdef class Run:
         variation.columns, variation.restart = k, restart
         variation.directions = &directions[0, 0] if directions.shape[0] else NULL
         job.unit, job.variation = self.unit, &variation
-        while done < steps:
+        while done < steps or project:
+            variation.project, project = project, False
             variation.first = first + done
             variation.last = min(last, variation.first + self.at_once(k))
             variation.ends = &columns[done, 0, 0]

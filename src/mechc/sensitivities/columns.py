@@ -44,6 +44,11 @@ class Columns:
     def count(self) -> int:
         return int(self.parameters.shape[1])
 
+    @property
+    def directions(self) -> Array:
+        """Parameters and then inputs, (np + ni, k)."""
+        return np.ascontiguousarray(np.vstack([self.parameters, self.inputs]))
+
     def names_among(self, marked: Array) -> list[str]:
         """The names of which a column is marked, of (k,) flags."""
         return [name for name in self.names if np.any(marked[self.places[name]])]
@@ -87,11 +92,12 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
     slopes = _default_slopes(system, values, given)
     for name, place in places.items():
         if name in system.parameters:
-            along[:, place] = _followed(system, name, slopes)
+            along[system.parameters.index(name), place] = 1.0
         elif name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
         elif name != START:
             _refuse_unknown(system, name)
+    along = _followed(along, slopes)
     return Columns(tuple(places), places, along, pushed)
 
 
@@ -111,17 +117,14 @@ def _default_slopes(system: System, values: Array, given: Any) -> Array | None:
     return slopes
 
 
-def _followed(system: System, name: str, slopes: Array | None) -> Array:
-    """How all parameters change with one: those not given follow as their defaults do."""
-    size = len(system.parameters)
-    changes = np.zeros(size)
-    index = system.parameters.index(name)
-    changes[index] = 1.0
+def _followed(along: Array, slopes: Array | None) -> Array:
+    """How all parameters change with those of each column: those not given follow as their defaults
+    do."""
     if slopes is None:
-        return changes
-    for _ in range(size):  # a default may follow one that follows
-        further = slopes @ changes
-        further[index] = 1.0
+        return along
+    changes = along
+    for _ in range(len(along)):  # a default may follow one that follows
+        further = np.where(along != 0.0, along, slopes @ changes)
         if (further == changes).all():
             break
         changes = further

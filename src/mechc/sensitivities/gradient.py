@@ -95,7 +95,7 @@ def gradient_of_run(
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
-    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(len(columns.parameters) +
                     len(columns.inputs)))  # fmt: skip

@@ -32,7 +32,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
-    start, notes = start_columns(system, columns, y0, y[0], sol.params, float(t[0]))
+    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     ended: list[str] = []
     pieces = _pieces(sol, sol._run, columns, start, ended)

@@ -10,7 +10,8 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
-from mechc.sensitivities.tangent import gradient, tangent
+from mechc.sensitivities.steps import on_tangent_space
+from mechc.sensitivities.tangent import gradient
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -19,9 +20,10 @@ SINGULAR = 1e-7  # of the largest singular value: below, no derivative
 
 
 def start_columns(
-    system: System, columns: Columns, given: Any, state: Array, values: Array, t: float
+    system: System, columns: Columns, given: Any, run: Any, values: Array
 ) -> tuple[Array, tuple[str, ...]]:
-    """S (nx, k) at the start, and notes on columns that have none; ``given``: y0 as it was given.
+    """S (nx, k) at the start of a run, and notes on columns that have none; ``given``: y0 as it was
+    given.
 
     A mapping is assembled: what it holds stays, the rest follows.  A state is moved onto the
     constraints, as :meth:`mechc.Model.simulate` does.
@@ -31,27 +33,33 @@ def start_columns(
     MechcError
         For a coordinate or speed that was not given by itself.
     """
-    projected = tangent(system, state[None], values, t, columns)
-    whole = np.eye(system.scene.width) if projected is None else projected[0][0]
+    t, state = float(run.times(0)[0]), run.states()[1][0]
     found = np.zeros((system.scene.width, columns.count))
     notes: tuple[str, ...] = ()
     if isinstance(given, Mapping):
         held = list(by_name(given, "y0"))
         found, notes = _assembled(system, columns, held, state, values, t)
     else:
-        if projected is not None:
-            found = projected[1][0]
-        for name in _of_state(system, columns):
-            if projected is not None:
-                raise MechcError(
-                    f"y0 is a whole state, in which the constraints tie {name} to the others: ask "
-                    f"for sensitivities by {START!r}, or give a mapping, "
-                    f"y0={{{name!r}: ...}}, which is assembled"
-                )
-            found[system.state_index(name), columns.places[name]] = 1.0
+        _place_states(system, columns, found)
     if START in columns.places:
-        found[:, columns.places[START]] = whole
+        found[:, columns.places[START]] = np.eye(system.scene.width)
+    if system.scene.rows and (START in columns.places or not isinstance(given, Mapping)):
+        moved = on_tangent_space(system, run, columns, found, values)
+        places = slice(None) if not isinstance(given, Mapping) else columns.places[START]
+        found[:, places] = moved[:, places]
     return np.ascontiguousarray(found), notes
+
+
+def _place_states(system: System, columns: Columns, found: Array) -> None:
+    """Of a whole state each component that is asked for, where none follows from others."""
+    for name in _of_state(system, columns):
+        if system.scene.rows:
+            raise MechcError(
+                f"y0 is a whole state, in which the constraints tie {name} to the others: ask "
+                f"for sensitivities by {START!r}, or give a mapping, "
+                f"y0={{{name!r}: ...}}, which is assembled"
+            )
+        found[system.state_index(name), columns.places[name]] = 1.0
 
 
 def _of_state(system: System, columns: Columns) -> list[str]:

@@ -18,6 +18,7 @@ from mechc.errors import MechcError
 from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.rules import rule_of
+from mechc.simulation.segments import Segments, Until
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -90,10 +91,20 @@ def follow(system: System, run: Any, values: Array, columns: Columns, start: Arr
         For a run that began at a change point, and for inputs that are functions of the state.
     """
     checked_run(system, run, values)
-    t = run.times(0)
-    directions = np.ascontiguousarray(np.vstack([columns.parameters, columns.inputs]))
+    t, directions = run.times(0), columns.directions
     ends, _ = run.vary(0, max(len(t) - 1, 0), directions, start)
     return Piece(run, directions, t, ends)
+
+
+def on_tangent_space(
+    system: System, run: Any, columns: Columns, start: Array, values: Array
+) -> Array:
+    """Columns (nx, k) at the start of a run, moved onto the constraints' tangent space."""
+    while isinstance(run, (Segments, Until)):
+        run = run.pieces[0] if isinstance(run, Segments) else run.piece
+    checked_run(system, run, values)
+    moved: Array = run.vary(0, 0, columns.directions, start, project=True)[0][0]
+    return moved
 
 
 def checked_run(system: System, run: Any, values: Array) -> None:

@@ -139,9 +139,10 @@ CODES = {
     ),
     codes.NO_STEP_FITS: (
         "no step fits",
-        "a change point comes next, and no step could be placed across it: rounding near it is "
-        "more than a step may err by",
-        "Loosen rtol, or take method='dop853'; the motion until there is good",
+        "a change point comes next, and no step could be placed across it, or the run ends at it: "
+        "rounding near it is more than a step may err by",
+        "End the run a millisecond before or after it, loosen rtol, or take method='dop853'; the "
+        "motion until there is good",
     ),
     codes.BRANCH_IN_DOUBT: (
         "branch in doubt",

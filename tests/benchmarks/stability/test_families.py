@@ -5,7 +5,9 @@ import numpy as np
 import pytest
 
 from benchmarks.problems.data import reference
+from benchmarks.problems.window_row import exact_row
 from benchmarks.references.linkage_curve import PlanarLinkage
+from benchmarks.references.pinned_chain import PinnedChain
 from benchmarks.stability import batches, crossings, long_runs, near_misses, stiff, values
 
 
@@ -93,3 +95,36 @@ def test_the_curve_of_a_linkage_is_that_of_38_digits(miss):
     moved = linkage.moved(0, 2.0**-51).integrate(near_misses.start(ground), np.array([3.0]))[0]
     rounded = np.abs(np.array(known["rounded"], float)).max()  # over twice as much
     assert np.abs(moved - found).max() == pytest.approx(rounded / 2, rel=0.2)
+
+
+def test_the_judge_of_near_misses_leaps_to_no_other_branch():
+    """Two gaps of 1e-14 m are passed in 1e-8 s; a step over both at once looks smooth."""
+    linkage = exact_row([0.9999999999999737, 2.000000000000008])
+    angles = [1.4687954935852696, 0.0, -1.6727971600045501, 0.0, -1.6727971600045157]
+    rates = [2.673775096567639, 0.0, 2.673775096567639, 0.0, 2.673775096567638]
+    start = np.array(angles + rates)
+    ends = [
+        linkage.integrate(start, np.linspace(0.0, 1.0, count + 1)[1:], tolerance)[-1]
+        for count in (1, 10)
+        for tolerance in (1e-13, 1e-14, 1e-15)
+    ]
+    np.testing.assert_allclose(ends, [ends[0]] * len(ends), rtol=0, atol=1e-6)
+
+
+def test_the_judge_of_five_bars_keeps_its_energy():
+    """Its equations of motion know none."""
+    chain = PinnedChain(np.ones(4), 2.0)
+    start = np.array([1.2, 0.3, -1.1, -0.4, 0.0, 0.0, 0.0, 0.0])
+    first = chain.closed(chain.closed(start))
+    end = chain.final(first, 1.5)
+    assert energy_of(chain, end) == pytest.approx(energy_of(chain, first), abs=1e-9)
+    assert abs(end - first).max() > 0.5
+
+
+def energy_of(chain, state):
+    """Of the rods' centres, and of their turning about these."""
+    vectors, u = chain.lengths * np.exp(1j * state[:4]), state[4:]
+    centres = np.cumsum(vectors) - vectors / 2
+    speeds = np.cumsum(1j * vectors * u) - 1j * vectors * u / 2
+    turning = (chain.lengths * u) ** 2 / 12
+    return float((abs(speeds) ** 2 + turning).sum() / 2 + 9.81 * centres.imag.sum())

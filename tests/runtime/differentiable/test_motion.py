@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.differentiable.motion import motion_of
 from tests.support.differences import apart, extrapolated
+from tests.support.pendulums import pushed_mass
 
 TIMES = np.array([0.4, 1.1, 2.0])
 START = {"theta_0": 0.8, "omega_0": 0.3}
@@ -80,6 +82,17 @@ def test_a_cotangent_of_another_shape(pendulum):
     _, pull = pendulum.vjp(2.0, START, by=["l_0"])
     with pytest.raises(mechc.ValueOutOfBoundsError, match="shape of the states"):
         pull(np.ones(3))
+
+
+def test_several_motions_are_a_batch_with_the_inputs_of_the_model():
+    model = mechc.compile(pushed_mass(), defaults={"m": 2.0, "k": 1.0}, outputs=("sensitivities",))
+    for force in (0.7, lambda t: 0.7 + 0.0 * t):
+        motion = motion_of(model.with_inputs({"F": force}), ("q", "u"), ("k",), 0.0, {})
+        x = np.array([[0.1, 0.2, 1.0], [0.3, -0.2, 2.0]])
+        found = motion.states(TIMES[None], x)
+        assert found.shape == (2, 3, 2)
+        for row, each in zip(x, found, strict=True):
+            np.testing.assert_array_equal(each, motion.states(TIMES, row))
 
 
 @pytest.mark.parametrize("tool", ["jax", "torch"])

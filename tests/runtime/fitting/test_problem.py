@@ -28,7 +28,8 @@ def pushed():
     method = KanesMethod(r, [q], [u], [q.diff(dynamicsymbols._t) - u])
     method.kanes_equations([bob], [(bob.point, -m * g * r.y), (e, torque * r.z)])
     given = {"m": 1.3, "l": 0.8, "g": 9.81}
-    return mechc.compile(method, name="pushed", defaults=given, outputs=("energy", "sensitivities"))
+    outputs = ("energy", "sensitivities", {"power": torque * u})
+    return mechc.compile(method, name="pushed", defaults=given, outputs=outputs)
 
 
 @pytest.mark.slow
@@ -83,13 +84,27 @@ def test_constant_inputs_and_starts_before_the_first_sample(pushed):
     given = {"inputs": {"F": 0.1}, "t0": -1.0, "shared": ["u"]}
     free = {"l": (0.5, 1.5), "F": (-2.0, 2.0), "q": (-1.0, 1.0), "u": (-1.0, 1.0)}
     wanted = {"l": 0.9, "F": 0.9, "q[0]": 0.7, "q[1]": -0.2, "u": -0.5}
-    for count in (1, 16):  # a batch takes no inputs: one by one
+    for count in (1, 16):
         found = pushed.fit(data, free, {"q": 0.01}, starts=count, **given)
         assert found.values == pytest.approx(wanted, abs=1e-6)
     assert found.starts[1] == {"q": found["q[1]"], "u": found["u"]}
     again = found.problem.setting(found.x, 1)
     sol = pushed.simulate((-1.0, 1.5), again.start, found.model_params, inputs=again.inputs)
     np.testing.assert_allclose(sol(T)[:, 0], data[1][1], atol=1e-6)
+
+
+@pytest.mark.parametrize("inputs", [{"F": 0.4}, {"F": lambda t: 0.3 + 0.0 * t}])
+def test_outputs_that_contain_inputs(pushed, inputs):
+    start = {"q": 0.7, "u": -0.5}
+    sol = pushed.simulate(1.5, start, {"l": 0.9}, inputs={"F": 0.3}, t_eval=T, rtol=1e-12)
+    data = {"t": T, "q": sol["q"], "power": sol.model.output("power", sol.y, sol.params, T)}
+    known = isinstance(inputs["F"], float)
+    free = {"l": (0.5, 1.5)} | ({"F": (-2.0, 2.0)} if known else {})
+    measured = {"q": 0.01, "power": 0.1} if known else {"q": 0.01}
+    found = pushed.fit(data, free, measured, y0=start, inputs=inputs, starts=8)
+    assert found["l"] == pytest.approx(0.9, abs=1e-6)
+    assert not known or found["F"] == pytest.approx(0.3, abs=1e-6)
+    assert found.plot().axes
 
 
 def test_a_whole_state_and_all_parameters(pushed):

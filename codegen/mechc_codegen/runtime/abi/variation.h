@@ -15,6 +15,7 @@ typedef struct {
     ptrdiff_t first, last;
     int columns;
     int restart; /* each step begins with the columns given: the ends are propagators */
+    int project; /* the first columns are moved onto the constraints' tangent space before */
     const double *directions; /* (parameters + inputs) x columns */
     double *ends; /* (last - first + 1) x width x columns; the first of them is given */
     double *rates; /* NULL, or S' where the step's method takes its rates, those of its dense output

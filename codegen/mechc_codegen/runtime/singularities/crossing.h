@@ -164,7 +164,7 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
 {
     /* Shrinking alone would only approach the crossing. */
     static const double factors[] = {0.7, 1.3, 0.45, 0.8, 0.3, 0.6, 1.7, 0.2};
-    if (turned != between || (too_near && !span->last)) {
+    if (turned != between || too_near) {
         monitor->ahead = HUGE_VAL;
         if (monitor->tries >= 24) mechc_give_up(out, MECHC_NO_STEP_FITS, critical->gap);
         else if (turned != between || monitor->tries % 4 != 2
@@ -247,7 +247,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
         mechc_examine_crossing(span, monitor, &critical, between, turned,
-                               after.ratio < MECHC_TOO_NEAR, out);
+                               after.ratio < (span->last ? span->nearest : MECHC_TOO_NEAR), out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned || after.ratio < MECHC_LOST)

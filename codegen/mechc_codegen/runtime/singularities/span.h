@@ -25,6 +25,7 @@ typedef struct {
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
     int last;               /* of the run: no step follows */
+    double nearest;         /* conditioning at the run's end below which rounding spoils its state */
     int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
     mechc_nodes nodes;      /* ... between these */
     const mechc_path *path; /* NULL: not known yet */

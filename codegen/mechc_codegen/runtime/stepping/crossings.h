@@ -80,6 +80,8 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
         .horizon = run->horizon,
         .bridge = method->holds_crossing,
         .last = fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
+        .nearest = sqrt(MECHC_EPSILON
+                        / mechc_max(run->rtol / run->method->share, MECHC_ROUNDING_ALLOWED)),
         .looks_ahead = method->reach != 0,
         .nodes = method->nodes,
     };

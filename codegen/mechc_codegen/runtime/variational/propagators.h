@@ -135,23 +135,28 @@ MECHC_STATIC int mechc_factor_nodes(mechc_propagation *g)
     return mechc_greatest(growth) <= MECHC_GROWTH;
 }
 
+/* Row by row of the factors, each once for all right sides: z_k <- z_k - z_j entry_k. */
+MECHC_INLINE void mechc_take_factor_row(mechc_propagation *g, int j, int first, int last)
+{
+    const int n = MECHC_NODE_UNKNOWNS;
+    const mechc_vector *row = g->matrix + j * n;
+    mechc_vector z[MECHC_NX];
+    for (int r = 0; r < MECHC_NX; r++) z[r] = g->weights[r * n + j];
+    for (int k = first; k < last; k++) {
+        const mechc_vector entry = row[k];
+        for (int r = 0; r < MECHC_NX; r++) g->weights[r * n + k] -= z[r] * entry;
+    }
+}
+
 /* Z = W U^-1 L^-1 in the place of W. */
 MECHC_STATIC void mechc_weigh_nodes(mechc_propagation *g)
 {
     const int n = MECHC_NODE_UNKNOWNS;
-    mechc_vector sum[MECHC_NX];
-    for (int back = 0; back < 2; back++)
-        for (int step = 0; step < n; step++) {
-            const int j = back ? n - 1 - step : step;
-            const int first = back ? j + 1 : 0, last = back ? n : j;
-            for (int r = 0; r < MECHC_NX; r++) sum[r] = g->weights[r * n + j];
-            for (int i = first; i < last; i++) {
-                const mechc_vector entry = g->matrix[i * n + j];
-                for (int r = 0; r < MECHC_NX; r++) sum[r] -= g->weights[r * n + i] * entry;
-            }
-            for (int r = 0; r < MECHC_NX; r++)
-                g->weights[r * n + j] = back ? sum[r] : sum[r] * g->inverse[j];
-        }
+    for (int j = 0; j < n; j++) {
+        for (int r = 0; r < MECHC_NX; r++) g->weights[r * n + j] *= g->inverse[j];
+        mechc_take_factor_row(g, j, j + 1, n);
+    }
+    for (int j = n - 1; j > 0; j--) mechc_take_factor_row(g, j, 0, j);
 }
 
 /* Column k of the rates of all stages through Z; drift: weighed by the time since the start. */

@@ -162,6 +162,30 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     return whole;
 }
 
+/* The first columns moved onto the tangent space, in the work space and where they were given. */
+MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v)
+{
+#if MECHC_NC > 0
+    const mechc_directions *d = &w->directions;
+    const mechc_trajectory *record = v->trajectory;
+    const double *t = record->t + v->first;
+    const double at = record->count > 1 ? mechc_within(t[0], t[1], 0.0) : t[0];
+    mechc_vector time = mechc_spread(at), state[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
+    mechc_fill_lanes(record->y + v->first * MECHC_NX, 1, MECHC_NX, state);
+    mechc_vector_tangent(time, state, &w->given.vector, block);
+    mechc_along_columns(block, 0, 1, d, w->tangents);
+    for (int k = 0; k < d->width; k++)
+        for (int i = 0; i < MECHC_NX; i++)
+            w->after[i * d->width + k] =
+                mechc_row_along(w->tangents, i, d->width, k, w->before + k, d->width);
+    for (int i = 0; i < MECHC_NX; i++)
+        mechc_unpad(w->after + i * d->width, v->columns, v->ends + i * v->columns);
+    memcpy(w->before, w->after, (size_t)(MECHC_NX * d->width) * sizeof *w->before);
+#else
+    (void)w, (void)v;
+#endif
+}
+
 /* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular. */
 MECHC_RARE int mechc_vary(const mechc_variation *v)
 {
@@ -173,6 +197,7 @@ MECHC_RARE int mechc_vary(const mechc_variation *v)
     for (int i = 0; i < MECHC_NX; i++)
         mechc_pad(v->ends + i * v->columns, v->columns, w->directions.width,
                   w->before + i * w->directions.width);
+    if (v->project) mechc_project_start(w, v);
     for (ptrdiff_t step = v->first; whole && step < v->last;) {
         int count = 1;
         while ((step + count) % MECHC_LANES && step + count < v->last

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.batch.sweep import members, plan, read_variation
-from mechc.batch.sweep_maps import _normalised, draw_map
+from mechc.batch.sweeps.maps import _normalised, draw_map
+from mechc.batch.sweeps.sweep import members, plan, read_variation
 from mechc.cli.commands import main
 
 GRID = ("sweep", "four_bar", "--vary", "l_3=3.8:4.2:3", "--vary", "theta_0=60deg:120deg:4",

@@ -6,9 +6,10 @@ import pytest
 from mechc_codegen.library.planar.slider_crank import slider_crank
 
 import mechc
+from benchmarks.problems.five_bar import five_bar
 from benchmarks.problems.window_row import window_row
-from benchmarks.stability import crossings, near_misses, window_misses
-from tests.support.loops import five_bar
+from benchmarks.references.closure_curve import Geometry
+from benchmarks.stability import crossings, near_misses, random_starts, window_misses
 
 METHODS = ("dopri5", "dop853", "gauss8")
 
@@ -94,6 +95,27 @@ def test_every_passage_within_a_step_is_counted(method, rtol):
     found = [sol(point.t)[0] for point in sol.change_points]
     assert len(passed) > 20
     np.testing.assert_allclose(found, passed, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9])
+def test_a_run_that_ends_at_a_change_point_is_right_or_says_so(method, rtol):
+    """Rounding is magnified there, in speeds by the square of the conditioning."""
+    curve = Geometry(
+        np.array([[1.0, 2.0, 3.0, 4.0]]), np.array([[-1.0, 1.0, 1.0]]),
+        np.array([[1.0, 2.0, 3.0]]), np.array([False]),
+    )  # fmt: skip
+    psi, model = np.array([[2.0], [3.0]]), mechc.load("four_bar")
+    start = curve.state(psi)[0]
+    passed = model.simulate(2.0, start, rtol=1e-12).change_points[0].t
+    for off in 10.0 ** -np.arange(4, 13):
+        for t_end in (passed - off, passed + off):
+            sol = model.simulate(t_end, start, rtol=rtol, method=method, dense=False)
+            exact = curve.state(curve.integrate(psi, np.array([t_end]))[-1])[0]
+            assert sol.status.code in ("finished", "no step fits")
+            if sol.status.ok:
+                assert random_starts.error_of(sol.y[-1], exact) < 100 * rtol + 1e-9
+    assert model.simulate(passed - 1e-3, start, rtol=rtol, method=method).status.ok
 
 
 @pytest.mark.slow

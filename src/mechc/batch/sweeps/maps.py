@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mechc.batch.results import Batch
-    from mechc.batch.sweep import Plan
+    from mechc.batch.sweeps.sweep import Plan
 
 MOST_MAPS = 12
 Members: TypeAlias = "np.ndarray[Any, np.dtype[np.intp]]"

@@ -1,0 +1,1 @@
+"""Plans of sweeps, their summaries and maps."""

@@ -1,0 +1,176 @@
+"""Fits to recordings, and products with derivatives of motions: the part of the face for both."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from mechc.configurations import Configurations
+from mechc.simulation.settings import checked_policy
+from mechc.system.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from mechc.fitting.result import FitResult
+
+
+class Fits(Configurations):
+    """Outputs and configurations, and what follows from the derivatives of motions."""
+
+    def fit(
+        self,
+        measurements: Any,
+        free: Mapping[Any, Any],
+        measured: Any,
+        *,
+        params: Parameters = None,
+        y0: Any = None,
+        guess: Mapping[Any, float] | None = None,
+        inputs: Any = None,
+        t0: float | None = None,
+        shared: Sequence[Any] = (),
+        starts: int = 1,
+        refined: int = 4,
+        loss: Any = "linear",
+        f_scale: float = 1.0,
+        confidence: float = 0.95,
+        rtol: float = 1e-9,
+        method: str = "auto",
+        tol: float = 1e-8,
+        max_evaluations: int | None = None,
+        seed: int = 0,
+        progress: Callable[[float, str], None] | None = None,
+    ) -> FitResult:
+        """Values with which motions agree with recordings, by least squares with exact slopes.
+
+        Parameters
+        ----------
+        measurements
+            A recording, or a list of several: ``(times, values)`` with values (nt, k), or columns
+            by name with the times as ``"t"`` or ``"time"``: a mapping, an ``xarray.Dataset``, a
+            table of pandas.  Times in s, rising; a missing sample is NaN.
+        free
+            What is found: parameters, coordinates and speeds of the start, inputs that are numbers,
+            each with its bounds ``(lower, upper)`` in SI units, or None for those of the model.
+            A start is found for each recording by itself.
+        measured
+            What was measured: ``{name: standard deviation of its noise}``; names alone where the
+            noise is not known.  Coordinates, speeds, ``"energy"``, and numbers of outputs:
+            ``"points[2,0]"``.
+        params, y0, inputs
+            As in :meth:`simulate`; the values of what is free are those that the search begins
+            with.  A list of y0 or inputs has one for each recording.  Without y0 the start is the
+            model's own.  What is free and not given begins at its first sample, at its default, or
+            between its bounds.
+        guess
+            Coordinates near the assembly wanted, as in :meth:`assemble`.
+        t0
+            When the motions begin, s; by default at the first time of each recording.
+        shared
+            Starts that are the same in all recordings.
+        starts, refined, seed
+            How many points the search begins at: the first one, and others spread between the
+            bounds (Sobol's sequence).  They are screened in one batch; the best are ``refined``.
+        loss, f_scale
+            As in ``scipy.optimize.least_squares``: ``"linear"``, ``"soft_l1"``, ``"huber"``,
+            ``"cauchy"``, ``"arctan"``, for residuals in units of sigma.
+        confidence
+            Probability of the intervals.
+        rtol, method
+            As in :meth:`simulate`.
+        tol, max_evaluations
+            When the search ends: SciPy's ``ftol = xtol = gtol``, and ``max_nfev``.
+        progress
+            Called now and then with the fraction done and a note.
+
+        Returns
+        -------
+        FitResult
+            Values, covariance, intervals, what the data leave open, residuals; see docs/fitting.md.
+
+        Raises
+        ------
+        UnavailableOutputError
+            If the model was compiled without ``"sensitivities"``.
+        UnknownNameError, ValueOutOfBoundsError, MechcError
+            For wrong names, bounds, units, shapes; too few samples.
+        AssemblyError, MechcError
+            If no motion can be computed where the search begins; if a derivative does not exist.
+        """
+        from mechc.fitting.fit import fit
+        from mechc.fitting.search import Settings
+
+        checked_policy(
+            self.system, rtol=rtol, atol=None, method=method, first_step=None, max_step=math.inf,
+            max_steps=1, dense=True, on_change_point="continue",
+        )  # fmt: skip
+        settings = Settings(starts, refined, loss, f_scale, tol, max_evaluations, seed)
+        return fit(
+            self, measurements, free, measured, params=params, y0=y0, guess=guess, inputs=inputs,
+            t0=t0, shared=shared, confidence=confidence, settings=settings,
+            policy={"rtol": rtol, "method": method}, progress=progress,
+        )  # fmt: skip
+
+    def jvp(
+        self,
+        t: Any,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        along: Mapping[Any, Any],
+        t0: float = 0.0,
+        inputs: Mapping[str, Any] | None = None,
+        rtol: float = 1e-9,
+        method: str = "auto",
+    ) -> tuple[Array, Array]:
+        """States at times, and their derivative along a direction.
+
+        Parameters
+        ----------
+        t
+            A time, or times (nt,) that rise, s.
+        y0, params, inputs, rtol, method
+            As in :meth:`simulate`.
+        along
+            The direction: name -> its rate.  Names as in ``sensitivities`` of :meth:`simulate`;
+            ``"y0"`` has a rate (nq + nu,).
+        t0
+            When the motion begins, s.
+
+        Returns
+        -------
+        y, dy : (nq + nu,) or (nt, nq + nu)
+
+        Raises
+        ------
+        MechcError
+            If the motion does not reach its end, or a derivative does not exist; and what
+            :meth:`simulate` raises.
+        """
+        from mechc.differentiable.motion import jvp
+
+        model = self if inputs is None else self.with_inputs(inputs)
+        return jvp(model, t, y0, params, along, t0, {"rtol": rtol, "method": method})
+
+    def vjp(
+        self,
+        t: Any,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        by: Sequence[Any],
+        t0: float = 0.0,
+        inputs: Mapping[str, Any] | None = None,
+        rtol: float = 1e-9,
+        method: str = "auto",
+    ) -> tuple[Array, Callable[[Any], dict[str, Any]]]:
+        """States at times, and a function that pulls gradients back.
+
+        ``y, pull = model.vjp(t, y0, params, by=["l_3"])``; ``pull(w)["l_3"]`` is the derivative of
+        sum(w * y) by l_3, for w of the shape of y.  At a single time by the adjoint of the steps,
+        whose cost hardly grows with the number of names.  Arguments and errors as in :meth:`jvp`.
+        """
+        from mechc.differentiable.motion import vjp
+
+        model = self if inputs is None else self.with_inputs(inputs)
+        return vjp(model, t, y0, params, by, t0, {"rtol": rtol, "method": method})

@@ -1,0 +1,218 @@
+"""Controllers in discrete time: called at their instants, their values held in between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import ValueOutOfBoundsError
+from mechc.inputs.accept import with_state_apart
+from mechc.inputs.signals import FAR, Signal
+from mechc.system.names import name_of
+from mechc.system.parameters import Array
+
+TICKS = 8  # ulps: an instant that is no nearer to a break of the run is another time
+MOST = 10_000_000  # instants of a run
+
+
+class Sampled:
+    """A controller that reads the state at its instants and whose values are held between them.
+
+    ``model.simulate(..., inputs={"F": mechc.Sampled(controller, 0.005)})``; for several inputs at
+    once ``{("F", "T"): mechc.Sampled(...)}`` with a controller that gives as many numbers.  A run
+    steps exactly onto every instant, and onto every time at which a value changes.
+
+    Parameters
+    ----------
+    controller
+        Function of t, of t, q and u, or of (x, t) with x = [q, u], called at the instants in their
+        order; it may have a memory.  Gives a number, or one for each input.
+    period : float
+        Time between instants, s; the first is the start of the run.
+    delay : float
+        Time from an instant until its value is applied, s.
+    jitter : float
+        Instants are late by a random time, uniform up to this, s; below the period.
+    seed
+        Of the random times.
+    initial : float or sequence
+        Values until the first one is applied.
+
+    Raises
+    ------
+    TypeError
+        If the controller is not callable.
+    ValueOutOfBoundsError
+        For times that are negative, not finite, or a jitter not below the period.
+    """
+
+    def __init__(
+        self,
+        controller: Callable[..., Any],
+        period: float,
+        delay: float = 0.0,
+        *,
+        jitter: float = 0.0,
+        seed: int = 0,
+        initial: float | Sequence[float] = 0.0,
+    ) -> None:
+        if not callable(controller):
+            raise TypeError(f"a controller must be a function, not {controller!r}")
+        _check_times(period, delay, jitter)
+        self.controller, self.period, self.delay = controller, float(period), float(delay)
+        self.jitter, self.seed, self.initial = float(jitter), seed, initial
+
+    def instants(self, t0: float, t1: float) -> Array:
+        """Times in s at which the controller is called in a run from t0 to before t1.
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            If the run is backwards, or has too many.
+        """
+        if not t1 >= t0:
+            raise ValueOutOfBoundsError("a run with a sampled controller goes forwards in time")
+        if not (t1 - t0) / self.period < MOST:
+            raise ValueOutOfBoundsError(
+                f"a period of {self.period:g} s makes more than {MOST} instants in this run"
+            )
+        times = t0 + self.period * np.arange(np.ceil((t1 - t0) / self.period) + 1)
+        times += self.jitter * np.random.default_rng(self.seed).random(len(times))
+        found: Array = times[times < t1 - TICKS * np.spacing(abs(t1))]
+        return found
+
+
+def _check_times(period: float, delay: float, jitter: float) -> None:
+    for name, value in {"period": period, "delay": delay, "jitter": jitter}.items():
+        if not (np.isfinite(value) and value >= 0.0):
+            raise ValueOutOfBoundsError(f"{name} = {value} must be a time in s, not below 0")
+    if not jitter < period:
+        raise ValueOutOfBoundsError(
+            f"the period, {period:g} s, must be above 0 and above the jitter, {jitter:g} s"
+        )
+
+
+class HeldSignal(Signal):
+    """The values of one input in one run: not known before the controller was called.
+
+    ``control`` calls it.  Saved or sent elsewhere it is a plain signal.
+    """
+
+    control: Control
+
+    def __init__(self, changes: Array, initial: float, first: bool) -> None:
+        """``first``: the first of the times has the initial value."""
+        self.kind, self.outside, self._smoothness = "previous", "hold", -1
+        self.times = changes
+        self._knots = np.append(-FAR, changes)
+        self._coefficients = np.full((len(self._knots), 1), np.nan)
+        self._coefficients[0] = initial
+        self.known = 2 if first else 1
+        self._coefficients[: self.known] = initial
+
+    @property
+    def values(self) -> Array:
+        """At the times (n,); NaN where the run did not come."""
+        found: Array = self._coefficients[1:, 0]
+        return found
+
+    @values.setter
+    def values(self, _: Array) -> None:
+        raise AttributeError("a controller gives these values")
+
+    def put(self, index: int, value: float) -> None:
+        """The value of an instant."""
+        self._coefficients[self.known + index] = value
+
+    def breaks(self, rtol: float, order: int = 0) -> Array:
+        """Instants, and times at which the value changes."""
+        del rtol, order
+        return np.union1d(self.control.instants, self._knots[1:])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        done = np.isfinite(self.values)
+        done[:2] = True  # of two samples at least
+        values = np.nan_to_num(self.values[done])
+        return _plain, (self.times[done], values)
+
+
+def _plain(times: Array, values: Array) -> Signal:
+    return Signal(times, values, "previous", outside="hold")
+
+
+class Control:
+    """A controller in one run: which of its instants comes next, and where its values go."""
+
+    def __init__(
+        self, names: Sequence[str], sampled: Sampled, signals: Sequence[HeldSignal], instants: Array
+    ) -> None:
+        what = f"the controller of {', '.join(names)}"
+        self.names, self.signals, self.instants = tuple(names), tuple(signals), instants
+        self._function = with_state_apart(what, sampled.controller)
+        self._takes_state = _arguments(self._function, what) == 3
+        self._next = 0
+
+    def begin(self, t: float) -> None:
+        """A run, or its part after a reset, begins at this time."""
+        self._next = int(np.searchsorted(self.instants, t - TICKS * np.spacing(abs(t))))
+
+    def reach(self, t: float, q: Array, u: Array) -> None:
+        """Call the controller where an instant has come.
+
+        Raises
+        ------
+        ValueError
+            If it gives something else than a finite number for each input.
+        """
+        while self._next < len(self.instants):
+            if self.instants[self._next] > t + TICKS * np.spacing(abs(t)):
+                return
+            given = self._function(t, q, u) if self._takes_state else self._function(t)
+            values = np.ravel(np.asarray(given, dtype=np.float64))
+            if len(values) != len(self.signals) or not np.isfinite(values).all():
+                raise ValueError(f"it must give {len(self.signals)} finite number(s), not {given}")
+            for signal, value in zip(self.signals, values, strict=True):
+                signal.put(self._next, value)
+            self._next += 1
+
+
+def _arguments(function: Callable[..., Any], what: str) -> int:
+    import inspect
+
+    for count in (3, 1):
+        try:
+            inspect.signature(function).bind(*[0.0] * count)
+        except TypeError:
+            continue
+        return count
+    raise ValueOutOfBoundsError(f"{what} must be a function of t, or of t, q and u")
+
+
+def with_held(inputs: Mapping[Any, Any], span: tuple[float, float]) -> tuple[dict[Any, Any], bool]:
+    """The inputs of a run with a signal to be filled in place of each controller, and whether there
+    is any."""
+    found: dict[Any, Any] = {}
+    for key, value in inputs.items():
+        if isinstance(value, Sampled):
+            names = [name_of(each) for each in (key if isinstance(key, tuple) else (key,))]
+            found |= _held(names, value, span)
+        else:
+            found[key] = value
+    return found, any(isinstance(value, Sampled) for value in inputs.values())
+
+
+def _held(names: list[str], sampled: Sampled, span: tuple[float, float]) -> dict[str, HeldSignal]:
+    instants = sampled.instants(*span)
+    changes = instants + sampled.delay
+    first = not len(changes) or changes[0] > span[0]
+    times = np.append(span[0], changes) if first else changes
+    if len(times) < 2:
+        times = np.append(times, times[-1] + sampled.period)
+    initial = np.broadcast_to(np.asarray(sampled.initial, dtype=np.float64), len(names))
+    signals = [HeldSignal(times, float(value), first) for value in initial]
+    control = Control(names, sampled, signals, instants)
+    for signal in signals:
+        signal.control = control
+    return dict(zip(names, signals, strict=True))

@@ -111,13 +111,15 @@ def save_all(
 ) -> list[Path]:
     """Write every picture into `folder` (made if missing); returns the paths written.
 
-    File names are fixed: overview.png, overview.svg, coordinates.png, ... closure.svg.
+    File names are fixed: overview.png, overview.svg, coordinates.png, ... closure.svg, the last
+    two only if there are constraints.
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     run = sample(sol, samples, jumps=True)
     written: list[Path] = []
-    for name in PICTURES:
+    closes = panels.has_closure(run)
+    for name in (name for name in PICTURES if closes or name != "closure"):
         figure = _settled(_picture(name, run))
         for extension in formats:
             written.append(target / f"{name}.{extension}")

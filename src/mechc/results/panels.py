@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from mechc.errors import MechcError
+from mechc.results.curves import draw_curve, draw_curves, legend_layout
 from mechc.results.sampling import (
     PlaneView,
     Run,
@@ -139,11 +140,6 @@ def _are_apart(axes: Axes, times: tuple[float, ...]) -> bool:
     return bool(np.all(np.diff(sorted(times)) > 0.07 * (last - first)))
 
 
-def _curve(axes: Axes, t: Array, values: Array, colour: Any, **style: Any) -> Any:
-    style.setdefault("marker", "o" if len(t) == 1 else "")
-    return axes.plot(t, values, color=colour, markersize=4, **style)[0]
-
-
 def draw_coordinates(area: SubplotSpec, run: Run) -> None:
     columns = range(len(run.model.coordinates))
     _draw_quantities(area, run, run.model.coordinates, columns, "coordinates")
@@ -165,17 +161,24 @@ def _draw_quantities(
         return _message(area, f"This scene has no {word}.")
     panels = _time_axes(area, run, len(groups))
     for axes, (unit, members) in zip(panels, groups.items(), strict=True):
-        _draw_panel(axes, run, unit, members)
+        values = unit.factor * run.y[:, [column for _, column in members]]
+        names = [pretty_name(name) for name, _ in members]
+        handles = draw_curves(axes, run.t, values, _colours(len(members)))
+        _legend_of_some(axes, handles, names, len(groups))
+        _scale_panel(axes, unit, values)
     return None
 
 
-def _draw_panel(axes: Axes, run: Run, unit: ShownUnit, members: list[tuple[str, int]]) -> None:
-    values = unit.factor * run.y[:, [column for _, column in members]]
-    handles = [
-        _curve(axes, run.t, values[:, i], colour) for i, colour in enumerate(_colours(len(members)))
-    ]
-    shown = _evenly(len(members), MOST_LEGEND_LINES)
-    _legend(axes, [handles[i] for i in shown], [pretty_name(members[i][0]) for i in shown])
+def _legend_of_some(axes: Axes, handles: list[Any], names: list[str], panels: int) -> None:
+    """A legend of as many curves as fit, evenly chosen; it says if there are more."""
+    most, layout = legend_layout(len(handles), panels)
+    shown = _evenly(len(handles), most)
+    if most < len(handles):
+        layout["title"], layout["title_fontsize"] = f"{most} of {len(handles)}", 7.0
+    _legend(axes, [handles[i] for i in shown], [names[i] for i in shown], **layout)
+
+
+def _scale_panel(axes: Axes, unit: ShownUnit, values: Array) -> None:
     low, high = _limits(values)
     axes.set_ylim(low, high)
     if unit.quantity == "angle" and high - low > 30.0:
@@ -215,12 +218,9 @@ def draw_energy(area: SubplotSpec, run: Run, columns: int = 1) -> None:
 
 def _draw_energies(axes: Axes, run: Run, energies: dict[str, Array]) -> None:
     colours = (COLOURS[1], COLOURS[0], COLOURS[6])
-    handles = [
-        _curve(axes, run.t, values, colour)
-        for values, colour in zip(energies.values(), colours, strict=True)
-    ]
-    _legend(axes, handles, energies)
-    axes.set_ylim(_limits(np.concatenate(list(energies.values()))))
+    values = np.column_stack(list(energies.values()))
+    _legend(axes, draw_curves(axes, run.t, values, colours), energies)
+    axes.set_ylim(_limits(values))
     axes.set_ylabel("energy (J)")
 
 
@@ -234,7 +234,7 @@ def _draw_energy_change(
     change, at_steps = (total - start) / reference, (steps - start) / reference
     exponent = _exponent(np.concatenate([change, at_steps]))
     change, at_steps = change * 10.0**-exponent, at_steps * 10.0**-exponent
-    line = _curve(axes, run.t, change, COLOURS[2], linewidth=0.8)
+    line = draw_curve(axes, run.t, change, COLOURS[2], linewidth=0.8)
     dots = _step_dots(axes, run, at_steps, COLOURS[6])
     _legend(axes, [line, dots], ["dense output", "at steps"])
     axes.set_ylim(_limits(np.concatenate([change, at_steps])))
@@ -256,6 +256,16 @@ def _step_dots(axes: Axes, run: Run, values: Array, colour: Any) -> Any:
     return axes.plot(run.solution.t, values, color=colour, markersize=size, zorder=3, **dots)[0]
 
 
+def has_closure(run: Run) -> bool:
+    """Whether anything has to close: without constraints there is no picture of it."""
+    first = run.y[:1], run.solution.params, run.t[:1]
+    kinds = (run.model.constraints, run.model.velocity_constraints)
+    try:
+        return any(np.shape(kind(*first))[-1] > 0 for kind in kinds)
+    except MechcError:
+        return True  # the panel says why
+
+
 def draw_closure(area: SubplotSpec, run: Run) -> None:
     try:
         position = run.evaluate(run.model.constraints)
@@ -263,7 +273,7 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
     except MechcError as error:
         return _message(area, clean_text(str(error), 300))
     if position.shape[-1] == 0 and velocity.shape[-1] == 0:
-        return _message(area, "This scene has no constraints: nothing to close.")
+        return _message(area, "This scene has no constraints.")
     axes = _time_axes(area, run, 1)[0]
     residuals = (
         ("position (m)", position, run.solution.closure, COLOURS[0]),
@@ -272,7 +282,7 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
     handles, names, everything = [], [], []
     for name, between, at_steps, colour in residuals:
         largest = np.abs(between).max(axis=-1, initial=0.0)
-        _curve(axes, run.t, _positive(largest), colour, linewidth=0.7, alpha=0.45)
+        draw_curve(axes, run.t, _positive(largest), colour, linewidth=0.7, alpha=0.45)
         handles.append(_step_dots(axes, run, _positive(at_steps), colour))
         names.append(name)
         everything += [largest, np.abs(at_steps)]
@@ -330,7 +340,7 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
     handles, names = _draw_mechanism_at_ends(axes, run, view)
     for name, colour in zip(run.traced, _colours(len(run.traced)), strict=True):
         track = view.path(name)
-        handles.append(_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
+        handles.append(draw_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
         names.append(f"path of {pretty_name(name)}")
     shown = _evenly(len(handles), MOST_LEGEND_LINES)
     _legend(axes, [handles[i] for i in shown], [names[i] for i in shown])
@@ -393,8 +403,8 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
         "Paths": (draw_paths, grid[0, 0]),
         "Coordinates": (draw_coordinates, grid[0, 1]),
         "Speeds": (draw_speeds, grid[0, 2]),
-        "Energy": (_draw_energy_wide, grid[1, :2]),
-        "Closure": (draw_closure, grid[1, 2]),
+        "Energy": (_draw_energy_wide, grid[1, :2] if has_closure(run) else grid[1, :]),
+        **({"Closure": (draw_closure, grid[1, 2])} if has_closure(run) else {}),
     }
     for name, (draw, cell) in parts.items():
         drawn = len(figure.axes)

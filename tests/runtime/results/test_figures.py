@@ -328,3 +328,61 @@ def test_missing_matplotlib_says_what_to_install(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(MissingPackageError, match="pip install matplotlib"):
         plot.overview(fake_linkage.run())
+
+
+def shown_legend(axes: Any) -> list[str]:
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+@pytest.mark.parametrize("count", [3, 12, 18, 40])
+def test_a_legend_fits_beside_its_panel(count: int) -> None:
+    names = tuple(f"q_{k}" for k in range(count))
+
+    class Chain(FakeSolution):
+        def __call__(self, t: Any, /) -> Any:
+            return np.outer(np.ones_like(t), np.arange(2.0 * count))
+
+        @property
+        def y(self) -> Any:
+            return self(self.t)
+
+    units = dict.fromkeys(names, "rad")
+    model = replace(FakeModel(), coordinates=names, speeds=names, units=units)
+    figure: Any = plot.coordinates(Chain(model, np.linspace(0.0, 1.0, 9)), samples=20)
+    figure.canvas.draw()
+    (axes,) = figure.axes
+    box, panel = axes.get_legend().get_window_extent(), figure.bbox
+    assert box.y0 >= panel.y0
+    assert box.x1 <= panel.x1
+    assert axes.get_window_extent().width > 0.4 * panel.width
+    told = shown_legend(axes)
+    assert (told[0], told[-1]) == ("q₀", view.pretty_name(names[-1]))
+    heading = axes.get_legend().get_title().get_text()
+    assert (len(told), heading) == ((12, "12 of 40") if count == 40 else (count, ""))
+
+
+def test_curves_that_coincide_are_told_apart() -> None:
+    t = np.linspace(0.0, 1.0, 500)
+    values = np.column_stack([np.sin(t), np.cos(t), np.sin(t) + 1e-6, np.sin(t)])
+    figure: Any = plot._figure_class()(figsize=(4, 3), dpi=100)
+    axes = figure.add_subplot()
+    colours = ["#ff0000", "#000000", "#00ff00", "#0000ff"]
+    from mechc.results.curves import draw_curves
+
+    first, alone, *_ = draw_curves(axes, t, values, colours)
+    assert (first.is_dashed(), alone.is_dashed()) == (True, False)
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].reshape(-1, 3).astype(int)
+    for channel in range(3):
+        pure = (pixels[:, channel] > 200) & (np.delete(pixels, channel, 1).max(axis=1) < 60)
+        assert pure.sum() > 20  # each of the three that coincide is seen
+
+
+def test_what_has_no_constraints_has_no_panel_of_closure(tmp_path: Path) -> None:
+    free = fake_linkage.run(constrained=False)
+    figure: Any = plot.overview(free)
+    assert not any(axes.get_title(loc="left") == "Closure" for axes in figure.axes)
+    assert not any("no constraints" in said for said in texts(figure))
+    plot.save_all(free, tmp_path, samples=20, formats=("svg",), dpi=20)
+    assert {"energy.svg"} <= {path.name for path in tmp_path.iterdir()}
+    assert not (tmp_path / "closure.svg").exists()

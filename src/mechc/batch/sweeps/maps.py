@@ -59,7 +59,7 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
         figure = _figure_class()(figsize=(7.4, 5.2), layout="constrained")
         draw = _draw_line if len(chosen.variations) == 1 else _draw_maps
         draw(figure, batch, chosen, values, label)
-        _explain(figure, batch)
+        _explain(figure, batch, values)
         figure.suptitle(_plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
     return figure
 
@@ -79,6 +79,7 @@ def _draw_line(figure: Figure, batch: Batch, chosen: Plan, values: Array, label:
     axes.plot(x[order], values[order], marker=".", markersize=3, color="#2563eb")
     axes.set_xlabel(name)
     axes.set_ylabel(label)
+    _scale_values(axes, values)
     status, crossing = batch["status"], batch["change_points"] > 0
     for where in x[status == NOT_ASSEMBLED]:
         axes.axvline(where, color=CANNOT, linewidth=1, zorder=0)
@@ -165,9 +166,9 @@ def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
     """The range of the colours, and at which ends values exceed it.
 
     Reactions grow without bound at a change point: those members, which are marked, would leave one
-    colour for all others.  Ranges of three decades and more are logarithmic.
+    colour for all others.
     """
-    from matplotlib.colors import LogNorm, Normalize
+    from matplotlib.colors import Normalize
 
     finite = np.isfinite(values)
     ordinary = values[finite & (batch["change_points"] == 0)]
@@ -177,16 +178,47 @@ def _colours(batch: Batch, values: Array) -> tuple[Any, str]:
     low, high = span.min(), span.max()
     below, above = bool((values[finite] < low).any()), bool((values[finite] > high).any())
     extend = {(0, 0): "neither", (1, 0): "min", (0, 1): "max", (1, 1): "both"}[below, above]
-    return (LogNorm if low > 0 and high > WIDE * low else Normalize)(low, high), extend
+    return _normalised(span), extend
 
 
-def _explain(figure: Figure, batch: Batch) -> None:
+def _normalised(span: Array) -> Any:
+    """The scale of some finite values: logarithmic from three decades on.
+
+    With zeros or both signs among them it is linear about zero, up to the median size, where the
+    largest exceeds that by three decades.
+    """
+    from matplotlib.colors import LogNorm, Normalize, SymLogNorm
+
+    low, high, sizes = span.min(), span.max(), np.abs(span[span != 0.0])
+    if low > 0.0 and high > WIDE * low:
+        return LogNorm(low, high)
+    if low <= 0.0 and sizes.size and sizes.max() > WIDE * np.median(sizes):
+        return SymLogNorm(float(np.median(sizes)), vmin=low, vmax=high)
+    return Normalize(low, high)
+
+
+def _scale_values(axes: Axes, values: Array) -> None:
+    """The same for the values of a line."""
+    from matplotlib.colors import LogNorm, SymLogNorm
+
+    finite = values[np.isfinite(values)]
+    norm = _normalised(finite) if finite.size else None
+    if isinstance(norm, LogNorm):
+        axes.set_yscale("log")
+    elif isinstance(norm, SymLogNorm):
+        axes.set_yscale("symlog", linthresh=norm.linthresh)
+
+
+def _explain(figure: Figure, batch: Batch, values: Array) -> None:
     """A legend of the marks that occur."""
     from matplotlib.lines import Line2D
 
     lost = batch["status"] == NOT_ASSEMBLED
+    empty = np.isnan(values) & batch.ok
+    grey = [text for some, text in ((lost, "cannot be assembled"), (empty, "has no value"))
+            if some.any()]  # fmt: skip
     marks = [
-        (lost.any(), "s", CANNOT, "cannot be assembled"),
+        (bool(grey), "s", CANNOT, " or ".join(grey)),
         (
             (np.logical_not(batch.ok) & np.logical_not(lost)).any(),
             "x",

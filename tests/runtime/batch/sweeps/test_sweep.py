@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.batch.sweeps.maps import draw_map
+from mechc.batch.sweeps.maps import _normalised, draw_map
 from mechc.batch.sweeps.sweep import members, plan, read_variation
 from mechc.cli.commands import main
 
@@ -119,6 +119,31 @@ def test_colours_span_the_members_that_met_no_change_point():
     colours = draw_map(batch, chosen, reaction).axes[0].collections[0].norm
     assert met.any()
     assert colours.vmax == batch[reaction][~met].max() < 1e-3 * batch[reaction][met].max()
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        ([1.0, 2.0, 900.0], "Normalize"),
+        ([1.0, 2.0, 1001.0], "LogNorm"),
+        ([-1.0, 0.0, 1.0, 2.0], "Normalize"),
+        ([0.0, 1e-9, 1e-8, 1.0], "SymLogNorm"),
+        ([-1e5, -2.0, 1e-7, 3.0, 4.0], "SymLogNorm"),
+        ([0.0, 0.0], "Normalize"),
+    ],
+)
+def test_a_scale_is_logarithmic_where_the_range_asks_for_it(values, kind):
+    norm = _normalised(np.array(values))
+    assert type(norm).__name__ == kind
+    assert (norm.vmin, norm.vmax) == (min(values), max(values))
+
+
+def test_grey_without_a_value_is_in_the_legend():
+    model = mechc.load("four_bar")
+    chosen = plan([read_variation(model, v) for v in ("l_3=3.4:3.6:2", "theta_0=80deg:90deg:2")])
+    batch = swept(model, chosen, 0.1, "mean(energy)", method="gauss8")
+    batch["mean(energy)"][1] = np.nan
+    assert legend(draw_map(batch, chosen, "mean(energy)")) == {"has no value"}
 
 
 def test_what_is_printed_has_units_and_degrees(capsys):

@@ -73,6 +73,17 @@ cdef extern from "abi/model.h":
         double *ends
         double *rates
 
+    ctypedef struct mechc_projected_columns:
+        const mechc_trajectory *trajectory
+        const double *p
+        const mechc_inputs *inputs
+        ptrdiff_t states
+        const double *t
+        const double *y
+        int count
+        const double *directions
+        double *columns
+
     ctypedef struct mechc_covariation:
         const mechc_trajectory *trajectory
         const double *p
@@ -107,6 +118,7 @@ cdef extern from "abi/model.h":
         void (*restore)(mechc_run *, const void *) noexcept nogil
         int (*vary)(const mechc_variation *) noexcept nogil
         int (*covary)(const mechc_covariation *) noexcept nogil
+        int (*project_columns)(const mechc_projected_columns *) noexcept nogil
 
     ctypedef struct mechc_model:
         int abi

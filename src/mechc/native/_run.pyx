@@ -10,7 +10,7 @@ from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
     MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
-    mechc_covariation, mechc_trajectory, mechc_unit, mechc_variation
+    mechc_covariation, mechc_projected_columns, mechc_trajectory, mechc_unit, mechc_variation
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
@@ -41,6 +41,11 @@ ctypedef struct varying:
 ctypedef struct covarying:
     const mechc_unit *unit
     mechc_covariation *covariation
+    int status
+
+ctypedef struct projecting:
+    const mechc_unit *unit
+    mechc_projected_columns *columns
     int status
 
 ctypedef struct extending:
@@ -95,6 +100,11 @@ cdef void vary_steps(void *given) noexcept nogil:
 cdef void covary_steps(void *given) noexcept nogil:
     cdef covarying *job = <covarying *>given
     job.status = job.unit.covary(job.covariation)
+
+
+cdef void project_at_states(void *given) noexcept nogil:
+    cdef projecting *job = <projecting *>given
+    job.status = job.unit.project_columns(job.columns)
 
 
 cdef void check_varied(int status) except *:
@@ -403,6 +413,41 @@ cdef class Run:
             check_varied(job.status)
             done = variation.last - first
         return ends, taken
+
+    def project_columns(self, const double[::1] t, const double[:, ::1] y,
+                        const double[:, ::1] directions, double[:, :, ::1] columns):
+        """Move columns (n, width, k) at times t (n,) and states y (n, width) of the run onto the
+        tangent space of the constraints, in place.
+
+        directions : (parameters + inputs, k)
+            How these change along each column.
+        """
+        cdef ptrdiff_t done = 0, count = t.shape[0]
+        cdef int k = columns.shape[2]
+        if self.unit.project_columns == NULL:
+            raise ValueError("this run or its scene has no derivatives")
+        if y.shape[0] != count or y.shape[1] != self.width or columns.shape[0] != count \
+                or columns.shape[1] != self.width or directions.shape[1] != k \
+                or directions.shape[0] != self.p.shape[0] + self.scene.inputs:
+            raise ValueError("arrays of another shape")
+        if not count or not k:
+            return
+        cdef double[::1] p = self.p
+        cdef mechc_projected_columns given
+        cdef projecting job
+        given.trajectory, given.p = &self.run.trajectory, &p[0] if p.shape[0] else NULL
+        given.inputs = address_of(self.inputs if self.whole is None else self.whole)
+        given.count = k
+        given.directions = &directions[0, 0] if directions.shape[0] else NULL
+        job.unit, job.columns = self.unit, &given
+        while done < count:
+            given.states = min(count - done, self.at_once(k))
+            given.t, given.y = &t[done], &y[done, 0]
+            given.columns = &columns[done, 0, 0]
+            with_stack(max(self.stack, LONG_STACK) if self.stack else 0, project_at_states, &job)
+            PyErr_CheckSignals()
+            check_varied(job.status)
+            done += given.states
 
     def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None):
         """The transposed of :meth:`vary`: of a function's derivative by the state at the end of these

@@ -20,7 +20,6 @@ from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run
-from mechc.sensitivities.tangent import tangent
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -203,13 +202,11 @@ def _back_within(
     rule = rule_of(NAMES[int(run.methods()[step])])
     ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
     s = np.array([(stop - t[step]) / h])
-    columns = _between(rule, h, s, ends[0], ends[1], rates[0])[0]
+    columns = _between(rule, h, s, ends[0], ends[1], rates[0])
     y = way.sol._run.interpolate(np.array([stop]))
-    projected = tangent(way.system, y, way.sol.params, np.array([stop]), way.raw)
-    if projected is not None:
-        way.through(np.hstack([projected[0][0], projected[1][0]]))
+    run.project_columns(np.array([stop]), y, way.directions, columns)
     sources, by_given, value = _integral(way, run, t, step, step + 1, stop, weights)
-    way.through(columns)
+    way.through(columns[0])
     if sources is not None:
         way.covector = way.covector + sources[0]
         way.gathered = way.gathered + by_given
@@ -220,7 +217,7 @@ def _between(rule: Any, h: float, s: Array, before: Array, after: Array, rates: 
     """Columns at fractions s (m,) of a step, as the dense output of sensitivities has them."""
     weights = h * (rule.weights(s) - s[:, None] * rule.weights(np.ones(1))[0])
     gained = np.einsum("mj,jik->mik", weights, rates)
-    return np.asarray(before + s[:, None, None] * (after - before) + gained)
+    return np.ascontiguousarray(before + s[:, None, None] * (after - before) + gained)
 
 
 # -- integrals ------------------------------------------------------------------------------------
@@ -257,10 +254,7 @@ def _integral_step(
     rule = rule_of(NAMES[int(run.methods()[step])])
     ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
     columns = _between(rule, h, (points - t[step]) / h, ends[0], ends[1], rates[0])
-    projected = tangent(way.system, y, sol.params, points, way.raw)
-    if projected is not None:
-        columns = projected[0] @ columns
-        columns[..., width:] += projected[1]
+    run.project_columns(points, y, way.directions, columns)
     value, total = 0.0, np.zeros(columns.shape[-1])
     for name, weight in weights.items():
         one, by_state, given = linear_output(sol, name, y, points, way.raw)

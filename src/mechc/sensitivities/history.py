@@ -12,7 +12,6 @@ from mechc.errors import UnknownNameError
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.events import EventSensitivity, event_sensitivities
 from mechc.sensitivities.steps import Piece
-from mechc.sensitivities.tangent import tangent
 from mechc.system.names import name_of
 from mechc.system.parameters import Array, doubles
 
@@ -101,11 +100,8 @@ class Sensitivity(Mapping[str, Array]):
         """Columns within a piece; at its accepted states they are on the tangent space already."""
         found = piece.at(t)
         between = np.isin(t, piece.t, invert=True)
-        if between.any():
-            where = y[between], self._sol.params, t[between]
-            projected = tangent(self._sol.system, *where, self.columns)
-            if projected is not None:
-                found[between] = projected[0] @ found[between] + projected[1]
+        if between.any() and self._sol.system.scene.rows:
+            found[between] = piece.on_tangent_space(t[between], y[between], found[between])
         return found
 
     @cached_property

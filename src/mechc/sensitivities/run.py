@@ -10,9 +10,8 @@ import numpy as np
 from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
-from mechc.sensitivities.start import start_columns
+from mechc.sensitivities.start import constraint_gradient, start_columns
 from mechc.sensitivities.steps import Piece, follow
-from mechc.sensitivities.tangent import gradient, tangent
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -51,7 +50,7 @@ def _pieces(
             if run.jumps[number]:
                 start = _after_jump(sol, jump_of(run, number), columns, start, notes)
             found += _pieces(sol, part, columns, start, notes)
-            start = _end(sol, part, found, columns)
+            start = _end(part, found)
         return found
     if isinstance(run, Until):
         return _pieces(sol, run.piece, columns, start, notes)
@@ -78,15 +77,12 @@ def _after_jump(
     return np.ascontiguousarray(found)
 
 
-def _end(sol: Trajectory, run: Any, pieces: Sequence[Piece], columns: Columns) -> Array:
+def _end(run: Any, pieces: Sequence[Piece]) -> Array:
     """The columns at the end of a run, which may be within its last step."""
     (t, y) = (each[-1:] for each in run.states())
     last = next(p for p in reversed(pieces) if abs(p.t[0] - t[0]) <= abs(p.t[0] - p.t[-1])
                 and (p.t[0] - t[0]) * (p.t[0] - p.t[-1]) >= 0)  # fmt: skip
-    found = last.at(t)
-    projected = tangent(sol.system, y, sol.params, t, columns)
-    whole = found if projected is None else projected[0] @ found + projected[1]
-    return np.ascontiguousarray(whole[0])
+    return np.ascontiguousarray(last.on_tangent_space(t, y, last.at(t))[0])
 
 
 # -- where there is no derivative -----------------------------------------------------------------
@@ -100,7 +96,7 @@ def without_closure(
     if opened is None:
         return ()
     rows = sol.system.constraint_jacobian(y, sol.params, t)
-    slopes = gradient(sol.system, y, sol.params, t, rows)
+    slopes = constraint_gradient(sol.system, y, sol.params, t, rows)
     left = np.abs(slopes @ start[: slopes.shape[1]] + opened).max(axis=0)
     size = np.abs(opened).max(axis=0)
     bad = (size > 0) & (left > OPENS * size)

@@ -11,7 +11,6 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
 from mechc.sensitivities.steps import on_tangent_space
-from mechc.sensitivities.tangent import gradient
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -98,7 +97,7 @@ def _close(
 ) -> tuple[str, ...]:  # fmt: skip
     """Fill in the free coordinates: Phi_q dq = -Phi_p dp."""
     nq = len(system.coordinates)
-    slopes = gradient(system, y, values, t, rows)
+    slopes = constraint_gradient(system, y, values, t, rows)
     if not free or not len(slopes):
         return ()
     names = ("constraints_by_parameters", "constraints_by_inputs")
@@ -137,6 +136,13 @@ def _steady(
             slope = multiples @ (one - still)  # of J^T times the multiples
             turned += np.outer(np.eye(len(free))[:, place] - back @ own[:, place], slope)
     found[nq + np.array(free)] = turned
+
+
+def constraint_gradient(system: System, y: Array, values: Array, t: Any, rows: Array) -> Array:
+    """Derivative of the configuration constraints by the coordinates, (..., nh, nq)."""
+    if "constraint_gradient" in system.scene.outputs:
+        return system.evaluate("constraint_gradient", y, values, t)
+    return rows[..., : system.scene.holonomic, :]
 
 
 def _rank(rows: Array) -> int:

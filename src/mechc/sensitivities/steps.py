@@ -54,6 +54,11 @@ class Piece:
             found[here] = self._between(first, last, step[here], times[here])
         return found
 
+    def on_tangent_space(self, t: Array, y: Array, found: Array) -> Array:
+        """Columns (m, nx, k) at times and states, moved onto the constraints, in place."""
+        self.run.project_columns(t, y, self.directions, found)
+        return found
+
     def _alike(self, steps: Array) -> Iterator[tuple[int, int]]:
         """Ranges of steps by one method among those given, not too many at once."""
         most = max(1, NUMBERS_AT_ONCE // (16 * self.ends[0].size + 1))

@@ -6,7 +6,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 9
+#define MECHC_ABI 10
 #define MECHC_CAPSULE "mechc.model.8"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
@@ -64,6 +64,7 @@ typedef struct {
      * the scene was compiled without them. */
     int (*vary)(const mechc_variation *variation);
     int (*covary)(const mechc_covariation *covariation);
+    int (*project_columns)(const mechc_projected_columns *columns);
 } mechc_unit;
 
 typedef struct {

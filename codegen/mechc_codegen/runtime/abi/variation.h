@@ -22,7 +22,19 @@ typedef struct {
                       too: (last - first) x rates x width x columns; all steps by one method */
 } mechc_variation;
 
-/* The transposed of it: how a function of the state at the end of step last - 1 changes with the
+/* Columns at states of a run, each moved onto the tangent space of the constraints there. */
+typedef struct {
+    const mechc_trajectory *trajectory; /* whose run it is */
+    const double *p;
+    const mechc_inputs *inputs;
+    ptrdiff_t states;
+    const double *t, *y; /* states; states x width */
+    int count;
+    const double *directions; /* (parameters + inputs) x count */
+    double *columns;          /* states x width x count: moved */
+} mechc_projected_columns;
+
+/* The transposed of mechc_variation: how a function of the state at the end of step last - 1 changes with the
  * state at the start of step `first`, and with parameters and inputs. */
 typedef struct {
     const mechc_trajectory *trajectory;

@@ -17,6 +17,7 @@
 #include "stepping/start.h"
 #include "unit/evaluate.h"
 #include "variational/covary.h"
+#include "variational/project_columns.h"
 
 static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)
 {
@@ -78,5 +79,6 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
 #if MECHC_VARIATIONAL
     .vary = mechc_vary,
     .covary = mechc_covary,
+    .project_columns = mechc_project_columns,
 #endif
 };

@@ -87,13 +87,37 @@ MECHC_INLINE double *mechc_rates_of(const mechc_variation *v, ptrdiff_t step, in
     return v->rates ? v->rates + (step - v->first) * count * MECHC_NX * v->columns : 0;
 }
 
+/* NX rows of columns into the work space, and the new ones out of it. */
+MECHC_INLINE void mechc_load_columns(mechc_varying *w, const double *rows)
+{
+    const mechc_directions *d = &w->directions;
+    for (int i = 0; i < MECHC_NX; i++)
+        mechc_pad(rows + i * d->columns, d->columns, d->width, w->before + i * d->width);
+}
+
+MECHC_INLINE void mechc_store_columns(const mechc_varying *w, double *rows)
+{
+    const mechc_directions *d = &w->directions;
+    for (int i = 0; i < MECHC_NX; i++)
+        mechc_unpad(w->after + i * d->width, d->columns, rows + i * d->columns);
+}
+
+/* By the affine map in block n of those at hand. */
+MECHC_INLINE void mechc_move_columns(mechc_varying *w, int n)
+{
+    const mechc_directions *d = &w->directions;
+    const double *block = w->tangents + n * d->block;
+    for (int i = 0; i < MECHC_NX; i++)
+        for (int k = 0; k < d->width; k++)
+            w->after[i * d->width + k] =
+                mechc_row_along(block, i, d->width, k, w->before + k, d->width);
+}
+
 /* The columns at the end of a step, out of the work space; they are the next step's start. */
 MECHC_INLINE void mechc_end_step(mechc_varying *w, const mechc_variation *v, ptrdiff_t step)
 {
-    double *to = v->ends + (step + 1 - v->first) * MECHC_NX * v->columns;
     mechc_vector *const kept = w->before;
-    for (int i = 0; i < MECHC_NX; i++)
-        mechc_unpad(w->after + i * w->directions.width, v->columns, to + i * v->columns);
+    mechc_store_columns(w, v->ends + (step + 1 - v->first) * MECHC_NX * v->columns);
     if (!v->restart) w->before = w->after, w->after = kept;
 }
 
@@ -128,11 +152,7 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
     if (!mechc_propagate(&w->rules[0], v->trajectory, step, count, &w->given, g)) return 0;
     mechc_along_columns(g->whole, 0, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
-        const double *block = w->tangents + n * d->block;
-        for (int i = 0; i < MECHC_NX; i++)
-            for (int k = 0; k < d->width; k++)
-                w->after[i * d->width + k] =
-                    mechc_row_along(block, i, d->width, k, w->before + k, d->width);
+        mechc_move_columns(w, n);
         mechc_end_step(w, v, step + n);
     }
     return 1;
@@ -174,12 +194,8 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
     mechc_fill_lanes(record->y + v->first * MECHC_NX, 1, MECHC_NX, state);
     mechc_vector_tangent(time, state, &w->given.vector, block);
     mechc_along_columns(block, 0, 1, d, w->tangents);
-    for (int k = 0; k < d->width; k++)
-        for (int i = 0; i < MECHC_NX; i++)
-            w->after[i * d->width + k] =
-                mechc_row_along(w->tangents, i, d->width, k, w->before + k, d->width);
-    for (int i = 0; i < MECHC_NX; i++)
-        mechc_unpad(w->after + i * d->width, v->columns, v->ends + i * v->columns);
+    mechc_move_columns(w, 0);
+    mechc_store_columns(w, v->ends);
     memcpy(w->before, w->after, (size_t)(MECHC_NX * d->width) * sizeof *w->before);
 #else
     (void)w, (void)v;
@@ -194,9 +210,7 @@ MECHC_RARE int mechc_vary(const mechc_variation *v)
         mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->columns);
     if (!w) return MECHC_MEMORY_LIMIT;
     int whole = 1;
-    for (int i = 0; i < MECHC_NX; i++)
-        mechc_pad(v->ends + i * v->columns, v->columns, w->directions.width,
-                  w->before + i * w->directions.width);
+    mechc_load_columns(w, v->ends);
     if (v->project) mechc_project_start(w, v);
     for (ptrdiff_t step = v->first; whole && step < v->last;) {
         int count = 1;

@@ -1,7 +1,8 @@
-"""Functions with corners and jumps, rewritten by two functions that vector code can compute.
+"""Functions with corners and jumps, rewritten by three functions that vector code can compute.
 
-Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`, which are
-ordinary functions of numbers, so that passes may move and share their arguments.
+Piecewise, Max, Min, sign and Heaviside become :class:`Step` and :class:`Where`; floor, ceiling,
+frac and Mod become :class:`Floor`.  These are ordinary functions of numbers, so that passes may
+move and share their arguments.
 """
 
 from __future__ import annotations
@@ -20,12 +21,16 @@ from sympy import (
     Integer,
     Max,
     Min,
+    Mod,
     Not,
     Or,
     Piecewise,
     S,
     Symbol,
     UnevaluatedExpr,
+    ceiling,
+    floor,
+    frac,
     sign,
 )
 from sympy.core.relational import Eq, Ge, Gt, Le, Lt, Ne
@@ -51,6 +56,23 @@ class Step(Function):  # type: ignore[misc]
         return f"(1.0 if {printer._print(self.args[0])} > 0 else 0.0)"
 
 
+class Floor(Function):  # type: ignore[misc]
+    """The greatest whole number that is not above the argument."""
+
+    nargs = 1
+    is_real = True
+
+    @classmethod
+    def eval(cls, x: Expr) -> Expr | None:
+        return floor(x) if x.is_number else None
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        return S.Zero
+
+    def _pythoncode(self, printer: Any) -> str:
+        return f"math.floor({printer._print(self.args[0])})"
+
+
 class Where(Function):  # type: ignore[misc]
     """The second argument where the first is not 0, else the third."""
 
@@ -73,7 +95,7 @@ class Where(Function):  # type: ignore[misc]
 
 
 def without_corners(expression: Basic) -> Basic:
-    """One node, whose arguments are rewritten already, by :class:`Step` and :class:`Where`.
+    """One node, whose arguments are rewritten already, by the functions of this module.
 
     Raises
     ------
@@ -90,6 +112,8 @@ def without_corners(expression: Basic) -> Basic:
     if isinstance(expression, Heaviside):
         x, at_zero = expression.args
         return Step(x) + at_zero * (1 - Step(x) - Step(-x))
+    if isinstance(expression, (floor, ceiling, frac, Mod)):
+        return _whole(expression)
     if _is_curve(expression):
         return expression.doit(deep=False).replace(UnevaluatedExpr, lambda held: held)
     if isinstance(expression, UnevaluatedExpr):
@@ -107,6 +131,18 @@ def _is_curve(expression: Basic) -> bool:
 
 def _sign(x: Expr) -> Expr:
     return Step(x) - Step(-x)
+
+
+def _whole(expression: Expr) -> Expr:
+    """Mod has the sign of its divisor, as in Python."""
+    x, *divisor = expression.args
+    if isinstance(expression, floor):
+        return Floor(x)
+    if isinstance(expression, ceiling):
+        return -Floor(-x)
+    if isinstance(expression, frac):
+        return x - Floor(x)
+    return x - divisor[0] * Floor(x / divisor[0])
 
 
 def _piecewise(expression: Piecewise) -> Expr:

@@ -17,7 +17,7 @@ from mechc_codegen.errors import InternalError, MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
 _EXACT = 2**53  # integers up to here are doubles
-_CORNERED = ("Abs", "Step", "Where")
+_CORNERED = ("Abs", "Step", "Where", "Floor")
 _PRINTED = (Symbol, Rational, Float, NumberSymbol, Add, Mul, Pow, exp)
 
 
@@ -37,14 +37,12 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _refuse_unknown(self, expr: Expr) -> None:
         name = type(expr).__name__
-        known = name in (*self.functions, "Abs", "Step", "Where") and not isinstance(
-            expr, AppliedUndef
-        )
+        known = name in (*self.functions, *_CORNERED) and not isinstance(expr, AppliedUndef)
         if not known and not isinstance(expr, _PRINTED):
             raise MechanismError(
                 f"{name} has no C form here, in {str(expr)[:80]!r}; known are numbers, "
                 f"+, -, *, /, **, sqrt, Abs, {', '.join(self.functions)}, and sign, Heaviside, "
-                "Max, Min, Piecewise"
+                "Max, Min, Piecewise, floor, ceiling, frac, Mod"
             )
 
     def _print_Symbol(self, expr: Symbol) -> str:
@@ -94,6 +92,9 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def _print_Where(self, expr: Expr) -> str:
         chosen, one, other = map(self._real, expr.args)
         return f"R_SELECT(R_MASK({chosen} != 0.0), {one}, {other})"
+
+    def _print_Floor(self, expr: Expr) -> str:
+        return self._call("floor", [self._real(expr.args[0])])
 
     def _real(self, expression: Expr) -> str:
         """An expression whose C type is `real` also where it is a number."""

@@ -6,16 +6,18 @@ between frames and points are evaluated with NumPy, for all states of a run at o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.from_scene import Described
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
 from mechc.system.system import System
+
+Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
 
 
 @one_at_a_time
@@ -44,7 +46,7 @@ class _Positions:
     """Positions of the points of a plan, (..., points, 3)."""
 
     def __init__(self, plan: Any, parameters: tuple[str, ...], fixed: dict[str, float]) -> None:
-        from mechc_codegen.description.piecewise import Step, Where
+        from mechc_codegen.description.piecewise import Floor, Step, Where
         from sympy import lambdify
 
         self._plan, self._fixed = plan, fixed
@@ -53,7 +55,7 @@ class _Positions:
         self._names = [symbol.name for symbol in values]
         entries = [entry for _, turn in plan.frames for entry in turn]
         entries += [entry for _, arms in plan.points for _, arm in arms for entry in arm]
-        own = {Step.__name__: _step, Where.__name__: _where}
+        own = {Step.__name__: _step, Where.__name__: _where, Floor.__name__: np.floor}
         self._entries = lambdify(
             [time, *state, *values], entries, modules=[own, "numpy"], cse=True, dummify=True
         )

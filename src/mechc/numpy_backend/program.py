@@ -20,6 +20,7 @@ ARRAYS: dict[str, Any] = {
     "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos,
     "atan": np.arctan, "atan2": np.arctan2, "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh,
     "exp": np.exp, "log": np.log, "sqrt": np.sqrt, "pow": np.power, "fabs": np.fabs, "nan": np.nan,
+    "floor": np.floor,
 }  # fmt: skip
 FLOATS = {name: getattr(math, name) for name in ARRAYS}
 ARRAYS |= {

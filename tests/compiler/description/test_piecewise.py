@@ -9,12 +9,16 @@ from sympy import (
     Heaviside,
     Max,
     Min,
+    Mod,
     Ne,
     Not,
     Or,
     Piecewise,
     Rational,
     Symbol,
+    ceiling,
+    floor,
+    frac,
     lambdify,
     sign,
     sin,
@@ -33,6 +37,8 @@ CORNERED = {
     "late": Heaviside(q - f) + Heaviside(u, Rational(1, 4)),
     "within": Piecewise((sin(q), And(q >= 0, Or(u < f, Ne(q, u)))), (u**2, True)),
     "otherwise": Piecewise((f, Not(Or(q > u, Eq(q, -2)))), (q / f, True)),
+    "stairs": floor(2 * q) * u - ceiling(q + u),
+    "sawtooth": Mod(q, f) + frac(u) - Mod(u, -Rational(1, 2)),
     "three": Max(q, u, f * q * u) + Min(q, u, f),
 }
 
@@ -44,7 +50,8 @@ def test_what_has_corners_is_computed_as_sympy_does(label, backend):
     parameter = scenes.bead_with(expression, default=1.25)
     asked = {} if backend == "c" else {"backend": "numpy"}
     model = mechc.compile(parameter, outputs=("state_jacobian", {"own": expression}), **asked)
-    exact = lambdify((q, u, f), expression, "numpy")
+    known = expression.replace(frac, lambda x: x - floor(x))
+    exact = lambdify((q, u, f), known, "numpy")
     states = np.random.default_rng(1).uniform(-3, 3, (200, 2))
     states[:3] = [[0.0, 0.0], [1.25, 1.25], [-2.0, 0.5]]  # on corners
     expected = np.array([exact(*state, 1.25) for state in states], dtype=float)

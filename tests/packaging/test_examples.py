@@ -9,6 +9,7 @@ from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
 SHOWN = {
+    "balancing_controller": r"finished after 600 instants; the stepper ends \d\.\de-1\d apart",
     "coupler_curve": r"largest distance of a point from the curve: [0-4]\.\d\d mm",
     "identified_parameters": r"converged(?s:.)*m_1 = 1\.4 lies within\nm_2 = 2\.5 lies within\n"
     r"c_0 = 0\.8 lies within",

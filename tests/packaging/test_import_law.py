@@ -53,7 +53,7 @@ COMPILER_LAW = {
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},
-    "frontend": {"errors", "description", "convert", "derive"},
+    "frontend": {"errors", "description", "drawing", "convert", "derive"},
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
     "extension": {"emit"},
@@ -69,6 +69,7 @@ DATA = {
     ("export", "ir"): {"ir.program"},
     ("export", "extension"): {"extension.flags"},
     ("frontend", "derive"): {"derive.joint_reactions"},
+    ("frontend", "drawing"): {"drawing.looks"},
     ("typeset", "derive"): {"derive.equations", "derive.kane", "derive.differentiate"},
 }
 DOORS = {"__init__", "compiler"}

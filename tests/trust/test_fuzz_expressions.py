@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 import sympy as sm
-from mechc_codegen.description.parser import FUNCTIONS, parse_expression
+from mechc_codegen.description.parsing.parser import FUNCTIONS, parse_expression
 from mechc_codegen.errors import CodegenError
 from sympy.physics.mechanics import dynamicsymbols
 

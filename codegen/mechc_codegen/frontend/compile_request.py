@@ -18,6 +18,7 @@ from sympy.physics.mechanics import ReferenceFrame
 from mechc_codegen.convert.fingerprint import Fingerprint, fingerprint
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.description.terms import as_expression, printed_name
+from mechc_codegen.drawing.looks import looks_of
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.array_outputs import Shape, scalar_outputs
 from mechc_codegen.frontend.described_text import DescribedText, NotWritableError, plain_text
@@ -84,6 +85,13 @@ class CompileRequest:
         """Names of all symbols and functions of time in the SymPy object."""
         leaves = self._fingerprint.leaves if self._fingerprint else ()
         return {printed_name(leaf) for leaf in leaves}
+
+    @property
+    def looks(self) -> tuple[Any, ...]:
+        """What decides the picture of its bodies."""
+        described = self._mechanism or self._source
+        assert described is not None
+        return looks_of((*described.bodies, *described.drawn))
 
     def described(self) -> tuple[Mechanism, OutputRequest]:
         """The mechanism, and the outputs and fixed parameters requested of it."""

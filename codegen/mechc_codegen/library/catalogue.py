@@ -11,7 +11,7 @@ from operator import index
 from sympy import Expr
 
 from mechc_codegen.description.mechanism import Mechanism
-from mechc_codegen.description.parser import parse_expression
+from mechc_codegen.description.parsing.parser import parse_expression
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.library.chains.pendulum import pendulum
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
@@ -116,8 +116,8 @@ def shipped_mechanism(name: str, options: Mapping[str, object] | None = None) ->
     ----------
     options
         By option name: ``True``, ``False``, for options that take a function of time a SymPy
-        expression or a text in the grammar of :mod:`mechc_codegen.description.parser`, and for
-        counts a whole number.
+        expression or a text in the grammar of
+        :mod:`mechc_codegen.description.parsing.parser`, and for counts a whole number.
 
     Raises
     ------

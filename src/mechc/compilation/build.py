@@ -11,9 +11,10 @@ from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, entries
-from mechc.compilation.from_scene import Described, Seconds, system_with, with_inputs
+from mechc.compilation.from_scene import Seconds, system_with, with_inputs
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.pending import DeferredScene, Pending
+from mechc.compilation.picture import Described
 from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import MechcError
 from mechc.system.reference import ModelReference

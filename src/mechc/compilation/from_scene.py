@@ -8,11 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.compilation.picture import Described
 from mechc.system.picture import Picture
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
-Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
 Seconds = dict[str, float]
 
 

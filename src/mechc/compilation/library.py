@@ -102,7 +102,7 @@ def _is_plain(value: Any) -> bool:
 
 def _reads_again(options: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
     """Whether the options can be restored from their texts."""
-    from mechc_codegen.description.parser import parse_expression
+    from mechc_codegen.description.parsing.parser import parse_expression
     from mechc_codegen.errors import CodegenError
     from sympy.physics.mechanics import dynamicsymbols
 

@@ -6,16 +6,18 @@ between frames and points are evaluated with NumPy, for all states of a run at o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.from_scene import Described
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
 from mechc.system.system import System
+
+Described = Callable[[], tuple[Any, Any]]  # the mechanism and its options
 
 
 @one_at_a_time

@@ -8,7 +8,7 @@ from typing import Any
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.defaults import split, with_defaults
-from mechc.compilation.from_scene import Described, drawn_by
+from mechc.compilation.from_scene import drawn_by
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.signals import Signal
@@ -25,22 +25,26 @@ def compile_any(thing: Any, *, backend: str = "c", drawing: Any = None, **asked:
     seconds: dict[str, float] = {}
     request, numbers = timed(seconds, "read", lambda: read_compilable(thing, **asked))
     system = _compiled(request, ModelReference("", custom=True, backend=backend), seconds)
-    system = _drawn(system, thing, drawing, request.described)
+    system = _drawn(system, request, drawing)
     return with_defaults(system, numbers, request.symbol_names) if numbers else system
 
 
-def _drawn(system: System, thing: Any, drawing: Any, described: Described) -> System:
+def _drawn(system: System, request: Any, drawing: Any) -> System:
     """The system with the picture of this object, which others with its equations need not have.
 
-    The same system as the last time if object and drawing are the same.
+    One system for objects that look the same, with the same drawing.
     """
-    last: tuple[Any, Any, System] = system.kept.get(_drawn, (None, None, system))
-    if last[0] is not thing or last[1] != drawing:
-        own = system.drawn_by(drawn_by(described, drawing), more=drawing is not None)
-        last = system.kept[_drawn] = thing, drawing, own
+    pictures: dict[Any, System] = system.kept.setdefault(_drawn, {})
+    look = request.looks, drawing
+    if look not in pictures:
+        own = system
+        if pictures or drawing is not None or system.drawn is None:
+            made = drawn_by(request.described, drawing)
+            own = system.drawn_by(made, more=drawing is not None)
         if drawing is not None:
             _ = own.picture  # a wrong name is told now
-    return last[2]
+        pictures[look] = own
+    return pictures[look]
 
 
 def _compiled(request: Any, reference: ModelReference, seconds: dict[str, float]) -> System:

@@ -17,13 +17,13 @@ from mechc.system.parameters import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mechc.fitting.result import FitResult
+    from mechc.fitting.findings import Findings
 
 MOST: Final = 4  # recordings in one picture
 SAMPLES: Final = 800
 
 
-def draw_fit(result: FitResult) -> Figure:
+def draw_fit(result: Findings) -> Figure:
     """Of each recording a column, four at most; of each quantity its data and its residuals."""
     problem = result.problem
     shown = range(min(MOST, len(problem.recordings)))
@@ -49,7 +49,7 @@ def draw_fit(result: FitResult) -> Figure:
     return figure
 
 
-def _title(result: FitResult, shown: int) -> str:
+def _title(result: Findings, shown: int) -> str:
     problem = result.problem
     left = len(problem.recordings) - shown
     more = f", {left} more recordings not shown" if left else ""
@@ -79,7 +79,7 @@ def _name(data: Any, residuals: Any, one: Measured) -> None:
     residuals.set_ylabel(_plain("fit - data" + told), fontsize=8)
 
 
-def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
+def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:
     problem, one = result.problem, result.problem.measured[k]
     _, factor = shown_in(one.kind, one.unit)
     recording, sol = problem.recordings[place], result.solutions[place]
@@ -94,7 +94,7 @@ def _draw_data(axes: Any, result: FitResult, place: int, k: int) -> None:
     axes.plot(t, factor * line, color=COLOURS[0], label="fit")
 
 
-def _turns(result: FitResult, place: int, k: int) -> float:
+def _turns(result: Findings, place: int, k: int) -> float:
     """Whole turns by which the data of an angle differ from the motion as it is assembled."""
     recording, sol = result.problem.recordings[place], result.solutions[place]
     one = result.problem.measured[k]
@@ -107,7 +107,7 @@ def _dot(known: Array) -> float:
     return 4.0 if np.count_nonzero(known) < 200 else 2.5
 
 
-def _draw_residuals(axes: Any, result: FitResult, place: int, k: int) -> None:
+def _draw_residuals(axes: Any, result: Findings, place: int, k: int) -> None:
     one, recording = result.problem.measured[k], result.problem.recordings[place]
     _, factor = shown_in(one.kind, one.unit)
     known = recording.known[:, k]

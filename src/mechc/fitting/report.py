@@ -10,13 +10,13 @@ import numpy as np
 from mechc.system.kinds import shown_in
 
 if TYPE_CHECKING:
-    from mechc.fitting.result import FitResult
+    from mechc.fitting.findings import Findings
 
 RARE = 1e-6  # a probability of residuals that large, below which noise is not the cause
 STRONG = 0.95  # a correlation that is worth a line
 
 
-def in_words(result: FitResult) -> str:
+def in_words(result: Findings) -> str:
     """Values with their intervals, residuals, correlations, what the data leave open."""
     problem = result.problem
     recordings = len(problem.recordings)
@@ -33,7 +33,7 @@ def in_words(result: FitResult) -> str:
     return "\n".join(lines)
 
 
-def _values(result: FitResult) -> list[str]:
+def _values(result: Findings) -> list[str]:
     level = f"{100 * result.confidence:g} %"
     width = max(map(len, result.names))
     lines = []
@@ -46,13 +46,13 @@ def _values(result: FitResult) -> list[str]:
     return lines
 
 
-def _shown(result: FitResult, label: str) -> tuple[str, float]:
+def _shown(result: Findings, label: str) -> tuple[str, float]:
     """Unit and factor in which people read a value."""
     quantity = result.problem.model.quantities.get(label.partition("[")[0])
     return ("", 1.0) if quantity is None else shown_in(quantity.kind, quantity.unit)
 
 
-def _residuals(result: FitResult) -> list[str]:
+def _residuals(result: Findings) -> list[str]:
     lines = []
     for one in result.problem.measured:
         unit, factor = shown_in(one.kind, one.unit)
@@ -62,7 +62,7 @@ def _residuals(result: FitResult) -> list[str]:
     return lines
 
 
-def _correlations(result: FitResult) -> list[str]:
+def _correlations(result: Findings) -> list[str]:
     found, names = result.correlation, result.names
     return [
         f"{names[i]} and {names[j]} are correlated: {found[i, j]:+.3f}"
@@ -72,11 +72,11 @@ def _correlations(result: FitResult) -> list[str]:
     ]
 
 
-def _open(result: FitResult) -> list[str]:
+def _open(result: Findings) -> list[str]:
     return [f"the data do not determine {one}" for one in result.undetermined]
 
 
-def _notes(result: FitResult) -> list[str]:
+def _notes(result: Findings) -> list[str]:
     lines = []
     if result.noise_known and result.probability < RARE:
         lines.append(
@@ -93,7 +93,7 @@ def _notes(result: FitResult) -> list[str]:
     return lines
 
 
-def json_of(result: FitResult) -> dict[str, Any]:
+def json_of(result: Findings) -> dict[str, Any]:
     """As JSON data; a number that is not finite is null."""
     return {
         "mechanism": result.problem.model.name,

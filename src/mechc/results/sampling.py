@@ -173,9 +173,19 @@ class Run:
 
     @property
     def traced(self) -> tuple[str, ...]:
-        """The points whose path is drawn; those that the loops' closing holds have none."""
-        moving = tuple(name for name in self.picture.traced if name not in self._held)
-        return moving or self._corners[:MOST_CORNERS]
+        """The points whose path is drawn, each path once; those that closing holds have none."""
+        moving = [name for name in self.picture.traced if name not in self._held]
+        return self._apart(moving) or self._corners[:MOST_CORNERS]
+
+    def _apart(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Without the points that go with an earlier one, as the two ends that a loop joins do."""
+        found: dict[str, Array] = {}
+        near = HELD * float(np.abs(self.positions).max(initial=0.0))
+        for name in names:
+            path = self.positions[:, self.picture.point_names.index(name)]
+            if not any(np.abs(path - other).max() <= near for other in found.values()):
+                found[name] = path
+        return tuple(found)
 
     @cached_property
     def _held(self) -> tuple[str, ...]:

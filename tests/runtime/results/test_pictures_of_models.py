@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ import mechc
 from mechc.results import figures
 from mechc.results.sampling import sample
 from mechc.system.picture import Picture
+from tests.support import fake_linkage
+from tests.support.fake_linkage import FakeModel
 from tests.support.sympy_objects import four_bar_kane
 
 LENGTHS = {"l_0": 1.0, "l_1": 2.0, "l_2": 3.0, "l_3": 3.5, "rho": 1.0, "g": 9.81}
@@ -143,6 +146,18 @@ def test_a_system_is_drawn_and_a_length_without_a_value_is_left_out() -> None:
     picture = compiled(system, form="kane").picture
     assert [len(line) for _, line in picture.skeleton] == [2]
     assert "nowhere" not in picture.point_names
+
+
+def test_two_ends_that_a_loop_joins_have_one_path() -> None:
+    class Doubled(FakeModel):
+        def points(self, y: Any, params: Any = None, t: Any = 0.0) -> Any:
+            places = fake_linkage.joints(y[..., :3])
+            return np.concatenate([places, places[..., 2:3, :] + 1e-12], axis=-2)
+
+    own = (*FakeModel.point_names, "p_2 again")
+    model = Doubled(point_names=own, traced=("p_1", "p_2", "p_2 again"))
+    run = sample(replace(fake_linkage.run(), model=model), 40)
+    assert run.traced == ("p_1", "p_2")
 
 
 def test_the_pictures_of_the_library_are_their_own() -> None:

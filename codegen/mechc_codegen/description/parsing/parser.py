@@ -36,7 +36,7 @@ from sympy import (
     zoo,
 )
 
-from mechc_codegen.description.bounded_work import TooMuchWorkError, with_at_most
+from mechc_codegen.description.parsing.bounded_work import TooMuchWorkError, with_at_most
 from mechc_codegen.errors import ExpressionError
 
 FUNCTIONS = {f.__name__: f for f in (sin, cos, tan, asin, acos, atan, exp, log, sqrt, tanh)} | {

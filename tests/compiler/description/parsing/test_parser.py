@@ -8,7 +8,7 @@ import time
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mechc_codegen.description.parser import FUNCTIONS, parse_expression
+from mechc_codegen.description.parsing.parser import FUNCTIONS, parse_expression
 from mechc_codegen.errors import ExpressionError
 from sympy import Float, Integer, Rational, Symbol, cos, pi, sin, sqrt
 

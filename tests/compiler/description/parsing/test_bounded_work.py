@@ -4,8 +4,8 @@ import sys
 import time
 
 import pytest
-from mechc_codegen.description.bounded_work import TooMuchWorkError, with_at_most
-from mechc_codegen.description.parser import parse_expression
+from mechc_codegen.description.parsing.bounded_work import TooMuchWorkError, with_at_most
+from mechc_codegen.description.parsing.parser import parse_expression
 from mechc_codegen.errors import ExpressionError
 from sympy.physics.mechanics import dynamicsymbols
 

@@ -100,7 +100,7 @@ def summary(name: str, family: Family, rows: Sequence[Row], seconds: float) -> d
     judged = [each for each in rows if each.get("excess") is not None]
     worst = max(judged, key=lambda each: each["excess"] if each["excess"] >= 0 else np.inf,
                 default={"excess": None, "case": ""})  # fmt: skip
-    enough = counts["right"] >= family.least * len(rows)
+    enough = counts["right"] >= family.least * (len(rows) - counts["unjudged"])
     notes = [family.note(list(rows)), "" if enough else f"less than {family.least:.0%} are right"]
     return {
         "family": name, "promise": family.promise, "runs": len(rows),

@@ -97,7 +97,7 @@ static double mechc_vertex(double a, double b, double c, double x, double d)
 
 /* Where within [low, high] the sampled quantity is least, by golden sections and parabolas. */
 static double mechc_probe_least(const mechc_probe *probe, double low, double middle, double high,
-                               double least)
+                                double least)
 {
     double f_low = mechc_probe_once(probe, low), f_high = mechc_probe_once(probe, high);
     for (int i = 0; i < 60 && high - low > MECHC_FINE; i++) {
@@ -125,7 +125,7 @@ static double mechc_probe_least(const mechc_probe *probe, double low, double mid
 
 /* A zero between two samples of opposite sign, by secants within a bracket that is halved. */
 static double mechc_probe_zero(const mechc_probe *probe, double low, double f_low, double high,
-                              double f_high)
+                               double f_high)
 {
     for (int i = 0; i < 200 && high - low > 4e-16 && f_high != 0.0; i++) {
         double x = 0.5 * (low + high);

@@ -63,7 +63,7 @@ MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
 
 /* Put the row on which the axis acts most first and eliminate it from the others; its R S. */
 MECHC_INLINE real FN(eliminate_row)(const real *axis, int column, int rows, real *row,
-                              FN(eliminated) *f)
+                                    FN(eliminated) *f)
 {
     real pivot = FN(along_motion)(axis, row);
     real *factor = f->factor + mechc_first_factor[column];
@@ -137,7 +137,7 @@ MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
 
 /* The same elimination of the rows' values, from the cuts towards the ground; *taken: r / (R S). */
 MECHC_INLINE void FN(eliminate_value)(const FN(eliminated) *f, int column, int rows, real *value,
-                                     real *taken)
+                                      real *taken)
 {
     const real *factor = f->factor + mechc_first_factor[column];
     const rmask *swapped = f->swapped + mechc_first_factor[column];

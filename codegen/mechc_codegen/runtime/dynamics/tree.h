@@ -265,7 +265,7 @@ MECHC_ONCE int FN(articulate)(const real *tree, FN(articulated) *f)
 
 /* Accelerations of a tree without cuts; wrench is overwritten. */
 MECHC_ONCE void FN(free_accelerations)(const real *tree, const FN(articulated) *f, const real *bias,
-                           real *wrench, real *accelerations)
+                                       real *wrench, real *accelerations)
 {
     real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM], taken[MECHC_DIM];
     for (int link = MECHC_LINKS - 1; link >= 0; link--) {

@@ -16,7 +16,7 @@
 #if MECHC_LOCKSTEP
 /* Keep the steps that were accepted. */
 MECHC_STATIC int mechc_lockstep_keep(mechc_lockstep *a, mechc_integration **runs, int lane,
-                                    const mechc_vector *rows)
+                                     const mechc_vector *rows)
 {
     mechc_trajectory *trajectory = &runs[lane]->head.trajectory;
     double y[MECHC_NX];
@@ -35,8 +35,8 @@ MECHC_STATIC int mechc_lockstep_keep(mechc_lockstep *a, mechc_integration **runs
 
 /* What each run does next, once a step of all of them is judged; 1 where one is to leave. */
 MECHC_STATIC int mechc_lockstep_part(mechc_lockstep *a, mechc_integration **runs, int count,
-                                    mechc_mask accepted, mechc_mask leaves,
-                                    const mechc_vector *rows)
+                                     mechc_mask accepted, mechc_mask leaves,
+                                     const mechc_vector *rows)
 {
     int any = 0;
     for (int lane = 0; lane < count; lane++) {
@@ -57,7 +57,7 @@ MECHC_STATIC int mechc_lockstep_part(mechc_lockstep *a, mechc_integration **runs
 
 /* Judge a step of every lane and continue from it; 1 where a run is to leave. */
 MECHC_STATIC int mechc_lockstep_go_on(mechc_lockstep *a, mechc_integration **runs, int count,
-                                     int dense)
+                                      int dense)
 {
     mechc_vector rows[MECHC_MOST_DENSE * MECHC_NX];
     mechc_mask leaves;

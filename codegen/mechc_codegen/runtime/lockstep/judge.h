@@ -107,7 +107,7 @@ MECHC_INLINE void mechc_lockstep_watch_stiffness(mechc_lockstep *a, mechc_mask a
 
 /* Accept the steps that stand; the others are tried again, shorter. */
 MECHC_ONCE void mechc_lockstep_accept(mechc_lockstep *a, mechc_mask accepted,
-                                     mechc_mask leaves)
+                                      mechc_mask leaves)
 {
     const mechc_vector size = mechc_size_of(a->h), next = a->h + a->time_compensation;
     const mechc_vector t = mechc_choose(a->last, a->t1, a->t + next);

@@ -13,8 +13,8 @@
 #define MECHC_LOCKSTEP_CLOSINGS 4
 
 MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc_vector t,
-                                               const mechc_vector *state, int regular,
-                                               mechc_vector *rates)
+                                                  const mechc_vector *state, int regular,
+                                                  mechc_vector *rates)
 {
     mechc_vector_place place;
     mechc_vector_locate_near(t, state, &a->given, &place, 0, 0, regular);
@@ -27,21 +27,21 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
 }
 
 MECHC_ONCE void mechc_lockstep_rates(const mechc_lockstep *a, mechc_vector t,
-                                    const mechc_vector *state, mechc_vector *rates)
+                                     const mechc_vector *state, mechc_vector *rates)
 {
     mechc_lockstep_rates_at(a, t, state, 1, rates);
 }
 
 /* Likewise, and how well conditioned the rows are there. */
 MECHC_ONCE void mechc_lockstep_watched_rates(mechc_lockstep *a, mechc_vector t,
-                                            const mechc_vector *state, mechc_vector *rates)
+                                             const mechc_vector *state, mechc_vector *rates)
 {
     a->met = mechc_lesser(mechc_lockstep_rates_at(a, t, state, 0, rates), a->met);
 }
 
 /* Close the loops of the ends; a lane that is closed is not moved on. */
 MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
-                                      mechc_vector_place *place)
+                                       mechc_vector_place *place)
 {
 #if MECHC_NH > 0
     for (int closing = 0;; closing++) {

@@ -11,7 +11,7 @@
 
 /* The dense output of one step at the fraction s. */
 MECHC_STATIC void mechc_dense_polynomial(const double *y, const double *rows, int count, double s,
-                                      double *out)
+                                         double *out)
 {
     double sum[MECHC_NX] = {0.0};
     for (int row = count - 1; row >= 0; row--) {

@@ -26,7 +26,7 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
 
 /* Statistics and the monitor learn of a stage. */
 MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y,
-                                const mechc_scalar_place *place)
+                             const mechc_scalar_place *place)
 {
 #if MECHC_NC > 0
     mechc_stats *stats = &run->head.stats;

@@ -44,7 +44,7 @@ MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const doub
 
 /* One more crossing of a change point; `coordinates` of them in q. */
 MECHC_STATIC int mechc_append_crossing(mechc_trajectory *trajectory, double t, double gap,
-                                      const double *q, int coordinates)
+                                       const double *q, int coordinates)
 {
     if (trajectory->crossing_count == trajectory->crossing_capacity) {
         const ptrdiff_t capacity = 2 * trajectory->crossing_capacity + 8;

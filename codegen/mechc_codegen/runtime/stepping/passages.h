@@ -26,7 +26,7 @@
 
 /* How far the dense output at the fraction s has passed the change point, in this direction. */
 MECHC_STATIC double mechc_past_crossing(const mechc_integration *run, const double *rows, double s,
-                                    const double *along)
+                                        const double *along)
 {
     double y[MECHC_NX], sum = 0.0;
     mechc_dense_polynomial(run->y, rows, run->current->dense_rows, s, y);

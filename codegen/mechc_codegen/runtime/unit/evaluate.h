@@ -15,7 +15,7 @@ typedef void mechc_vector_output(mechc_vector t, const mechc_vector *q, const me
                                  const mechc_vector_given *given, mechc_vector *out);
 
 MECHC_ONCE void mechc_gather(mechc_rows rows, ptrdiff_t first, ptrdiff_t count, int width,
-                               mechc_vector *out)
+                             mechc_vector *out)
 {
     for (int i = 0; i < width; i++) {
         double column[MECHC_LANES];
@@ -70,8 +70,8 @@ MECHC_INLINE void mechc_vector_output_rates(mechc_vector t, const mechc_vector *
 
 /* One copy for all outputs but the rates. */
 MECHC_ONCE void mechc_evaluate_by(mechc_vector_output *f, int width, ptrdiff_t count,
-                                    mechc_rows t, mechc_rows y, mechc_rows p,
-                                    const mechc_inputs *inputs, double *out)
+                                  mechc_rows t, mechc_rows y, mechc_rows p,
+                                  const mechc_inputs *inputs, double *out)
 {
     mechc_evaluate_blocks(f, width, count, t, y, p, inputs, out);
 }

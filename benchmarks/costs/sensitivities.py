@@ -3,7 +3,8 @@
     mechc bench sensitivities [--rounds N] [--only SCENE ...]
 
 Of every scene: seconds of the plain run, and of the same run with derivatives by all that is named;
-the least of many, turn by turn, and their ratio.
+the least of many, turn by turn, and their ratio.  Of the chain, which is compiled when it is asked
+for, the same of the plain run and of one gradient by all its parameters, backwards.
 """
 
 from __future__ import annotations
@@ -11,9 +12,14 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
+from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.library.parts import fixed_point, joint_angles, parameter
+from sympy import Symbol
+from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 import mechc
 
@@ -35,7 +41,45 @@ def pendulum() -> tuple[Any, ...]:
     return model, np.array([1.0, 0.5]), None, 20.0, ("l_0", "g", "y0")
 
 
+LINKS = 20  # of the chain
+OF_EACH = {"l": 0.5, "c": 0.2, "m": 1.0, "I": 0.05, "d": 0.1}  # length, centre, damping of a link
+
+
+def chain_of(links: int) -> Mechanism:
+    """Links in a plane, hinged and damped, each with five parameters of its own."""
+    q, u = dynamicsymbols(f"q_0:{links}"), dynamicsymbols(f"u_0:{links}")
+    r = ReferenceFrame("r")
+    on, bodies, loads, parameters = r, [], [], []
+    origin = end = fixed_point("O", r)
+    for k in range(links):
+        length, centre, mass, about, damping = given = [Symbol(f"{x}_{k}") for x in OF_EACH]
+        frame = on.orientnew(f"link_{k}", "Axis", (q[k], r.z))
+        frame.set_ang_vel(on, u[k] * r.z)
+        at = end.locatenew(f"centre_{k}", centre * frame.x)
+        bodies.append(RigidBody(f"link_{k}", at, frame, mass, (inertia(frame, 0, 0, about), at)))
+        torque = damping * u[k] * r.z
+        loads += [(frame, -torque), (on, torque)][: 2 if k else 1]
+        parameters += [
+            parameter(s, v, "", str(s)) for s, v in zip(given, OF_EACH.values(), strict=True)
+        ]
+        end, on = end.locatenew(f"E_{k}", length * frame.x), frame
+    return Mechanism(
+        name="damped_chain", title=f"Damped chain of {links} links", frame=r, origin=origin,
+        **joint_angles(q, u, [f"at hinge {k}" for k in range(links)]),
+        parameters=tuple(parameters), bodies=tuple(bodies), loads=tuple(loads),
+        gravity=-9.81 * r.y,
+    )  # fmt: skip
+
+
+def chain() -> tuple[Any, ...]:
+    """The damped chain of 20 links over 1 s, by its 100 parameters."""
+    model = mechc.compile(chain_of(LINKS), outputs=OUTPUTS)
+    y0 = {name: 0.3 - 0.01 * k for k, name in enumerate(model.coordinates)}
+    return model, y0, None, 1.0, tuple(model.parameters)
+
+
 SCENES: dict[str, Callable[[], tuple[Any, ...]]] = {"four_bar": four_bar, "pendulum": pendulum}
+BACKWARDS = {"chain": chain}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -44,12 +88,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         formatter_class=argparse.RawTextHelpFormatter,
     )  # fmt: skip
     parser.add_argument("--rounds", type=int, default=30, metavar="N", help="[30]")
-    parser.add_argument("--only", nargs="*", choices=list(SCENES), default=list(SCENES))
+    parser.add_argument("--only", nargs="*", choices=[*SCENES, *BACKWARDS], default=list(SCENES))
     chosen = parser.parse_args(arguments)
     print(f"{'scene':10} {'method':7} {'rtol':>6} {'steps':>6} {'by':>3} {'plain':>9} "
           f"{'with':>9} {'ratio':>6}")  # fmt: skip
     for name in chosen.only:
-        for row in _rows(name, chosen.rounds):
+        rows = _rows if name in SCENES else _rows_backwards
+        for row in rows(name, chosen.rounds):
             print(row, flush=True)
     return 0
 
@@ -65,11 +110,28 @@ def _rows(name: str, rounds: int) -> Iterator[str]:
                 lambda policy=policy: model.simulate(t, y0, params, sensitivities=names, **policy),
             )
             sol = model.simulate(t, y0, params, sensitivities=names, **policy)
-            yield (
-                f"{name:10} {method:7} {rtol:6.0e} {sol.stats['steps']:6d} "
-                f"{sol.sensitivity.columns.count:3d} {1e3 * plain:6.2f} ms {1e3 * following:6.2f} "
-                f"ms {following / plain:6.1f}"
-            )
+            columns = sol.sensitivity.columns.count
+            yield _row(name, method, rtol, sol.stats["steps"], columns, plain, following)
+
+
+def _rows_backwards(name: str, rounds: int) -> Iterator[str]:
+    model, y0, params, t, names = BACKWARDS[name]()
+    for method in ("gauss8", "dop853"):
+        for rtol in RTOLS:
+            run = partial(model.simulate, t, y0, params, rtol=rtol, method=method)
+            sol = run()
+            end = model.coordinates[0]
+            plain, back = _least(rounds, run, partial(sol.gradient, end=end, by=names))
+            yield _row(name, method, rtol, sol.stats["steps"], len(names), plain, back)
+
+
+def _row(
+    name: str, method: str, rtol: float, steps: int, count: int, plain: float, more: float
+) -> str:
+    return (
+        f"{name:10} {method:7} {rtol:6.0e} {steps:6d} {count:3d} {1e3 * plain:6.2f} ms "
+        f"{1e3 * more:6.2f} ms {more / plain:6.1f}"
+    )
 
 
 def _least(rounds: int, *calls: Callable[[], object]) -> list[float]:

@@ -101,6 +101,9 @@ class SegmentedRun:
         at, gradient = self._run.covary(first, last, covector, sources)
         return at, gradient
 
+    def project_columns(self, t: Array, y: Array, directions: Array, columns: Array) -> None:
+        self._run.project_columns(t, y, directions, columns)
+
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self._run.change_points()
         return t, q, gap

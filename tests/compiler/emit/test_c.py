@@ -71,6 +71,7 @@ OF_C = {
     *("aligned_alloc", "calloc", "free", "realloc", "memcpy", "memmove", "memset"),
     *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "exp", "log", "sinh", "cosh", "tanh"),
     *("sqrt", "pow", "copysign", "nearbyint", "floor", "ceil", "fabs", "fmin", "fmax"),
+    *("ilogb", "ldexp", "nextafter"),
 }
 q, u, f = dynamicsymbols("q"), dynamicsymbols("u"), Symbol("f")
 t = dynamicsymbols._t

@@ -11,16 +11,16 @@
 #include "variational/columns.h"
 
 #if MECHC_VARIATIONAL
-#define MECHC_MOST_NODES 8
+#define MECHC_VARIED_NODES 8
 /* Factors of an elimination without exchanges of rows beyond which it is done again with them. */
 #define MECHC_GROWTH 1e3
 
 /* Integrals of the rates, and second integrals, to each node and to the end. */
 typedef struct {
     int stages;
-    double nodes[MECHC_MOST_NODES + 1];
-    double first[MECHC_MOST_NODES + 1][MECHC_MOST_NODES];
-    double second[MECHC_MOST_NODES + 1][MECHC_MOST_NODES];
+    double nodes[MECHC_VARIED_NODES + 1];
+    double first[MECHC_VARIED_NODES + 1][MECHC_VARIED_NODES];
+    double second[MECHC_VARIED_NODES + 1][MECHC_VARIED_NODES];
 } mechc_rule;
 
 MECHC_STATIC void mechc_gauss_rule(mechc_rule *rule)
@@ -56,7 +56,7 @@ MECHC_STATIC void mechc_radau_rule(mechc_rule *rule)
 
 /* Derivatives at the stages of one step, a block each. */
 typedef struct {
-    double t[MECHC_MOST_NODES], y[MECHC_MOST_NODES * MECHC_NX];
+    double t[MECHC_VARIED_NODES], y[MECHC_VARIED_NODES * MECHC_NX];
     int kept;
     double *slopes;
 } mechc_nodes_at_hand;

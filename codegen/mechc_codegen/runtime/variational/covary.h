@@ -76,8 +76,8 @@ typedef struct {
     const mechc_directions *d;
     double h;
     int nq, size;
-    double w[MECHC_MOST_NODES * MECHC_NX], z[MECHC_MOST_NODES * MECHC_NX];
-    double by_state[MECHC_MOST_NODES][MECHC_NX]; /* A_a^T z_a */
+    double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
+    double by_state[MECHC_VARIED_NODES][MECHC_NX]; /* A_a^T z_a */
 } mechc_costages;
 
 MECHC_INLINE const double *mechc_costage_block(const mechc_costages *c, int a)

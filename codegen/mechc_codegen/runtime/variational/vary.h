@@ -48,7 +48,7 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
                                               int columns)
 {
     const size_t size = (sizeof(mechc_varying) + 63) / 64 * 64;
-    const size_t most = MECHC_MOST_NODES * MECHC_NX;
+    const size_t most = MECHC_VARIED_NODES * MECHC_NX;
     mechc_varying *w = aligned_alloc(64, size);
     if (!w) return 0;
     memset(w, 0, size);
@@ -57,7 +57,7 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
     const size_t block = w->directions.block / MECHC_LANES;
     w->stages.slopes = (double *)mechc_new_vectors(MECHC_MOST_RATES * MECHC_LANES * block);
     w->tangents = w->stages.tangents = (double *)mechc_new_vectors(MECHC_LANES * block);
-    w->nodes.slopes = (double *)mechc_new_vectors(MECHC_MOST_NODES * block);
+    w->nodes.slopes = (double *)mechc_new_vectors(MECHC_VARIED_NODES * block);
     w->room = mechc_new_vectors(most * (most / MECHC_LANES + 1 + width));
     w->rows = malloc(most * sizeof *w->rows);
     w->before = mechc_new_vectors(MECHC_NX * width);

@@ -5,25 +5,96 @@ Used at random states to decide how a mechanism is described; the compiler does 
 
 from __future__ import annotations
 
+import cmath
+import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
-from sympy import Expr, Symbol, lambdify
+from sympy import Expr, Function, Symbol, lambdify
+from sympy.core.relational import Relational
 
 Rows = list[list[float]]
-Evaluate = Callable[..., list[float]]
 _RANK = 1e-9  # of the largest pivot
+_STEP = 1e-100  # along the imaginary axis: its square is nothing beside any value
 _DRAWS = 12
 _COLLAPSED = 1e-2  # parameters are drawn from 0.4 to 1.7
+
+
+class Evaluate:
+    """A numerical function of floats, with its directional derivatives."""
+
+    def __init__(self, arguments: Sequence[Symbol], elements: Sequence[Expr]) -> None:
+        self._real: Callable[..., list[float]] = lambdify(
+            arguments, elements, modules="math", cse=True
+        )
+        self._complex: Callable[..., list[complex]] = lambdify(
+            arguments, [_with_real_bounds(e) for e in elements], modules=[dict(_COMPLEX)], cse=True
+        )
+
+    def __call__(self, *x: float) -> list[float]:
+        return self._real(*x)
+
+    def slope(self, x: Sequence[float], direction: Sequence[float]) -> list[float]:
+        """The derivative in a direction, to rounding: a step along the imaginary axis (Squire &
+        Trapp 1998, SIAM Review 40).  Of functions that know real numbers alone, differences."""
+        try:
+            values = self._complex(
+                *(complex(a, _STEP * b) for a, b in zip(x, direction, strict=True))
+            )
+            return [complex(value).imag / _STEP for value in values]
+        except (TypeError, NameError):
+            return self._differences(x, direction)
+
+    def _differences(
+        self, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
+    ) -> list[float]:
+        """Of the fourth order."""
+
+        def at(times: float) -> list[float]:
+            return self(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
+
+        inner = [a - b for a, b in zip(at(1.0), at(-1.0), strict=True)]
+        outer = [a - b for a, b in zip(at(2.0), at(-2.0), strict=True)]
+        return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]
+
+
+_REAL_PART: Final = Function("_real_part")
+
+
+def _with_real_bounds(expression: Expr) -> Expr:
+    """Branches are chosen by comparing real parts."""
+    compared = {r: r.func(*map(_REAL_PART, r.args)) for r in expression.atoms(Relational)}
+    return expression.xreplace(compared)
+
+
+def _absolute(z: complex) -> complex:
+    return z if z.real >= 0.0 else -z
+
+
+def _atan2(y: complex, x: complex) -> complex:
+    y, x = complex(y), complex(x)
+    turning = (x.real * y.imag - y.real * x.imag) / (x.real**2 + y.real**2)
+    return complex(math.atan2(y.real, x.real), turning)
+
+
+# Functions that are not analytic, by what they do to a real argument and its derivative.
+_COMPLEX: Final[Mapping[str, Any]] = {
+    **{name: value for name, value in vars(cmath).items() if not name.startswith("_")},
+    "abs": _absolute,
+    "atan2": _atan2,
+    "_real_part": lambda z: complex(z).real,
+    "copysign": lambda size, z: math.copysign(complex(size).real, complex(z).real),
+    "max": lambda *z: max(z, key=lambda each: complex(each).real),
+    "min": lambda *z: min(z, key=lambda each: complex(each).real),
+}
 
 
 def evaluator(arguments: Sequence[Expr], elements: Sequence[Expr]) -> Evaluate:
     """A numerical function that evaluates expressions of symbols."""
     stand_ins = [Symbol(f"_x{k}") for k in range(len(arguments))]
     replaced = dict(zip(arguments, stand_ins, strict=True))
-    plain = [e.xreplace(replaced) for e in elements]
-    evaluate: Evaluate = lambdify(stand_ins, plain, modules="math", cse=True)
-    return evaluate
+    return Evaluate(stand_ins, [e.xreplace(replaced) for e in elements])
 
 
 def rank(rows: Rows) -> int:
@@ -133,23 +204,10 @@ def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
             if max(map(abs, values)) < 1e-13:
                 return True
             units = ([float(k == i) for k in range(len(x))] for i in changed)
-            columns = [slope(gap, x, unit, 1e-6) for unit in units]
+            columns = [gap.slope(x, unit) for unit in units]
             rows = [list(row) for row in zip(*columns, strict=True)]
             for i, step in zip(changed, solve_least(rows, values), strict=True):
                 x[i] -= step
         return max(map(abs, gap(*x))) < 1e-10
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return False
-
-
-def slope(
-    function: Evaluate, x: Sequence[float], direction: Sequence[float], step: float = 1e-3
-) -> list[float]:
-    """Directional derivative by fourth-order differences, accurate to about 1e-12."""
-
-    def at(times: float) -> list[float]:
-        return function(*(a + times * step * b for a, b in zip(x, direction, strict=True)))
-
-    inner = [a - b for a, b in zip(at(1.0), at(-1.0), strict=True)]
-    outer = [a - b for a, b in zip(at(2.0), at(-2.0), strict=True)]
-    return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]

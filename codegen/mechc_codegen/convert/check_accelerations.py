@@ -13,7 +13,7 @@ from sympy import Expr
 from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.convert.algebra import evaluator, slope, solve_least
+from mechc_codegen.convert.algebra import evaluator, solve_least
 from mechc_codegen.convert.classify_constraints import RateRows, Rates, SpeedRows
 from mechc_codegen.description.mechanism import is_rigid
 from mechc_codegen.description.source import Source
@@ -92,7 +92,7 @@ class Flow:
             direction[place] = rate
         found = [0.7 - 0.19 * k for k in range(self.speeds)]
         if jacobian:
-            pushed = slope(self.residual, state, direction)
+            pushed = self.residual.slope(state, direction)
             open_by = [
                 sum(a * b for a, b in zip(row, found, strict=True)) + c
                 for row, c in zip(jacobian, pushed, strict=True)

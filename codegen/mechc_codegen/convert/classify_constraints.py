@@ -21,7 +21,6 @@ from mechc_codegen.convert.algebra import (
     random_point,
     rank,
     scaled,
-    slope,
 )
 from mechc_codegen.errors import MechanismError
 
@@ -137,7 +136,7 @@ class RateRows:
         direction = [given.get(i, 0.0) for i in range(len(point))]
         for place, rate in zip(self._places, motion, strict=True):
             direction[place] = rate
-        return slope(self._gap, point, direction) if self._gap else []
+        return self._gap.slope(point, direction) if self._gap else []
 
 
 def satisfied_identically(configuration: Sequence[Expr], rates: Rates) -> list[int]:

@@ -72,7 +72,7 @@ class Model(Fits):
 
     @property
     def build(self) -> Mapping[str, Any]:
-        """How it was made: options, seconds of each stage, key in the cache."""
+        """How it was made, with its options, seconds of each stage and key in the cache."""
         return self.system.build
 
     @property
@@ -97,7 +97,7 @@ class Model(Fits):
 
     @property
     def picture(self) -> Picture:
-        """What is drawn of it: :class:`mechc.system.picture.Picture`, made when first asked for.
+        """What is drawn of it, a :class:`mechc.system.picture.Picture` made when first asked for.
 
         Raises
         ------
@@ -108,7 +108,7 @@ class Model(Fits):
 
     @property
     def capsule(self) -> object:
-        """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
+        """The compiled model for C, a pointer to the ``mechc_model`` of ``model.h``.
 
         Its name contains the interface's version; :func:`mechc.get_include` has the header.
         """

@@ -309,7 +309,7 @@ class Outputs(Description):
 
     @property
     def input_values(self) -> tuple[str, ...]:
-        """Every input with its rates that the equations contain: ``("F", "r", "r'", "r''")``."""
+        """Every input with its rates that the equations contain, as ``("F", "r", "r'", "r''")``."""
         return input_values(self.system)
 
     @property

@@ -1,29 +1,60 @@
-"""The examples of the guide run as they stand, page by page."""
+"""The examples of the guide run as they stand, page by page, and every public name has one."""
 
 import re
 
 import pytest
 
+import mechc
 from tests.support import ROOT
 
 DOCS = ROOT / "docs"
 PAGES = (
+    "coming_from/multibody_engine.md",
+    "coming_from/pydy.md",
+    "coming_from/solve_ivp.md",
     "differentiable.md",
     "fitting.md",
+    "how_to/save_and_share.md",
+    "how_to/speed.md",
     "inputs.md",
     "library.md",
     "mechanism.md",
     "outputs.md",
     "positions.md",
+    "reference/examples.md",
+    "theory/batches.md",
+    "theory/change_points.md",
+    "theory/error_control.md",
+    "tutorial/1_first_motion.md",
+    "tutorial/2_your_own_model.md",
+    "tutorial/3_joints_and_loops.md",
+    "tutorial/4_forces_and_control.md",
+    "tutorial/5_many_motions.md",
 )  # whose examples are whole programs
+
+
+def examples(page):
+    return re.findall(r"^```python\n(.*?)^```", (DOCS / page).read_text("utf-8"), re.S | re.M)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = (DOCS / page).read_text("utf-8")
     names = {}
-    for block in re.findall(r"^```python\n(.*?)^```", text, re.S | re.M):
+    for block in examples(page):
         exec(compile(block, page, "exec"), names)
     assert names
+
+
+def test_every_public_name_has_an_example_that_is_run():
+    shown = "\n".join(block for page in PAGES for block in examples(page))
+    shown += "".join(path.read_text("utf-8") for path in (ROOT / "examples").rglob("*.py"))
+    named = {*re.findall(r"mechc\.(\w+)", shown)}
+    assert {*mechc.__all__, "compile", "open"} - named == set()
+
+
+def test_every_page_is_reached_from_the_start_page():
+    start = (DOCS / "index.md").read_text("utf-8")
+    pages = {p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md")}
+    assert {page for page in pages - {"index"} if f"\n{page}\n" not in start} == set()

@@ -117,7 +117,7 @@ class Solution(Trajectory):
 
     @property
     def sensitivity(self) -> Sensitivity:
-        """Derivatives of the states: ``sol.sensitivity["l_3"]`` is (nt, nq + nu).
+        """Derivatives of the states; ``sol.sensitivity["l_3"]`` is (nt, nq + nu).
 
         Raises
         ------

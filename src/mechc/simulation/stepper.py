@@ -105,7 +105,7 @@ class Stepper:
 
     @property
     def stats(self) -> dict[str, Any]:
-        """Counters of the last step: steps of the integrator, rejected ones, evaluations."""
+        """Counters of the last step, with steps of the integrator, rejected ones, evaluations."""
         return {} if self._run is None else dict(self._run.stats())
 
     @property

@@ -79,12 +79,12 @@ class Description:
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
-        """Names of the constraint rows: configuration constraints first."""
+        """Names of the constraint rows, configuration constraints first."""
         return tuple(c["name"] for c in self.data["constraints"])
 
     @property
     def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
-        """The lines drawn: (label, names of the points of a polyline)."""
+        """The lines drawn, each (label, names of the points of a polyline)."""
         return tuple((label, tuple(points)) for label, points in self.data["links"])
 
     @property

@@ -1,0 +1,60 @@
+"""The documentation site.
+
+`python -m sphinx -W docs build/site` builds it: the pages here, the reference from the docstrings,
+and the gallery by running the scripts of `examples/gallery`.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import mechc
+
+HERE = Path(__file__).parent
+sys.path.insert(0, str(HERE / "extensions"))
+
+project = "mechc"
+author = "the mechc developers"
+copyright = f"{author}, BSD-3-Clause"
+version = release = mechc.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "math_in_pages",
+    "sphinx_gallery.gen_gallery",
+    "start_page",
+]
+exclude_patterns = ["extensions"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 3
+
+default_role = "code"  # as in the docstrings: `y`
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autosummary_generate = True
+napoleon_google_docstring = False
+
+sphinx_gallery_conf = {
+    "examples_dirs": str(HERE.parent / "examples" / "gallery"),
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"\.py$",
+    "image_scrapers": ("moving_pictures.scrape",),
+    "capture_repr": ("_repr_html_",),
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "show_signature": False,
+    "min_reported_time": 3600,
+    "remove_config_comments": True,
+}
+
+html_theme = "furo"
+html_math_renderer = "mathml"
+html_title = "mechc"
+html_theme_options = {"light_css_variables": {"color-brand-primary": "#1f6feb"}}

@@ -1,0 +1,52 @@
+"""The documentation site builds without a warning, and with it every scene of the gallery runs."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.support import ROOT
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """The built site; what is generated on the way is kept out of the tree."""
+    pytest.importorskip("sphinx", reason="the site is built with mechc[docs]")
+    root = tmp_path_factory.mktemp("site")
+    ignored = shutil.ignore_patterns("__pycache__", "generated")
+    shutil.copytree(ROOT / "docs", root / "docs", ignore=ignored)
+    shutil.copytree(ROOT / "examples", root / "examples", ignore=ignored)
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "docs", "built"]
+    run = subprocess.run(command, cwd=root, env=dict(os.environ), capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr[-4000:]
+    return root / "built"
+
+
+def test_every_scene_has_a_moving_picture_and_an_animation(site):
+    scenes = sorted(path.stem for path in (ROOT / "examples" / "gallery").glob("*.py"))
+    assert len(scenes) >= 24
+    index = (site / "gallery" / "index.html").read_text("utf-8")
+    for scene in scenes:
+        assert f"sphx_glr_{scene}_thumb.gif" in index
+        page = (site / "gallery" / f"{scene}.html").read_text("utf-8")
+        assert 'sandbox="allow-scripts"' in page
+
+
+def test_links_between_pages_lead_somewhere(site):
+    lost = []
+    for page in site.rglob("*.html"):
+        for target in re.findall(r'href="([^"#:?]+)(?:#[^"]*)?"', page.read_text("utf-8")):
+            if not target.startswith("//") and not (page.parent / target).exists():
+                lost.append((page.name, target))
+    assert lost == []
+
+
+def test_the_start_page_moves_and_loads_nothing_from_elsewhere(site):
+    page = (site / "index.html").read_text("utf-8")
+    assert 'sandbox="allow-scripts"' in page
+    assert re.findall(r'<script[^>]+src="https?:', page) == []

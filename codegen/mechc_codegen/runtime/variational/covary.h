@@ -220,7 +220,7 @@ MECHC_STATIC int mechc_covary_alike(mechc_varying *w, const mechc_covariation *v
 }
 
 /* As mechc_vary. */
-MECHC_RARE int mechc_covary(const mechc_covariation *v)
+MECHC_ONCE int mechc_covary(const mechc_covariation *v)
 {
     const unsigned char *methods = v->trajectory->methods;
     double *unit = calloc((size_t)(MECHC_NB * v->columns + 1), sizeof *unit);

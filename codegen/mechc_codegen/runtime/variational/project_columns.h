@@ -27,7 +27,7 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected
 #endif
 
 /* MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
-MECHC_RARE int mechc_project_columns(const mechc_projected_columns *v)
+MECHC_ONCE int mechc_project_columns(const mechc_projected_columns *v)
 {
 #if MECHC_NC > 0
     mechc_varying *w =

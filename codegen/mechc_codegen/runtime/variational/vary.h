@@ -204,8 +204,9 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
 #endif
 }
 
-/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular. */
-MECHC_RARE int mechc_vary(const mechc_variation *v)
+/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular.
+ * Not marked as rare: all that it alone calls would be compiled for size. */
+MECHC_ONCE int mechc_vary(const mechc_variation *v)
 {
     const unsigned char *methods = v->trajectory->methods;
     mechc_varying *w = mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions,

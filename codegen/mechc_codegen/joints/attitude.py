@@ -46,8 +46,8 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
     not have length one: all its multiples, except zero, are one attitude.
     """
 
-    coordinate_units = ("1",) * 4
-    speed_units = ("rad/s",) * 3
+    coordinate_units: tuple[str, ...] = ("1",) * 4
+    speed_units: tuple[str, ...] = ("rad/s",) * 3
 
     def __str__(self) -> str:
         name = type(self).__name__

@@ -66,7 +66,7 @@ class Coupling(Coupled):
         whole = (one + other) / sqrt(across.dot(across))
         pitch = wheels[0].centre.locatenew(f"{name}_pitch", one / (one + other) * across)
         return cls(
-            *_described(name, wheels, pitch),
+            **_described(name, wheels, pitch),
             constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
             force=size * n.cross(across),
             drawing=Drawing(
@@ -94,7 +94,7 @@ class Coupling(Coupled):
         n, across = wheels[0].axis, wheels.distance
         size = (one + other) / across.dot(across)
         return cls(
-            *_described(name, wheels, wheels[1].centre),
+            **_described(name, wheels, wheels[1].centre),
             constraint=Constraint(name, one * wheels[0].angle + other * wheels[1].angle, "m"),
             force=size * n.cross(across),
             torque=-other * n,
@@ -128,7 +128,7 @@ class Coupling(Coupled):
         touch = wheel.centre.locatenew(f"{name}_pitch", radius * slide.direction.cross(wheel.axis))
         gap = slide.way - radius * wheel.angle
         return cls(
-            *_described(name, (wheel, slide), touch),
+            **_described(name, (wheel, slide), touch),
             constraint=Constraint(name, gap, "m"),
             force=-slide.direction,
             drawing=Drawing(
@@ -171,7 +171,7 @@ class Coupling(Coupled):
         if shape == "roller":
             force, torque = -d - turned / place.dot(d) * beside, 0 * n
         return cls(
-            *_described(name, (wheel, slide), slide.point),
+            **_described(name, (wheel, slide), slide.point),
             constraint=Constraint(name, slide.way - lift, "m"),
             force=force,
             torque=torque,
@@ -184,8 +184,9 @@ def _factors(radii: tuple[Any, Any], internal: bool) -> tuple[Expr, Expr]:
     return one, -other if internal else other
 
 
-def _described(name: str, sides: Any, point: Any) -> tuple[Any, ...]:
-    return name, sides[0].body, sides[1].body, sides[0].centre, point
+def _described(name: str, sides: Any, point: Any) -> dict[str, Any]:
+    bodies = {"parent": sides[0].body, "child": sides[1].body}
+    return {"name": name, **bodies, "parent_point": sides[0].centre, "child_point": point}
 
 
 def _lift(name: str, given: Any, wheel: Wheel) -> Expr:

@@ -62,7 +62,19 @@ def profile(name: str, wheel: Wheel, slide: Slide, lift: Expr, flat: bool) -> tu
         touch = (foot.dot(d) + lift).subs(at) * d + offset.subs(at) * beside
         arms.append(_turned(wheel.turned(touch), axis, -turn))
     points = _points(f"{name}_profile", wheel.hub, arms)
-    return ((str(wheel.body.name), (*points, points[0], wheel.hub)),)
+    curve = (str(wheel.body.name), (*points, points[0], wheel.hub))
+    return (curve, *_follower(name, slide, foot.dot(d), beside, flat))
+
+
+def _follower(name: str, slide: Slide, size: Expr, beside: Vector, flat: bool) -> tuple[Link, ...]:
+    """A stem, and the plane across it of a flat follower."""
+    label, point = str(slide.body.name), slide.point
+    (top,) = _points(f"{name}_stem", point, [size * slide.direction])
+    stem = (label, (point, top))
+    if not flat:
+        return (stem,)
+    ends = _points(f"{name}_plane", point, [-size / 2 * beside, size / 2 * beside])
+    return (stem, (label, tuple(ends)))
 
 
 def _beside(wheel: Wheel) -> Vector:
@@ -78,4 +90,5 @@ def _turned(vector: Vector, axis: Vector, angle: Expr) -> Vector:
 
 
 def _points(name: str, origin: Point, arms: Iterable[Vector]) -> list[Point]:
-    return [origin.locatenew(f"{name}_{k}", arm) for k, arm in enumerate(arms)]
+    """Points whose names begin with a dot: no joints, so they are drawn without a mark."""
+    return [origin.locatenew(f".{name}_{k}", arm) for k, arm in enumerate(arms)]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
+from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
 from mechc.system.attitudes import refuse_no_attitude
@@ -68,6 +69,7 @@ class Recipe:
     until: str
     policy: Policy
     inputs: BatchInputs = NONE
+    events: BatchEvents | None = None
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""

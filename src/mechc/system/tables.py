@@ -15,9 +15,7 @@ class Pieces:
     """``coefficients``: (pieces of x, [pieces of y,] degree + 1, [degree + 1]), powers from each
     piece's start; ``periods``: of each argument, None where it is not periodic."""
 
-    def __init__(
-        self, starts: Sequence[Any], degree: int, coefficients: Any, periods: Any
-    ) -> None:
+    def __init__(self, starts: Sequence[Any], degree: int, coefficients: Any, periods: Any) -> None:
         self.starts = [np.asarray(axis, dtype=np.float64) for axis in starts]
         shape = [len(axis) for axis in self.starts] + [degree + 1] * len(self.starts)
         self.coefficients = np.asarray(coefficients, dtype=np.float64).reshape(shape)

@@ -1,5 +1,5 @@
-/* Covectors backwards over the steps of a run: the adjoint of the steps as they were taken, which is
- * the transposed of variational/vary.h, operation by operation.
+/* Covectors backwards over the steps of a run: the adjoint of the steps as they were taken, the
+ * transposed of variational/vary.h, operation by operation.
  *
  * Its cost does not grow with the number of parameters.  Sanz-Serna (2016), SIAM Review 58.
  */
@@ -23,7 +23,7 @@ MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v
 {
     const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
     mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
-    if (method == MECHC_GAUSS8 && mechc_gauss_back(w, &w->nodes, h, v->covector)) return 1;
+    if (method == MECHC_GAUSS8 && mechc_gauss_back(w, v, &w->nodes, h)) return 1;
     if (!w->blocks) w->blocks = mechc_new_blocks(v);
     if (!w->blocks) return 0;
     mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->blocks->nodes);
@@ -39,12 +39,13 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
     const int pair = mechc_is_pair(method);
     if (pair) mechc_take_stages_back(w, tableau, method, record, first, count);
 #if MECHC_NC > 0
-    mechc_tangents_in_lanes(&w->given, record, first, count, w->tangents);
+    mechc_ends_in_lanes(record, first, count, w->ends);
+    mechc_tangents_in_lanes(&w->given, record, first, count, w->ends, w->tangents);
 #endif
     for (int n = count - 1; n >= 0; n--) {
         const double h = record->t[first + n + 1] - record->t[first + n];
-        mechc_before_projection(w, n, v->covector, v->gradient);
-        if (pair) mechc_pair_back(w, tableau, n, h, v->covector, v->gradient);
+        mechc_before_projection(w, v, n);
+        if (pair) mechc_pair_back(w, v, tableau, n, h);
         else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
         mechc_add_source(v, first + n);
     }

@@ -17,13 +17,14 @@ typedef struct {
     double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
 } mechc_eliminated;
 
-/* Work space with a column by each parameter and input. */
+/* Work space with a column by each parameter and input, and those of the shapes. */
 MECHC_STATIC mechc_varying *mechc_new_blocks(const mechc_covariation *v)
 {
-    double *unit = calloc(MECHC_NB * MECHC_NB + 1, sizeof *unit);
+    double *unit = calloc((size_t)(MECHC_NB * v->columns + 1), sizeof *unit);
     if (!unit) return 0;
-    for (int i = 0; i < MECHC_NB; i++) unit[i * (MECHC_NB + 1)] = 1.0;
-    mechc_varying *blocks = mechc_new_varying(v->trajectory, v->p, v->inputs, unit, MECHC_NB);
+    for (int i = 0; i < MECHC_NB; i++) unit[i * (v->columns + 1)] = 1.0;
+    mechc_varying *blocks =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, unit, v->columns, v->shapes);
     free(unit);
     return blocks;
 }
@@ -42,7 +43,7 @@ MECHC_INLINE void mechc_by_given(const double *block, int first, int count, cons
 {
     const double *rows = block + MECHC_SQUARE + first * d->width * MECHC_LANES;
     for (int i = 0; i < count; i++)
-        for (int k = 0; k < MECHC_NB; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
+        for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
 }
 
 MECHC_INLINE const double *mechc_block_of(const mechc_eliminated *c, int a)

@@ -108,11 +108,23 @@ MECHC_INLINE double mechc_sum_of_lanes(mechc_vector x)
     return sum;
 }
 
+/* By shapes, whose factors differ from stage to stage. */
+MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *t,
+                                      const mechc_vector *slopes)
+{
+    for (int lane = 0; v->shapes && lane < MECHC_LANES; lane++) {
+        double one[MECHC_AT_LEAST_ONE(MECHC_NB)];
+        for (int k = 0; k < MECHC_NB; k++) one[k] = slopes[k][lane];
+        mechc_gather_shapes(v, t[lane], one);
+    }
+}
+
 /* 0 where the iteration does not converge: then the covector is as it was. */
-MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_nodes_at_hand *nodes, double h,
-                                  double *covector)
+MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_covariation *v,
+                                  const mechc_nodes_at_hand *nodes, double h)
 {
     const mechc_rule *rule = &w->rules[0];
+    double *const covector = v->covector;
     const int nq = MECHC_FIRST_UNKNOWN;
     mechc_costages c = {.rule = rule, .h = h};
     mechc_begin_costages(&c, covector);
@@ -124,6 +136,7 @@ MECHC_STATIC int mechc_gauss_back(mechc_covarying *w, const mechc_nodes_at_hand 
         for (int k = 0; k < MECHC_NX; k++) covector[k] += mechc_sum_of_lanes(slopes[k]);
         for (int k = 0; k < nq; k++) covector[nq + k] += mechc_sum_of_lanes(at * slopes[k]);
         for (int k = 0; k < MECHC_NB; k++) w->gathered[k] += slopes[MECHC_NX + k];
+        mechc_gather_stages(v, nodes->t + block * MECHC_LANES, slopes + MECHC_NX);
     }
     return 1;
 }

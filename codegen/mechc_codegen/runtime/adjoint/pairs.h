@@ -1,4 +1,4 @@
-/* Steps of an explicit pair, backwards: the transposed of what variational/explicit.h does, stage by
+/* Steps of an explicit pair, backwards: the transposed of variational/explicit.h, stage by
  * stage.  The stages of several steps are taken again in the lanes.
  */
 #pragma once
@@ -39,19 +39,19 @@ MECHC_INLINE void mechc_stage_back(mechc_covarying *w, int i, int n, const doubl
     mechc_scalar_pull_back(&w->one, &w->given.scalar, z, slopes);
 }
 
-MECHC_STATIC void mechc_pair_back(mechc_covarying *w, const mechc_tableau *tableau, int n,
-                                  double h, double *covector, double *gradient)
+MECHC_STATIC void mechc_pair_back(mechc_covarying *w, const mechc_covariation *v,
+                                  const mechc_tableau *tableau, int n, double h)
 {
     const int count = tableau->stages;
     const double *weights = tableau->matrix + count * MECHC_MOST_RATES;
     double rates[MECHC_MOST_RATES][MECHC_NX], slopes[MECHC_SLOPES];
     for (int i = 0; i < count; i++)
-        for (int k = 0; k < MECHC_NX; k++) rates[i][k] = h * weights[i] * covector[k];
+        for (int k = 0; k < MECHC_NX; k++) rates[i][k] = h * weights[i] * v->covector[k];
     for (int i = count - 1; i >= 0; i--) {
         const double *row = tableau->matrix + i * MECHC_MOST_RATES;
         mechc_stage_back(w, i, n, rates[i], slopes);
-        for (int k = 0; k < MECHC_NX; k++) covector[k] += slopes[k];
-        for (int k = 0; k < MECHC_NB; k++) gradient[k] += slopes[MECHC_NX + k];
+        for (int k = 0; k < MECHC_NX; k++) v->covector[k] += slopes[k];
+        mechc_gather(v, w->t[i * MECHC_LANES + n], slopes + MECHC_NX);
         for (int j = 0; j < i; j++)
             for (int k = 0; row[j] != 0.0 && k < MECHC_NX; k++)
                 rates[j][k] += h * row[j] * slopes[k];

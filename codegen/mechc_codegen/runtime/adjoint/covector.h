@@ -35,7 +35,7 @@ MECHC_STATIC void mechc_gather_shapes(const mechc_covariation *v, double t, cons
     }
 }
 
-MECHC_INLINE void mechc_gather(const mechc_covariation *v, double t, const double *slopes)
+MECHC_INLINE void mechc_add_slopes(const mechc_covariation *v, double t, const double *slopes)
 {
     for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += slopes[k];
     mechc_gather_shapes(v, t, slopes);
@@ -52,7 +52,7 @@ MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_
         for (int k = 0; k < MECHC_SLOPES; k++)
             slopes[k] += after[i] * w->tangents[i * MECHC_SLOPES + k][n];
     memcpy(v->covector, slopes, sizeof after);
-    mechc_gather(v, w->ends[n], slopes + MECHC_NX);
+    mechc_add_slopes(v, w->ends[n], slopes + MECHC_NX);
 #else
     (void)w, (void)v, (void)n;
 #endif

@@ -51,7 +51,7 @@ MECHC_STATIC void mechc_pair_back(mechc_covarying *w, const mechc_covariation *v
         const double *row = tableau->matrix + i * MECHC_MOST_RATES;
         mechc_stage_back(w, i, n, rates[i], slopes);
         for (int k = 0; k < MECHC_NX; k++) v->covector[k] += slopes[k];
-        mechc_gather(v, w->t[i * MECHC_LANES + n], slopes + MECHC_NX);
+        mechc_add_slopes(v, w->t[i * MECHC_LANES + n], slopes + MECHC_NX);
         for (int j = 0; j < i; j++)
             for (int k = 0; row[j] != 0.0 && k < MECHC_NX; k++)
                 rates[j][k] += h * row[j] * slopes[k];

@@ -32,6 +32,7 @@ from mechc.results.animation import (
 from mechc.results.sampling import Run, SolutionLike, clean_text, covered
 from mechc.results.view.motion import marks, points_data
 from mechc.results.view.plots import panels
+from mechc.results.view.solids import solids_data
 from mechc.results.view.three_js import three_js
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
@@ -91,7 +92,8 @@ class SpaceRun(Run):
     @cached_property
     def picture(self) -> Picture:
         """What is drawn of the model."""
-        return getattr(self.model, "picture_in_space", self.model.picture)
+        found: Picture = getattr(self.model, "picture_in_space", self.model.picture)
+        return found
 
 
 # --- data ------------------------------------------------------------------------------------
@@ -108,13 +110,15 @@ def view_data(sol: SolutionLike, *, fps: float = 60.0) -> dict[str, Any]:
     run = while_finite(_frames(sol, fps))
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
+    placed = points_data(run, _finite_positions(run))
     return {
         "title": clean_text(run.model.title or run.model.name, 100),
         "notes": [note for note in (step_note(step, fps), status_note(run)) if note],
         "start": float(run.t[0]),
         "step": step,
         "frames": len(run.t),
-        **points_data(run, _finite_positions(run)),
+        **placed,
+        **solids_data(run, np.array(placed["origin"])),
         "marks": marks(run),
         "panels": panels(run),
         **speed_choices(span),

@@ -7,6 +7,8 @@ if (startStage()) {
   addLinks();
   addJoints();
   addGround();
+  addStruts();
+  addSolids();
   addTrails();
   startCamera(canvas);
   addViews();

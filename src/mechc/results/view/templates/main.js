@@ -17,6 +17,10 @@ if (startStage()) {
     + " links in space; arrow keys turn the view, plus and minus come nearer");
 }
 readTheme();
+if (motion.export && renderer) {
+  exportPictures(motion.export);
+  throw new Error("The pictures are drawn.");  // nothing else of the page is needed
+}
 resize();
 if (renderer) { seeView(homeView, 0, true); }
 setSpeed(state.speed);

@@ -22,7 +22,6 @@ version = release = mechc.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
     "math_in_pages",
@@ -38,7 +37,7 @@ default_role = "code"  # as in the docstrings: `y`
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
-autosummary_generate = True
+suppress_warnings = ["ref.python"]  # attributes of several classes are named q or t
 napoleon_google_docstring = False
 
 sphinx_gallery_conf = {

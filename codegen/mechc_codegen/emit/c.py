@@ -185,7 +185,8 @@ class CWriter(FunctionWriter):
             arrays = _pointers(self.layout.motion)
             return function.name, f"{_STATE}, const real *saved,{arrays}".rstrip(",")
         if function.of_motion:
-            return f"solved_{function.name}", f"{_STATE}{_SOLVED}, real *out"
+            covector = ", const real *c" if function.of_covector else ""
+            return f"solved_{function.name}", f"{_STATE}{_SOLVED}{covector}, real *out"
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 

@@ -99,8 +99,9 @@ class Program:
         known = set(self.symbols.parameters)
         for statement in self.hoisted:
             _check_statement(statement, known)
-        known |= {self.symbols.time, *self.symbols.q, *self.symbols.u, *self.symbols.motion}
-        known |= {value for chain in self.symbols.inputs for value in chain}
+        symbols = self.symbols
+        known |= {symbols.time, *symbols.q, *symbols.u, *symbols.motion, *symbols.covector}
+        known |= {value for chain in symbols.inputs for value in chain}
         for statement in self.body:
             _check_statement(statement, known)
         for output in self.outputs:

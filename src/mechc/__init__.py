@@ -41,6 +41,7 @@ from mechc.simulation.stops import Stop
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
     from mechc.export import export_c
@@ -97,6 +98,7 @@ __all__ = [
     "StepError",
     "Stepper",
     "Stop",
+    "Table",
     "UnavailableOutputError",
     "UniversalJoint",
     "UnknownNameError",
@@ -119,6 +121,7 @@ _LATER = {
     "Sampled": "mechc.inputs.sampled",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
+    "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",

@@ -81,6 +81,11 @@ class Program:
     def output(self, name: str) -> Output:
         return next(o for o in self.outputs if o.name == name)
 
+    def values(self) -> Iterator[Expr]:
+        """Every expression of statements and outputs."""
+        yield from (s.value for s in (*self.hoisted, *self.body))
+        yield from (e for o in self.outputs for e in o.elements)
+
     def input_values(self) -> list[InputValue]:
         """The values of inputs that a run must be given, in the order of arrays."""
         if not self.symbols.inputs:

@@ -1,8 +1,4 @@
-"""A model that can be used before it is compiled completely.
-
-Rates and outputs are compiled first, in a fraction of the time of the integrators; these are
-compiled in the background, and calls that need them wait.
-"""
+"""Objects that are made in the background."""
 
 from __future__ import annotations
 
@@ -10,21 +6,6 @@ import os
 import threading
 from collections.abc import Callable
 from typing import Any
-
-OUTPUTS_ONLY = frozenset(
-    (
-        *("coordinates", "speeds", "rows", "holonomic", "parameters", "inputs", "width"),
-        *(
-            "metadata",
-            "instruction_set",
-            "outputs",
-            "complete",
-            "complete_rows",
-            "evaluate",
-            "evaluator",
-        ),
-    )
-)
 
 
 class Pending:
@@ -49,6 +30,10 @@ class Pending:
         except BaseException as error:
             self._error = error
 
+    def if_made(self) -> Any:
+        """The object, or None."""
+        return self._made
+
     def result(self) -> Any:
         """The object; an error of its making is raised here."""
         if self._begun and self._process == os.getpid():
@@ -61,12 +46,3 @@ class Pending:
             self._made = self._make()
         return self._made
 
-
-class DeferredScene:
-    """A compiled scene, of which the first unit is used where it suffices."""
-
-    def __init__(self, first: Any, whole: Pending) -> None:
-        self._first, self._whole = first, whole
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._first if name in OUTPUTS_ONLY else self._whole.result(), name)

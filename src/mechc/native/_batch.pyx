@@ -6,7 +6,9 @@ import numpy as np
 from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
-    MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
+    MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT,
+    MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of, mechc_unit,
+    mechc_with_stack
 )
 from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, mechc_driven, mechc_signal
@@ -64,6 +66,16 @@ cdef void work_on_batch(void *given) noexcept nogil:
     job.made = mechc_batch_work(job.batch)
 
 
+cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep, bint quantities):
+    """The parts of a unit that such runs may come to: none waits for one under way."""
+    cdef int parts = MECHC_PART_DRIVER | mechc_part_of_method(options.method)
+    if scene.holonomic or lockstep:
+        parts |= MECHC_PART_EXPLICIT
+    if options.may_stiffen:
+        parts |= MECHC_PART_IMPLICIT
+    return parts | (MECHC_PART_OUTPUTS if quantities else 0)
+
+
 cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
@@ -119,6 +131,8 @@ cdef class Runs:
                 raise ValueError("a flag is needed for every member")
             batch.assembled = &closed[0]
         self._choose(options)
+        scene.need(parts_of_batch(scene, &batch.options, options["lockstep"], len(quantities)))
+        batch.options.methods = scene.unit.methods
         if options["atol"] is not None:
             atol = options["atol"]
             self.kept.append(atol)

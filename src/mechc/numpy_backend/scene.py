@@ -26,7 +26,6 @@ class NumpyScene:
     """
 
     instruction_set = "numpy"
-    integrates = True
     lanes = 1
     methods = ("dop853",)
 
@@ -53,6 +52,9 @@ class NumpyScene:
     def evaluator(self) -> NumpyScene:
         """What evaluates its outputs."""
         return self
+
+    def wait(self, batches: bool = True) -> None:
+        """Nothing is compiled."""
 
     def _refuse(self, *_: Any) -> NoReturn:
         raise MechcError(

@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "abi/parts.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "singularities/monitor.h"
@@ -66,6 +67,7 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
 }
 
 /* Project y onto the constraints and take its rates. */
+#if MECHC_HAS(DRIVER)
 MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
 {
     mechc_scalar_place place;
@@ -86,3 +88,9 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
     return MECHC_RUNNING;
 }
+#else
+MECHC_INLINE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
+{
+    return run->driver->rates_at(run, t, y, rates);
+}
+#endif

@@ -306,8 +306,9 @@ class Model(Fits):
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
-            the closing of the loops), inputs that are numbers, ``"y0"`` for every component of the
-            start.  The steps are those of the run without; see docs/sensitivities.md.
+            the closing of the loops), inputs that are numbers, values of signals (``"F[3]"``; all:
+            ``"F"``), ``"y0"`` for every component of the start.  The steps are those of the run
+            without, but end at every sample of such signals; see docs/sensitivities.md.
 
         Raises
         ------
@@ -327,6 +328,9 @@ class Model(Fits):
         """
         span, times = checked_span_and_times(t_span, t_eval)
         model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
+        by = names_of(sensitivities) if len(sensitivities) else ()
+        if by and model.inputs:
+            model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
         policy = checked_policy(
@@ -342,8 +346,8 @@ class Model(Fits):
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
         sol._given = (given, params)
-        if len(sensitivities):
-            sol.differentiate(names_of(sensitivities), given, params)
+        if by:
+            sol.differentiate(by, given, params)
         return sol
 
     def stepper(

@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build
+from mechc.compilation import build, parts
 from tests.support import sympy_models
 from tests.support.compilation import MadeOnRequest
 

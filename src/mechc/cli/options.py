@@ -90,7 +90,7 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
 def run_options(parser: argparse.ArgumentParser) -> None:
     """One run: a scene, its start, and its output."""
     _start_options(parser)
-    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
+    parser.add_argument("--open", action="store_true", help="open the motion in space in a browser")
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from copy import copy
 from math import comb, factorial, perm
 from typing import Any
 
@@ -34,6 +35,9 @@ class Signal:
     outside
         ``"refuse"``: a run must stay within the samples; ``"hold"``: before the first and after
         the last sample their values continue.
+    breaks
+        ``"kinks"``: steps of a run end at the samples where the signal has kinks; ``"samples"``: at
+        all of them, as gradients by the values need it.
 
     Raises
     ------
@@ -45,13 +49,16 @@ class Signal:
     """
 
     def __init__(
-        self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse"
-    ) -> None:
+        self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse",
+        breaks: str = "kinks",
+    ) -> None:  # fmt: skip
         if kind not in DEGREES:
             raise UnknownNameError("kind of signal", kind, DEGREES)
         if outside not in ("refuse", "hold"):
             raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
-        self.kind, self.outside = kind, outside
+        if breaks not in ("kinks", "samples"):
+            raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
+        self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
         self.times, self.values = _checked(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
         self._knots, self._coefficients = _pieces(self.times, self.values, kind)
@@ -59,6 +66,7 @@ class Signal:
             self._hold()
 
     _smoothness: int
+    _at_samples = False
 
     @classmethod
     def of_interpolant(cls, interpolant: Any) -> Signal | None:
@@ -118,6 +126,8 @@ class Signal:
         pulse, however short, is not missed either: between two of these times the signal is one
         polynomial but for less than a hundredth of what is tolerated.
         """
+        if self._at_samples:
+            return np.array(self._knots[1:])
         noise = max(1e-2 * rtol, 1e-14)
         largest = np.abs(factorial(order) * self._coefficients[:, order]).max(initial=0.0)
         breaks: Array = self._knots[1:][self._roughness(order) > noise * largest]
@@ -133,6 +143,12 @@ class Signal:
             jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
             roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
         return roughness
+
+    def broken_at_samples(self) -> Signal:
+        """The same with ``breaks="samples"``."""
+        other = copy(self)
+        other._at_samples = True
+        return other
 
     @property
     def pieces(self) -> tuple[Array, Array]:

@@ -1,7 +1,7 @@
 """The columns of a sensitivity: what each name asked for is a derivative by.
 
 Every column is a direction: of the parameters (with those whose defaults follow), of the inputs'
-values, or of the start.
+values, of a value of a sampled signal, or of the start.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
 from mechc.inputs.bind import InputSlot
+from mechc.inputs.samples import sampled
+from mechc.sensitivities.samples import Samples, samples_of, width
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -26,19 +28,23 @@ class Columns:
     """Attributes
     ----------
     names
-        As asked for; ``"y0"`` has one column for each component of the state, others have one.
+        As asked for; ``"y0"`` has one column for each component of the state, an input that is a
+        signal one for each sample, others have one.
     places
         Name -> its column, or columns.
     parameters : (np, k)
         How the parameters change with each column.
     inputs : (ni, k)
         How the values of inputs do.
+    samples
+        The columns that are by values of signals.
     """
 
     names: tuple[str, ...]
     places: Mapping[str, int | slice]
     parameters: Array
     inputs: Array
+    samples: Samples | None = None
 
     @property
     def count(self) -> int:
@@ -48,6 +54,11 @@ class Columns:
     def directions(self) -> Array:
         """Parameters and then inputs, (np + ni, k)."""
         return np.ascontiguousarray(np.vstack([self.parameters, self.inputs]))
+
+    @property
+    def shapes(self) -> Any:
+        """How inputs change as functions of time, for compiled code."""
+        return self.samples and self.samples.shapes
 
     def names_among(self, marked: Array) -> list[str]:
         """The names of which a column is marked, of (k,) flags."""
@@ -62,6 +73,10 @@ class Columns:
             for name, directions in ((by_parameters, self.parameters), (by_inputs, self.inputs))
             if directions.any() and name in system.scene.outputs
         ]
+        if self.samples is not None and by_inputs in system.scene.outputs:
+            slopes = system.evaluate(by_inputs, y, values, t)
+            parts.append(np.zeros((*slopes.shape[:-1], self.count)))
+            self.samples.add(slopes, t, parts[-1])
         return sum(parts[1:], parts[0]) if parts else None
 
 
@@ -74,8 +89,8 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
         If the model was compiled without sensitivities.
     UnknownNameError
         For what is neither parameter, coordinate, speed nor input of the model.
-    MechcError
-        For an input that is no number.
+    MechcError, ValueOutOfBoundsError
+        For an input that is neither number nor signal, and for a sample that there is not.
     """
     if "differentiated" not in system.data:
         raise UnavailableOutputError(
@@ -83,22 +98,23 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
             "outputs=(..., 'sensitivities')"
         )
     places: dict[str, int | slice] = {}
-    count, width = 0, system.scene.width
-    for name in names:
-        places[name] = slice(count, count + width) if name == START else count
-        count += width if name == START else 1
+    count = 0
+    for name in dict.fromkeys(names):
+        several = system.scene.width if name == START else width(system, name)
+        places[name] = count if several is None else slice(count, count + several)
+        count += 1 if several is None else several
     along = np.zeros((len(system.parameters), count))
     pushed = np.zeros((int(system.scene.inputs), count))
     slopes = _default_slopes(system, values, given)
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
-        elif name in system.inputs:
+        elif sampled(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
-        elif name != START:
+        elif name != START and sampled(system, name) is None:
             _refuse_unknown(system, name)
     along = _followed(along, slopes)
-    return Columns(tuple(places), places, along, pushed)
+    return Columns(tuple(places), places, along, pushed, samples_of(system, places))
 
 
 def _refuse_unknown(system: System, name: str) -> None:
@@ -141,7 +157,7 @@ def _input_place(system: System, name: str) -> int:
     held = system.driven.given.get(name)
     if not isinstance(held, (int, float, np.integer, np.floating)):
         raise MechcError(
-            f"the derivative by {name} needs a number for it: {name} is given as "
+            f"the derivative by {name} needs a number or a signal for it: {name} is given as "
             f"{type(held).__name__}"
         )
     place = 0

@@ -24,6 +24,8 @@ class Picture:
         The axes to the right and up, such as ("x", "-y"); None for the widest.
     points
         Positions in m of states, all parameters and times: (..., points, 3).
+    up
+        The unit vector against the weight, where it is known.
     """
 
     point_names: Sequence[str]
@@ -32,6 +34,7 @@ class Picture:
     traced: Sequence[str]
     view: tuple[str, str] | None
     points: Positions
+    up: tuple[float, float, float] | None = None
 
     @property
     def is_complete(self) -> bool:

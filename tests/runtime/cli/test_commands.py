@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -120,6 +121,8 @@ def test_the_browser_is_opened_on_a_desktop_only(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":0")
     assert main([*REGULAR, "--t-end", "0.1", "--open"]) == 0
     assert [address.startswith("file:///") for address in opened] == [True]
+    page = "view" if find_spec("jupyter_threejs_sage") else "animation"
+    assert opened[0].endswith(f"/{page}.html")
 
 
 def test_list_names_the_library_and_when_it_is_compiled(capsys):

@@ -25,7 +25,7 @@ MECHC_INLINE void mechc_by_given(const double *block, int first, int count, cons
 {
     const double *rows = block + MECHC_SQUARE + first * d->width * MECHC_LANES;
     for (int i = 0; i < count; i++)
-        for (int k = 0; k < MECHC_NB; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
+        for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
 }
 
 /* From behind the projection of a step's end to before it. */
@@ -220,13 +220,14 @@ MECHC_STATIC int mechc_covary_alike(mechc_varying *w, const mechc_covariation *v
 }
 
 /* As mechc_vary. */
-MECHC_RARE int mechc_covary(const mechc_covariation *v)
+MECHC_ONCE int mechc_covary(const mechc_covariation *v)
 {
     const unsigned char *methods = v->trajectory->methods;
-    double *unit = calloc(MECHC_NB * MECHC_NB + 1, sizeof *unit);
+    double *unit = calloc((size_t)(MECHC_NB * v->columns + 1), sizeof *unit);
     if (!unit) return MECHC_MEMORY_LIMIT;
-    for (int i = 0; i < MECHC_NB; i++) unit[i * (MECHC_NB + 1)] = 1.0;
-    mechc_varying *w = mechc_new_varying(v->trajectory, v->p, v->inputs, unit, MECHC_NB);
+    for (int i = 0; i < MECHC_NB; i++) unit[i * (v->columns + 1)] = 1.0;
+    mechc_varying *w =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, unit, v->columns, v->shapes);
     free(unit);
     if (!w) return MECHC_MEMORY_LIMIT;
     int whole = 1;

@@ -23,9 +23,7 @@ def found(key: str, load: Callable[[Path], Any] | None = None) -> Any:
         return None
 
 
-def made(
-    key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None
-) -> Any:
+def made(key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None) -> Any:
     """The same of an entry that is made if it is missing, or is removed before it is loaded."""
     load = load or capsule_of
     try:

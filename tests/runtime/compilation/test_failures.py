@@ -19,7 +19,7 @@ import pytest
 import mechc
 from mechc.compilation import build, cache, entries, parts, toolchain
 from mechc.compilation.cache import security as cache_folder
-from mechc.compilation.pending import Pending
+from mechc.compilation.parts import Pending
 from mechc.compilation.toolchain import processor
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT

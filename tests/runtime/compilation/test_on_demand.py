@@ -14,7 +14,7 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.compilation import build, cache, entries, parts, toolchain
-from mechc.compilation.pending import Pending
+from mechc.compilation.parts import Pending
 from mechc.compilation.toolchain import processor
 from mechc.errors import CompilerError, MechcError, UnknownNameError
 from tests.support import ROOT, scenes

@@ -65,7 +65,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     mechc_scalar_place at_end, *place = 0;
     if (mechc_only_kept_counts(run)) {
         place = &at_end;
-        mechc_scalar_locate(run->head.t + h, end, &run->given, place);
+        mechc_locate(run->head.t + h, end, &run->given, place);
     }
     const double first = mechc_pair_norm(run, tableau->error, h, end, place);
     if (!tableau->second_error) return sqrt(first);

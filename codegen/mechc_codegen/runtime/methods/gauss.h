@@ -264,11 +264,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, doubl
     const mechc_gauss *g = mechc_gauss_of(run);
     if (MECHC_NC == MECHC_NH && run->monitor.rank == MECHC_NH)
         return sqrt(g->least[stage]);
-    mechc_scalar_place place;
-    mechc_weakest weakest;
-    mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, &run->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank, &weakest);
-    return weakest.ratio;
+    return mechc_conditioning_at(run, run->head.t + mechc_gauss_nodes[stage] * h, q);
 #else
     (void)run, (void)h, (void)stage, (void)q;
     return 1.0;

@@ -49,6 +49,7 @@ typedef struct {
 /* What other parts of the unit call of the driver's. */
 struct mechc_driver {
     int (*rates_at)(mechc_integration *run, double t, double *y, double *rates);
+    double (*conditioning)(const mechc_integration *run, double t, const double *q);
     long (*advance)(mechc_integration *run, long steps);
 };
 

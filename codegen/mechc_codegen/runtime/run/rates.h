@@ -74,7 +74,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
     mechc_stats *stats = &run->head.stats;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     const int status =
-        mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
+        mechc_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;
     if (status != MECHC_RUNNING) {
         stats->coordinate = place.bad;
@@ -88,9 +88,30 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
     return MECHC_RUNNING;
 }
+
+/* Of the configuration rows at a configuration, whatever rows are redundant. */
+MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
+{
+#if MECHC_NH > 0
+    mechc_scalar_place place;
+    mechc_weakest weakest;
+    mechc_place_at(t, q, &run->given, &place);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank,
+                       &weakest);
+    return weakest.ratio;
+#else
+    (void)run, (void)t, (void)q;
+    return 1.0;
+#endif
+}
 #else
 MECHC_INLINE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
 {
     return run->driver->rates_at(run, t, y, rates);
+}
+
+MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
+{
+    return run->driver->conditioning(run, t, q);
 }
 #endif

@@ -228,4 +228,6 @@ MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
     return head->status;
 }
 
-static const __attribute__((unused)) mechc_driver mechc_driver_of_run = {mechc_rates_at, mechc_advance_alone};
+static const __attribute__((unused)) mechc_driver mechc_driver_of_run = {
+    mechc_rates_at, mechc_conditioning_at, mechc_advance_alone,
+};

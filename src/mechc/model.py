@@ -107,6 +107,11 @@ class Model(Fits):
         return self.system.picture
 
     @property
+    def picture_in_space(self) -> Picture:
+        """The same with solids, springs and dampers, as ``sol.view()`` shows it."""
+        return self.system.picture_in_space
+
+    @property
     def capsule(self) -> object:
         """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
 
@@ -289,8 +294,8 @@ class Model(Fits):
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
-            ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times
-            and states are in ``sol.events``.
+            ``terminal``, or an expression, of SymPy or as text, also with a direction, ``q > 1``;
+            their times and states are in ``sol.events``.
             One with a ``reset`` changes the state, and the run continues: ``sol.segments``.
         on_change_point
             At a configuration where branches of the motion cross: ``"continue"`` straight on along
@@ -444,9 +449,10 @@ class Model(Fits):
 
 
 def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
-    from mechc.simulation.expression_events import checked_events
+    from mechc.compilation.event_unit import COMPILER
+    from mechc.simulation.expression_events import Compiler, checked_events
 
-    return checked_events(events, system, p)
+    return checked_events(events, system, p, Compiler(*COMPILER))
 
 
 def _found_again(

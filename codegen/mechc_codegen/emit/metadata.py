@@ -68,6 +68,7 @@ def scene_metadata(
         "unavailable": _unavailable(mechanism, request),
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
+        **_quaternions(mechanism),
         "smooth": _smooth(program, request),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
@@ -75,6 +76,13 @@ def scene_metadata(
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
+
+
+def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
+    """The places of the components of quaternions whose multiples are one attitude."""
+    every = [joint.quaternion for joint in mechanism.joints if joint.quaternion]
+    places = [[mechanism.q.index(x) for x in quaternion] for quaternion in every]
+    return {"quaternions": places} if places else {}
 
 
 def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:

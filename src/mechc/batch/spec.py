@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
+from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.settings import Policy
+from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
@@ -67,6 +69,7 @@ class Recipe:
     until: str
     policy: Policy
     inputs: BatchInputs = NONE
+    events: BatchEvents | None = None
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""
@@ -198,6 +201,7 @@ def _checked_states(system: System, y0: Array) -> Array:
             f"y0 must be states ({names}) of the shape ({system.scene.width},) or "
             f"(n, {system.scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
         )
+    refuse_no_attitude(states, system.quaternions, system.coordinates)
     return states
 
 

@@ -22,8 +22,9 @@ LAYERS = (
 )  # fmt: skip
 # Compiled into the runtime, not into scenes.
 APART = {
-    "batch": {"abi", "batch"},
+    "batch": {"abi", "batch", "closing", "events"},
     "closing": {"abi", "closing"},
+    "events": {"abi", "closing", "events"},
 }
 COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
 

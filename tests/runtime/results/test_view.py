@@ -10,8 +10,8 @@ import pytest
 
 from mechc.results.view.page import view
 from tests.support import fake_linkage
-from tests.support.browser import OpenPage, opened_browser
 from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+from tests.support.trust.browser import OpenPage, opened_browser
 
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
 pytestmark = pytest.mark.slow

@@ -8,7 +8,8 @@ cdef class Scene:
     cdef const mechc_unit *unit
     cdef mechc_joined *joined  # of parts; NULL: the unit is whole
     cdef object source  # of its parts
-    cdef object whole  # its capsule
+    cdef object first, whole  # capsules of its first unit, of all of it
+    cdef object members  # see of_members
     cdef ptrdiff_t evaluated  # states, one after the other
     cdef dict indices
     cdef readonly dict outputs  # name -> width

@@ -166,7 +166,8 @@ cdef class Scene:
     """
 
     def __init__(self, capsule, instruction_set=None, source=None):
-        self.source, self.evaluated, self.joined = source, 0, NULL
+        self.source, self.evaluated, self.joined, self.first = source, 0, NULL, capsule
+        self.members = None
         self.whole = capsule if source is None else None
         self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
         if self.model.abi != MECHC_ABI:
@@ -236,6 +237,18 @@ cdef class Scene:
         if self.whole is None:
             self.whole = self.source.whole()
         return self.whole
+
+    @property
+    def of_members(self):
+        """The same scene for loops over members, whose outputs are all evaluated in lanes.
+
+        What is loaded for them changes no digit of the outputs of this one.
+        """
+        if self.joined == NULL:
+            return self
+        if self.members is None:
+            self.members = Scene(self.first, None, self.source)
+        return self.members
 
     cdef prefer_lanes(self, ptrdiff_t count):
         """Evaluate in lanes what many states are asked of, once that is compiled."""

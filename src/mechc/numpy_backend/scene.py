@@ -63,6 +63,7 @@ class NumpyScene:
         )
 
     capsule = property(_refuse)
+    of_members = property(_refuse)
     bound = bound_along = _refuse
 
     def complete(self, given: Any, values: Array) -> None:

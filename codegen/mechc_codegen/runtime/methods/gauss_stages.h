@@ -101,7 +101,7 @@ MECHC_INLINE void mechc_gauss_rates(const mechc_gauss *g, mechc_vector time,
 
 /* Rates of one block of stages as they stand; first: before their sines and their conditioning are
  * known. */
-MECHC_SINGLE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y, double h,
+MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y, double h,
                                        int block, int first, mechc_vector *rates)
 {
     mechc_vector_place place;
@@ -117,14 +117,17 @@ MECHC_SINGLE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y
 #endif
 }
 
-#if MECHC_NH > 0
-/* Near critical configurations only: not inlined. */
-MECHC_ONCE void mechc_gauss_locate(const mechc_gauss *g, mechc_vector time,
-                                   const mechc_vector *state, mechc_vector_place *place)
+MECHC_ONCE void mechc_gauss_first_stages(mechc_gauss *g, double t, const double *y, double h,
+                                         int block, mechc_vector *rates)
 {
-    mechc_vector_locate(time, state, &g->given, place);
+    mechc_gauss_unclosed(g, t, y, h, block, 1, rates);
 }
-#endif
+
+MECHC_ONCE void mechc_gauss_plain_stages(mechc_gauss *g, double t, const double *y, double h,
+                                         int block, mechc_vector *rates)
+{
+    mechc_gauss_unclosed(g, t, y, h, block, 0, rates);
+}
 
 /* Rates of one block of stages at positions and speeds projected; places shift and q. */
 MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, double h,
@@ -139,7 +142,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
 #if MECHC_NH > 0
     if (g->closing == MECHC_CLOSE_BEFORE) {
         mechc_gauss_close(g, time, block, &place, state, moved);
-        mechc_gauss_locate(g, time, state, &place);
+        mechc_vector_locate(time, state, &g->given, &place);
     }
 #endif
     for (int i = 0; i < MECHC_NQ; i++) g->q[i][block] = state[i];
@@ -161,7 +164,8 @@ MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y,
     mechc_vector rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
     for (int block = 0; block < MECHC_BLOCKS; block++) {
         if (g->closing == MECHC_UNPROJECTED) {
-            mechc_gauss_unclosed(g, t, y, h, block, first, rates[block]);
+            (first ? mechc_gauss_first_stages : mechc_gauss_plain_stages)(g, t, y, h, block,
+                                                                          rates[block]);
             continue;
         }
         mechc_gauss_stages(g, t, y, h, block, rates[block], moved);

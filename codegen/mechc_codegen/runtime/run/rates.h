@@ -74,7 +74,7 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
     mechc_stats *stats = &run->head.stats;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     const int status =
-        mechc_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
+        mechc_scalar_close_loops(t, y, &run->given, &place, &stats->closure_iterations);
     stats->rhs_evaluations++;
     if (status != MECHC_RUNNING) {
         stats->coordinate = place.bad;

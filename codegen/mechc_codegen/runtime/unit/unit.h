@@ -24,7 +24,7 @@
 #include "unit/evaluate.h"
 #endif
 #if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
-#include "variational/covary.h"
+#include "adjoint/covary.h"
 #include "variational/project_columns.h"
 #endif
 

@@ -39,7 +39,10 @@ def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, obj
     middles = (points[:, 1:] + points[:, :-1]) / 2
     turns = np.stack([0 * angles, 0 * angles, np.sin(angles / 2), np.cos(angles / 2)], axis=-1)
     names = [f"p{k}" for k in range(bodies + 1)]
-    line = [{"name": f"q{k}", "values": encoded(angles[:, k]), "dash": []} for k in range(24)]
+    line = [
+        {"name": f"q{k}", "values": encoded(angles[:, k]), "dash": []}
+        for k in range(min(24, bodies))
+    ]
     box = {"kind": "box", "sizes": [0.7, 0.2, 0.2], "inferred": True}
     return {
         "title": f"A chain of {bodies} rods", "notes": [], "start": 0.0, "step": step,
@@ -49,7 +52,7 @@ def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, obj
         "solids": [{**box, "label": f"rod {k}", "name": f"rod {k}"} for k in range(bodies)],
         "placed": encoded(np.concatenate([middles, turns], axis=-1)), "struts": [], "marks": [],
         "arrows": [],
-        "panels": [{"title": "Angles", "unit": "rad", "lines": line[:bodies], "untold": 0}],
+        "panels": [{"title": "Angles", "unit": "rad", "lines": line, "untold": 0}],
         "speeds": [1.0], "speed": 1.0,
     }  # fmt: skip
 

@@ -45,6 +45,9 @@ class Plan:
         For every point but the origin the number of the point before it, and the way from there.
     solids
         Of a plan in space: each shape with the numbers of its point and of its frame.
+    joints
+        Of a plan in space: names of the joints, with the number of the point where their reactions
+        act.
     weight
         Of a plan in space: the acceleration of free fall, along the inertial axes.
     """
@@ -56,6 +59,7 @@ class Plan:
     frames: list[tuple[int, tuple[Expr, ...]]] = field(default_factory=list)
     points: list[tuple[int, tuple[Arm, ...]]] = field(default_factory=list)
     solids: list[tuple[Shape, int, int]] = field(default_factory=list)
+    joints: list[tuple[str, int]] = field(default_factory=list)
     weight: tuple[Expr, Expr, Expr] | None = None
 
 
@@ -85,6 +89,7 @@ def picture_plan(
     steps = _Steps(places, plan)
     if in_space:
         steps.add(shapes(places, drawing.solids))
+        steps.add_joints()
         plan.weight = weight(places)
     return plan
 
@@ -131,6 +136,12 @@ class _Steps:
         """Place these shapes."""
         for shape in found:
             self.plan.solids.append((shape, self._point(shape.at), self._frame(shape.frame)))
+
+    def add_joints(self) -> None:
+        """Place the joints, if all of them can be."""
+        joints = self.places.mechanism.joints
+        if all(self.places.is_placed(joint.child_point) for joint in joints):
+            self.plan.joints = [(j.name, self._point(j.child_point)) for j in joints]
 
     def _frame(self, frame: ReferenceFrame) -> int:
         way = []

@@ -66,7 +66,7 @@ def simulate_batch(
     inputs
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
         that all members have; besides those of ``model.with_inputs``.  Python functions are not
-        taken, and with ``out`` no signals.
+        taken.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -114,13 +114,9 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    found = batch_events(system, events, until or "", out is not None or client is not None)
+    elsewhere = out is not None or client is not None
+    found = batch_events(system, recipe.span, events, until or "", elsewhere)
     recipe = replace(recipe, events=found)
-    if out is not None and recipe.inputs.signals:
-        raise ValueOutOfBoundsError(
-            f"out: a batch in a folder takes no signals yet, and "
-            f"{', '.join(recipe.inputs.signals)} is one: leave out= away"
-        )
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)

@@ -53,7 +53,10 @@ def described_picture(
         for s, _, _ in plan.solids
     ]
     weight = None if plan.weight is None else places.of_parameters(plan.weight)
-    return Picture(plan.names, *shown, places, solids, places.placed, struts, weight)
+    joints = [name for name, _ in plan.joints]
+    return Picture(
+        plan.names, *shown, places, solids, places.placed, struts, weight, joints, places.acting
+    )
 
 
 class _Positions:
@@ -84,6 +87,11 @@ class _Positions:
         where = [points[point] for _, point, _ in self._plan.solids]
         turned = [turns[frame] for _, _, frame in self._plan.solids]
         return np.stack(where, axis=-2), np.stack(turned, axis=-3)
+
+    def acting(self, y: Array, p: Array, t: float | Array) -> Array:
+        """Where the reactions of the joints act."""
+        points, _ = self._all(y, p, t)
+        return np.stack([points[point] for _, point in self._plan.joints], axis=-2)
 
     def of_parameters(self, entries: Any) -> Callable[[Array], Array]:
         """Expressions of parameters as a function of all parameters' values."""

@@ -50,6 +50,9 @@ class Picture:
         inertial ones.
     struts
         Of a picture in space: ("spring" or "damper", label, names of the two points).
+    joints, acting
+        Of a picture in space: names of the joints, and of states, parameters and times the points
+        (..., joints, 3) m where their reactions act.
     weight
         Of parameters: the acceleration of free fall (3,) m/s^2; None where it is not known.
     """
@@ -64,6 +67,8 @@ class Picture:
     placed: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
     struts: Sequence[tuple[str, str, Sequence[str]]] = ()
     weight: Callable[[Array], Array] | None = None
+    joints: Sequence[str] = ()
+    acting: Positions | None = None
 
     @property
     def is_complete(self) -> bool:

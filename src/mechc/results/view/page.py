@@ -29,6 +29,7 @@ from mechc.results.animation import (
     while_finite,
 )
 from mechc.results.sampling import Run, SolutionLike, clean_text, covered
+from mechc.results.view.arrows import arrows
 from mechc.results.view.motion import marks, points_data
 from mechc.results.view.pictures import WRITERS, drawn, picture_order
 from mechc.results.view.plots import panels
@@ -41,7 +42,7 @@ MOST_FRAMES: Final = 1500
 FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
 SCRIPTS: Final = (
-    *("data", "theme", "solids", "camera", "stage", "body", "trails", "plots"),
+    *("data", "theme", "solids", "camera", "stage", "body", "arrows", "trails", "plots"),
     *("player", "panel", "export", "main"),
 )
 
@@ -168,6 +169,7 @@ def view_data(sol: SolutionLike, *, fps: float = 60.0) -> dict[str, Any]:
         "frames": len(run.t),
         **placed,
         **solids_data(run, np.array(placed["origin"])),
+        "arrows": arrows(run, np.array(placed["origin"])),
         "marks": marks(run),
         "panels": panels(run),
         **speed_choices(span),

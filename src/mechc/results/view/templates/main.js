@@ -9,6 +9,7 @@ if (startStage()) {
   addGround();
   addStruts();
   addSolids();
+  addArrows();
   addTrails();
   startCamera(canvas);
   addViews();

@@ -2,7 +2,7 @@
 const UP = new THREE.Vector3(0, 1, 0);
 const shapes = {
   rod: new THREE.CylinderBufferGeometry(1, 1, 1, 14, 1),
-  ball: new THREE.SphereBufferGeometry(1, 18, 12),
+  ball: new THREE.SphereBufferGeometry(1, 24, 14),
   disc: new THREE.CylinderBufferGeometry(1, 1, 1, 40, 1),
   box: new THREE.BoxBufferGeometry(1, 1, 1),
   cone: new THREE.ConeBufferGeometry(1, 1, 18),
@@ -46,7 +46,7 @@ function supportOf(solid, turn, direction) {
   if (solid.kind === "wheel") { return s[0] * Math.sqrt(Math.max(0, 1 - d.y * d.y)) + 0.03 * s[0] * Math.abs(d.y); }
   if (solid.kind === "mesh") {
     let most = 0;
-    for (let k = 0; k < solid.corners.length; k += 9) {
+    for (let k = 0; k < solid.corners.length; k += 3) {
       most = Math.max(most, d.x * solid.corners[k] + d.y * solid.corners[k + 1] + d.z * solid.corners[k + 2]);
     }
     return most;

@@ -7,9 +7,19 @@ scene.add(new THREE.HemisphereLight(0xffffff, 0x99a0ad, 0.72));
 const sun = new THREE.DirectionalLight(0xffffff, 0.5);
 scene.add(sun);
 
+function isSoftware() {
+  // Without a graphics processor smooth edges cost half of the frames.
+  const probe = document.createElement("canvas").getContext("webgl");
+  const names = probe && probe.getExtension("WEBGL_debug_renderer_info");
+  const name = names ? String(probe.getParameter(names.UNMASKED_RENDERER_WEBGL)) : "";
+  if (probe && probe.getExtension("WEBGL_lose_context")) { probe.getExtension("WEBGL_lose_context").loseContext(); }
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+const smooth = Boolean(motion.export) || !isSoftware();
+
 function startStage() {
   try {
-    renderer = new THREE.WebGLRenderer({ canvas: canvas, antialias: true, alpha: true });
+    renderer = new THREE.WebGLRenderer({ canvas: canvas, antialias: smooth, alpha: true });
   } catch (refused) {
     found("failure").hidden = false;
     found("failure").textContent = "This browser draws nothing in space (WebGL is off): the plots still work.";
@@ -25,7 +35,7 @@ function startStage() {
 function resize() {
   const box = stage.getBoundingClientRect();
   if (!renderer || !(box.width > 0 && box.height > 0)) { return; }
-  renderer.setPixelRatio(Math.min(2, window.devicePixelRatio || 1));
+  renderer.setPixelRatio(Math.min(smooth ? 2 : 1, window.devicePixelRatio || 1));
   renderer.setSize(box.width, box.height, false);
   camera.aspect = box.width / box.height;
   camera.updateProjectionMatrix();

@@ -116,7 +116,8 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    found = batch_events(system, events, until or "", out is not None or client is not None)
+    elsewhere = out is not None or client is not None
+    found = batch_events(system, recipe.span, events, until or "", elsewhere)
     recipe = replace(recipe, events=found)
     if recipe.inputs.controllers and (out is not None or client is not None):
         raise ValueOutOfBoundsError(

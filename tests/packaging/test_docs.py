@@ -16,6 +16,7 @@ PAGES = (
     "fitting.md",
     "how_to/save_and_share.md",
     "how_to/speed.md",
+    "hybrid.md",
     "inputs.md",
     "library.md",
     "mechanism.md",

@@ -123,7 +123,7 @@ static double mechc_event_root(mechc_watch *watch, int event, mechc_event_point 
         if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
         else low = middle, f_low = f;
     }
-    if (!watch->functions[event].reset || f_high == f_low) return high;
+    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
     const double exact = high - f_high * (high - low) / (f_high - f_low);
     return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
 }
@@ -212,13 +212,15 @@ static int mechc_event_zeros(mechc_watch *watch, int number, double begin, doubl
     qsort(points, (size_t)count, sizeof *points, end < begin ? mechc_later : mechc_earlier);
     for (int i = 0; i < count; i++)
         if (isnan(points[i].value)) return -1;
-    for (int i = 0; i + 1 < count && roots < MECHC_EVENT_ROOTS; i++) {
+    for (int i = 0; i + 1 < count; i++) {
         const double a = points[i].value, b = points[i + 1].value;
         const int crossed = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
-        if (crossed && event->direction * (b - a) >= 0.0)
+        if (!crossed || !(event->direction * (b - a) >= 0.0)) continue;
+        if (roots < MECHC_EVENT_ROOTS)
             root[roots++] = mechc_event_root(watch, number, points[i], points[i + 1]);
+        else if (isnan(event->too_fast)) event->too_fast = begin;
     }
-    if (watch->functions[number].reset) mechc_watch_grazing(watch, number, count);
+    if (mechc_event_resets(watch, number)) mechc_watch_grazing(watch, number, count);
     return roots;
 }
 
@@ -228,7 +230,7 @@ static int mechc_event_stop(const mechc_watch *watch, int number, int roots)
 {
     const mechc_event *event = watch->event + number;
     if (!roots) return -1;
-    if (watch->functions[number].reset) return 0;
+    if (mechc_event_resets(watch, number)) return 0;
     if (event->terminal > 0 && event->terminal <= event->count + roots)
         return (int)(event->terminal - event->count - 1);
     return -1;

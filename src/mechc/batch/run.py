@@ -44,7 +44,7 @@ def run_members(
     system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
-    y0, assembled, miss, complete = _starts(system, recipe, values, length, threads)
+    y0, assembled, miss, complete = starts(system, recipe, values, length, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
@@ -102,7 +102,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
     }
 
 
-def _starts(
+def starts(
     system: System, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, and the gap of the others."""

@@ -46,3 +46,9 @@ typedef struct {
 } mechc_integration;
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+
+/* No step of the run follows one of this length. */
+MECHC_STATIC int mechc_is_last(const mechc_integration *run, double h)
+{
+    return fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h);
+}

@@ -16,7 +16,6 @@ found, from first values that are 30 % off; and what part of it is that of the m
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +23,8 @@ from typing import Any
 import numpy as np
 
 import mechc
+
+from ..timing.least import least_of_rounds
 
 SIGMA = 0.05
 OUTPUTS = ("energy", "points", "sensitivities")
@@ -130,7 +131,7 @@ def times(rounds: int) -> Iterator[str]:
 
     problem, x = fit().problem, fit().x
     counted = _counted(problem, fit)
-    whole, plain, sloped = _least(
+    whole, plain, sloped = least_of_rounds(
         rounds, fit, lambda: problem.simulate(x, 0).y, lambda: _columns(problem, x)
     )
     motions = counted[0] * plain + counted[1] * sloped
@@ -160,14 +161,3 @@ def _counted(problem: Any, fit: Callable[[], Any]) -> list[int]:
     finally:
         kind.simulate = simulate
     return counts
-
-
-def _least(rounds: int, *calls: Callable[[], object]) -> list[float]:
-    """The least seconds of each, called turn by turn."""
-    least = [np.inf] * len(calls)
-    for _ in range(rounds):
-        for k, call in enumerate(calls):
-            begun = time.perf_counter()
-            call()
-            least[k] = min(least[k], time.perf_counter() - begun)
-    return least

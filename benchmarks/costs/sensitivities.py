@@ -10,7 +10,6 @@ for, the same of the plain run and of one gradient by all its parameters, backwa
 from __future__ import annotations
 
 import argparse
-import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
@@ -22,6 +21,8 @@ from sympy import Symbol
 from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
 import mechc
+
+from ..timing.least import least_of_rounds
 
 OUTPUTS = ("energy", "sensitivities")
 RTOLS = (1e-6, 1e-9, 1e-12)
@@ -104,7 +105,7 @@ def _rows(name: str, rounds: int) -> Iterator[str]:
     for method in ("gauss8", "dop853"):
         for rtol in RTOLS:
             policy = {"rtol": rtol, "method": method}
-            plain, following = _least(
+            plain, following = least_of_rounds(
                 rounds,
                 lambda policy=policy: model.simulate(t, y0, params, **policy),
                 lambda policy=policy: model.simulate(t, y0, params, sensitivities=names, **policy),
@@ -121,7 +122,7 @@ def _rows_backwards(name: str, rounds: int) -> Iterator[str]:
             run = partial(model.simulate, t, y0, params, rtol=rtol, method=method)
             sol = run()
             end = model.coordinates[0]
-            plain, back = _least(rounds, run, partial(sol.gradient, end=end, by=names))
+            plain, back = least_of_rounds(rounds, run, partial(sol.gradient, end=end, by=names))
             yield _row(name, method, rtol, sol.stats["steps"], len(names), plain, back)
 
 
@@ -132,14 +133,3 @@ def _row(
         f"{name:10} {method:7} {rtol:6.0e} {steps:6d} {count:3d} {1e3 * plain:6.2f} ms "
         f"{1e3 * more:6.2f} ms {more / plain:6.1f}"
     )
-
-
-def _least(rounds: int, *calls: Callable[[], object]) -> list[float]:
-    """The least seconds of each, called turn by turn."""
-    least = [np.inf] * len(calls)
-    for _ in range(rounds):
-        for k, call in enumerate(calls):
-            start = time.perf_counter()
-            call()
-            least[k] = min(least[k], time.perf_counter() - start)
-    return least

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
 from mechc.assembly.positions import open_by, search_for
 from mechc.batch.spec import Recipe
 from mechc.errors import AssemblyError
@@ -32,7 +30,7 @@ def configurations(
     AssemblyError
         If the coordinates given leave a choice and there is no guess.
     """
-    fixed = np.tile(system.default_coordinates, (recipe.count, 1))
+    fixed = system.default_configurations(recipe.count, (*recipe.guess, *recipe.coordinates))
     for name, column in {**recipe.guess, **recipe.coordinates}.items():
         fixed[:, system.state_index(name)] = column
     t = recipe.span[0]

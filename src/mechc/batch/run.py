@@ -51,11 +51,13 @@ def run_members(
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
+    needs_dense = recipe.events is not None or any(p[0] != LAST for p in primitives)
     runs = Runs(
-        unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
+        unit, _options(recipe, needs_dense), y0, values, length,
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
         OFF_BY_ROUNDING,
         in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
+        recipe.events,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -63,6 +65,9 @@ def run_members(
     results |= {name: runs.least[:, i] for name, i in LEAST.items()}
     if miss is not None:
         results["miss"] = miss
+    if recipe.events is not None:
+        results["event_counts"] = runs.event_counts.astype(np.int64)
+        results["event_latest"] = runs.event_latest
     first = 0
     for i, reduction in enumerate(reductions):
         last = first + len(reduction.primitives)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
@@ -36,6 +38,7 @@ def simulate_batch(
     outputs: Sequence[str] = (),
     reduce: Sequence[str] | str = (),
     until: str | None = None,
+    events: Sequence[Any] = (),
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
@@ -63,7 +66,7 @@ def simulate_batch(
     inputs
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
         that all members have; besides those of ``model.with_inputs``.  Python functions are not
-        taken, and with ``out`` no signals.
+        taken.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -76,6 +79,11 @@ def simulate_batch(
     until
         A crossing at which a member's run ends, with the status ``"stopped by an event"``:
         ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
+    events
+        Expressions, and :class:`mechc.Event` of expressions with their resets, as in
+        ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
+        how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
+        without one.  Not with ``until``, ``out``, ``client`` and inputs.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -106,11 +114,9 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    if out is not None and recipe.inputs.signals:
-        raise ValueOutOfBoundsError(
-            f"out: a batch in a folder takes no signals yet, and "
-            f"{', '.join(recipe.inputs.signals)} is one: leave out= away"
-        )
+    elsewhere = out is not None or client is not None
+    found = batch_events(system, recipe.span, events, until or "", elsewhere)
+    recipe = replace(recipe, events=found)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)

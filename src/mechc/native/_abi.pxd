@@ -1,6 +1,6 @@
 """The binary interface of compiled scenes, for the extensions that call them."""
 
-from mechc.native._inputs cimport mechc_inputs
+from mechc.native._inputs cimport mechc_inputs, mechc_shapes
 
 
 cdef extern from "abi/model.h":
@@ -70,6 +70,7 @@ cdef extern from "abi/model.h":
         ptrdiff_t first, last
         int columns, restart, project
         const double *directions
+        const mechc_shapes *shapes
         double *ends
         double *rates
 
@@ -82,6 +83,7 @@ cdef extern from "abi/model.h":
         const double *y
         int count
         const double *directions
+        const mechc_shapes *shapes
         double *columns
 
     ctypedef struct mechc_covariation:
@@ -91,6 +93,8 @@ cdef extern from "abi/model.h":
         ptrdiff_t first, last
         const double *sources
         double *covector
+        int columns
+        const mechc_shapes *shapes
         double *gradient
 
     ctypedef struct mechc_unit:

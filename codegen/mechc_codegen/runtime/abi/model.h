@@ -6,7 +6,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 10
+#define MECHC_ABI 11
 #define MECHC_CAPSULE "mechc.model.8"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */

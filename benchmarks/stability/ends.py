@@ -5,8 +5,8 @@ starts.  An end is at 10^-4 to 10^-12 s before or after a change point of the mo
 state of the exact motion as long before one, and the run goes on for two seconds.
 
 The judge integrates on the exact closure curve (references/closure_curve.py), where a change point
-is a point as any other, to the end, and from the start.  mechc's own run over the change point tells
-no more than its time, to choose the ends.
+is a point as any other, to the end, and from the start.  mechc's own run over the change point
+tells no more than its time, to choose the ends.
 """
 
 from __future__ import annotations

@@ -9,7 +9,8 @@ from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
-    MECHC_RUNNING, mechc_options, mechc_trajectory, mechc_unit
+    MECHC_PART_DRIVER, MECHC_PART_OUTPUTS, MECHC_RUNNING, mechc_options, mechc_trajectory,
+    mechc_unit
 )
 from mechc.native._driver cimport Scene
 from mechc.native._pieces cimport with_stack
@@ -151,6 +152,7 @@ cdef class Watch:
             raise ValueError("a direction is needed for every event")
         self.kept = scene, functions, p, scale
         self.stack = scene.stack
+        scene.need(MECHC_PART_DRIVER | MECHC_PART_OUTPUTS)
         if not mechc_watch_make(
             &self.watch, scene.unit, functions.unit, scene.coordinates, scene.speeds, scene.rows
         ):

@@ -23,6 +23,9 @@ ABOUT = {
     f"{NOT_RUN} not run, else a failure",
     "miss": "remaining closure error of loops that cannot close",
     "change_points": "change points crossed",
+    "sensitivity": "derivatives of the states at t_eval",
+    "sensitivity_final": "derivatives of the state at the end",
+    "sensitivity_max": "largest absolute value of the derivatives, at t_eval or the steps",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
 }
@@ -44,6 +47,8 @@ def to_dataset(
     coords: dict[str, Any] = {"state": [*system.coordinates, *system.speeds]}
     if len(recipe.t_eval):
         coords["time"] = ("time", recipe.t_eval, {"units": "s"})
+    if recipe.sensitivities:
+        coords["by"] = list(recipe.sensitivities)
     varied = recipe.varied()
     taken = {*variables, *coords}
     for key, name in netcdf_names(tuple(varied)).items():

@@ -32,8 +32,9 @@ class Batch:
     arrays
         Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
-        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.  Each is also an
-        attribute: ``batch.y0``, ``batch.steps``.
+        (n, nt, nq + nu); with sensitivities by k names ``sensitivity_final`` and
+        ``sensitivity_max`` (n, nq + nu, k), ``sensitivity`` (n, nt, nq + nu, k); a Zarr array
+        where the batch was streamed to a file.  Each is also an attribute: ``batch.y0``.
     """
 
     def __init__(
@@ -117,6 +118,9 @@ class Batch:
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")
+        if self.recipe.sensitivities:
+            none = int((self.ok & np.isnan(self["sensitivity_final"]).any(axis=(1, 2))).sum())
+            told += [f"{none} members have no derivative by some name: NaN"] if none else []
         return tuple(told)
 
     def to_xarray(self) -> Any:

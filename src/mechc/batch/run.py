@@ -14,9 +14,10 @@ from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
 from mechc.batch.driven import driven_by, evaluated, in_segments
 from mechc.batch.reductions import read_reduction, read_stop
+from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
-from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
+from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, FINISHED, LAST, LEAST, METHODS
 from mechc.native._driver import Scene
 from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.system.parameters import Array
@@ -74,6 +75,10 @@ def run_members(
         results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
         first = last
     results |= _histories(system, recipe, values, runs.at_times)
+    if recipe.sensitivities:
+        job = Members(system, recipe, values, y0, runs.status == FINISHED)
+        complete = complete and drive(job, threads)
+        results |= job.results
     return results, complete
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
+from mechc.batch.sensitivities import check_names
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
@@ -39,6 +40,7 @@ def simulate_batch(
     reduce: Sequence[str] | str = (),
     until: str | None = None,
     events: Sequence[Any] = (),
+    sensitivities: Sequence[Any] = (),
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
@@ -84,6 +86,14 @@ def simulate_batch(
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
         without one.  Not with ``until``, ``out``, ``client`` and inputs.
+    sensitivities
+        Names that derivatives of the states are by, as in ``simulate``, one number each:
+        parameters, coordinates and speeds that members are assembled with, inputs, values of
+        signals.
+        ``batch.sensitivity_final`` (n, nq + nu, k) has them at the end, ``batch.sensitivity_max``
+        their largest absolute values, ``batch.sensitivity`` (n, nt, nq + nu, k) at t_eval; NaN
+        where there is none.  Each member's motion is computed once more for them.  Not with
+        ``out``, ``until`` and ``events``.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -115,7 +125,9 @@ def simulate_batch(
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
     found = batch_events(system, events, until or "", out is not None or client is not None)
-    recipe = replace(recipe, events=found)
+    recipe = replace(recipe, events=found, sensitivities=tuple(names_of(sensitivities)))
+    if recipe.sensitivities:
+        check_names(system, recipe, out is not None)
     if out is not None and recipe.inputs.signals:
         raise ValueOutOfBoundsError(
             f"out: a batch in a folder takes no signals yet, and "

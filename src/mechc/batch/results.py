@@ -119,7 +119,8 @@ class Batch:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")
         if self.recipe.sensitivities:
-            none = int((self.ok & np.isnan(self["sensitivity_final"]).any(axis=(1, 2))).sum())
+            missing = np.isnan(self["sensitivity_final"]).reshape(len(self), -1).any(axis=1)
+            none = np.count_nonzero(np.logical_and(self.ok, missing))
             told += [f"{none} members have no derivative by some name: NaN"] if none else []
         return tuple(told)
 

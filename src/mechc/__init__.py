@@ -40,6 +40,7 @@ from mechc.simulation.status import ChangePoint, Status
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
     from mechc.export import export_c
@@ -88,12 +89,14 @@ __all__ = [
     "Sampled",
     "ScrewJoint",
     "Signal",
+    "Solid",
     "Solution",
     "Speed",
     "State",
     "Status",
     "StepError",
     "Stepper",
+    "Table",
     "UnavailableOutputError",
     "UniversalJoint",
     "UnknownNameError",
@@ -116,6 +119,7 @@ _LATER = {
     "Sampled": "mechc.inputs.sampled",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
+    "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
@@ -137,6 +141,7 @@ _DESCRIPTION = {
     "Parameter",
     "Quantity",
     "ScrewJoint",
+    "Solid",
     "Speed",
     "State",
     "UniversalJoint",

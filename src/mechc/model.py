@@ -107,6 +107,11 @@ class Model(Fits):
         return self.system.picture
 
     @property
+    def picture_in_space(self) -> Picture:
+        """The same with solids, springs and dampers, as ``sol.view()`` shows it."""
+        return self.system.picture_in_space
+
+    @property
     def capsule(self) -> object:
         """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
 

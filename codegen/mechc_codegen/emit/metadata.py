@@ -17,6 +17,7 @@ from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
 from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
 
@@ -122,7 +123,7 @@ def _smooth(program: Program, request: OutputRequest) -> bool:
     elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
     needed = symbols_of(elements)
     values = [s.value for s in slice_statements(program.body, needed)]
-    return not any(value.has(Abs, Step, Floor) for value in (*values, *elements))
+    return not any(value.has(Abs, Step, Floor, Lookup) for value in (*values, *elements))
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:

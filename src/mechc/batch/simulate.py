@@ -68,7 +68,7 @@ def simulate_batch(
     inputs
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
         that all members have; besides those of ``model.with_inputs``.  Python functions are not
-        taken, and with ``out`` no signals.
+        taken.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -128,11 +128,6 @@ def simulate_batch(
     recipe = replace(recipe, events=found, sensitivities=tuple(names_of(sensitivities)))
     if recipe.sensitivities:
         check_names(system, recipe, out is not None)
-    if out is not None and recipe.inputs.signals:
-        raise ValueOutOfBoundsError(
-            f"out: a batch in a folder takes no signals yet, and "
-            f"{', '.join(recipe.inputs.signals)} is one: leave out= away"
-        )
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)

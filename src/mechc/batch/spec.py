@@ -13,6 +13,7 @@ import numpy as np
 from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
 from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.inputs.signals import Signal
 from mechc.simulation.settings import Policy
 from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.names import by_name, without_unused
@@ -100,7 +101,7 @@ class Recipe:
         """All that decides the results, as JSON data; arrays by their hash."""
         policy = self.policy._asdict()
         del policy["dense"]
-        signals = {n: [_hash(x) for x in s.pieces] for n, s in self.inputs.signals.items()}
+        signals = {n: _told_signal(s) for n, s in sorted(self.inputs.signals.items())}
         driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
         return {
             **(driven if self.inputs != NONE else {}),
@@ -126,6 +127,11 @@ def _cut(columns: Columns, first: int, last: int) -> Columns:
 
 def _told(columns: Columns) -> dict[str, Any]:
     return {n: _hash(c) if np.ndim(c) else float(c) for n, c in sorted(columns.items())}
+
+
+def _told_signal(signal: Signal) -> dict[str, Any]:
+    words, arrays = signal.parts
+    return {**words, **{name: _hash(values) for name, values in arrays.items()}}
 
 
 def _hash(values: Array | None) -> str | None:

@@ -159,6 +159,11 @@ def _run(chosen: argparse.Namespace) -> int:
             page = _write_view(sol, folder) if chosen.open else folder / "animation.html"
         if chosen.open:
             _open_in_browser(page)
+    if chosen.view is not None:
+        with ProgressBar("drawing the view"):
+            saved = sol.view().save(chosen.view)
+        if not chosen.json:
+            print(f"written: {saved.resolve()}")
     if sol.status.code == "interrupted":
         return INTERRUPTED
     return 0 if sol.status.ok else FAILED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from copy import copy
 from math import comb, factorial, perm
 from typing import Any
@@ -17,6 +18,9 @@ SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuo
 HIGHEST = 5
 CONTINUOUS = 1e-9  # of the largest value of a derivative
 FAR = 1e300  # s; the begin of a piece that is held
+
+
+PARTS = ("times", "values", "knots", "coefficients")  # the arrays that a signal consists of
 
 
 class Signal:
@@ -103,6 +107,42 @@ class Signal:
             return None
         found = [signal for signal in map(cls.of_interpolant, columns) if signal is not None]
         return found if len(found) == len(columns) else None
+
+    @property
+    def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
+        """What it is made of, for a file: data for JSON, and arrays."""
+        words = {"kind": self.kind, "outside": self.outside, "at_samples": self._at_samples}
+        arrays = {"times": self.times, "values": self.values}
+        arrays |= {"knots": self._knots, "coefficients": self._coefficients}
+        return {**words, "smoothness": self._smoothness}, arrays
+
+    @classmethod
+    def from_parts(cls, words: Mapping[str, Any], arrays: Mapping[str, Array]) -> Signal:
+        """The signal of :attr:`parts`, with the same values to the last bit.
+
+        Raises
+        ------
+        ValueError
+            If no signal has such parts.
+        """
+        signal = object.__new__(Signal)
+        signal.kind, signal.outside = str(words["kind"]), words["outside"]
+        signal._at_samples, signal._smoothness = words["at_samples"], words["smoothness"]
+        signal.times, signal.values = arrays["times"], arrays["values"]
+        signal._knots, signal._coefficients = arrays["knots"], arrays["coefficients"]
+        if not signal._is_sound():
+            raise ValueError("a signal whose parts do not fit")
+        return signal
+
+    def _is_sound(self) -> bool:
+        knots, factors = self._knots, self._coefficients
+        rows = (self.times, self.values, knots)
+        fits = all(row.dtype == np.float64 and row.ndim == 1 and len(row) for row in rows)
+        fits = fits and factors.dtype == np.float64 and factors.ndim == 2
+        fits = fits and len(factors) == len(knots) and 1 <= factors.shape[1] <= HIGHEST + 1
+        known = self.outside in ("hold", "refuse") and type(self._at_samples) is bool
+        known = known and type(self._smoothness) is int
+        return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
 
     def _continuous_derivatives(self) -> int:
         """By the jumps at the knots, to rounding."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ class Columns:
     def count(self) -> int:
         return int(self.parameters.shape[1])
 
-    @property
+    @cached_property
     def directions(self) -> Array:
         """Parameters and then inputs, (np + ni, k)."""
         return np.ascontiguousarray(np.vstack([self.parameters, self.inputs]))
@@ -62,6 +63,8 @@ class Columns:
 
     def names_among(self, marked: Array) -> list[str]:
         """The names of which a column is marked, of (k,) flags."""
+        if not marked.any():
+            return []
         return [name for name in self.names if np.any(marked[self.places[name]])]
 
     def of(
@@ -70,14 +73,29 @@ class Columns:
         """An array's derivative along the columns, (n, rows, k); None where none changes it."""
         parts = [
             system.evaluate(name, y, values, t) @ directions
-            for name, directions in ((by_parameters, self.parameters), (by_inputs, self.inputs))
-            if directions.any() and name in system.scene.outputs
+            for name, directions in zip((by_parameters, by_inputs), self._changing, strict=True)
+            if directions is not None and name in system.scene.outputs
         ]
         if self.samples is not None and by_inputs in system.scene.outputs:
             slopes = system.evaluate(by_inputs, y, values, t)
             parts.append(np.zeros((*slopes.shape[:-1], self.count)))
             self.samples.add(slopes, t, parts[-1])
         return sum(parts[1:], parts[0]) if parts else None
+
+    def at_state(
+        self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: float
+    ) -> Array | None:
+        """The same at one state (nx,): (rows, k)."""
+        if self.samples is None:
+            return self.of(system, by_parameters, by_inputs, y, values, t)
+        found = self.of(system, by_parameters, by_inputs, y[None], values, t)
+        return None if found is None else np.asarray(found[0])
+
+    @cached_property
+    def _changing(self) -> tuple[Array | None, Array | None]:
+        """Parameters and inputs; None where no column changes them."""
+        parameters, inputs = self.parameters, self.inputs
+        return parameters if parameters.any() else None, inputs if inputs.any() else None
 
 
 def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:

@@ -118,10 +118,10 @@ class System(Description):
         return other
 
     kept: dict[Any, Any]
-    drawn: Callable[[System], Picture] | None = None
+    drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
-    def drawn_by(self, drawn: Callable[[System], Picture], *, more: bool = False) -> System:
+    def drawn_by(self, drawn: Callable[..., Picture], *, more: bool = False) -> System:
         """The same system with a picture made when it is asked for; ``more``: always by it."""
         other = self.replaced_scene(self.scene)
         other.drawn, other.draws_more = drawn, more
@@ -161,6 +161,16 @@ class System(Description):
             self.kept[Picture] = self._picture()
         found: Picture = self.kept[Picture]
         return found
+
+    @property
+    def picture_in_space(self) -> Picture:
+        """With solids, springs and dampers where the description is known; else ``picture``."""
+        if "space" not in self.kept:
+            found = None if self.drawn is None else self.drawn(self, in_space=True)
+            seen = found is not None and bool(found.skeleton or found.solids)
+            self.kept["space"] = found if seen else self.picture
+        kept: Picture = self.kept["space"]
+        return kept
 
     def _picture(self) -> Picture:
         own = Picture(

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from mechc.results.view.page import view
+from mechc.results.view.motion import encoded
+from mechc.results.view.page import View, view, view_data
 from tests.support import fake_linkage
-from tests.support.browser import OpenPage, opened_browser
 from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+from tests.support.trust.browser import OpenPage, opened_browser
 
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
 pytestmark = pytest.mark.slow
@@ -139,6 +141,40 @@ def test_other_controls(opened: OpenPage) -> None:
     assert opened.text("#said") == "Follow crank."
     page.click("#whole")
     opened.wait_for("document.fullscreenElement !== null")
+
+
+def with_all_kinds() -> View:
+    """A view with every kind of solid, a spring, a damper and an arrow."""
+    data = view_data(fake_linkage.run(1.0))
+    sizes = {"ball": [0.3], "box": [0.4, 0.2, 0.3], "disc": [0.3, 0.1], "wheel": [0.5], "mass": []}
+    solids = [{"kind": k, "label": k, "name": k, "sizes": s} for k, s in sizes.items()]
+    triangle = encoded(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 1]]))
+    mesh = {"kind": "mesh", "label": "part", "name": "part", "sizes": [1], "triangles": triangle}
+    solids += [mesh, {**solids[1], "inferred": True}]
+    rows = np.zeros((data["frames"], len(solids), 7))
+    rows[..., 1], rows[..., 6] = 0.2 * np.arange(len(solids)), 1.0  # above each other
+    force = encoded(np.ones((data["frames"], 3)))
+    arrow = {"label": "reaction", "at": encoded(0 * rows[:, 0, :3]), "force": force, "usual": 1.0}
+    struts = [
+        {"kind": "spring", "label": "spring", "points": [0, 2]},
+        {"kind": "damper", "label": "damper", "points": [1, 3]},
+    ]
+    more = {"solids": solids, "placed": encoded(rows), "struts": struts, "arrows": [arrow]}
+    return View({**data, **more})
+
+
+def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
+    found = OpenPage(browser, with_all_kinds().save(tmp_path / "view.html"))
+    found.settle()
+    seen = [found.picture()]
+    for key, told in (("b", "Bodies hidden."), ("v", "Reactions hidden."), ("g", "Grid hidden.")):
+        found.page.keyboard.press(key)
+        found.settle()
+        assert found.text("#said") == told
+        seen.append(found.picture())
+    assert len(set(seen)) == len(seen)
+    assert found.messages == []
+    found.context.close()
 
 
 @pytest.mark.parametrize("width", [1400, 360])

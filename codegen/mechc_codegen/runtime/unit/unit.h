@@ -4,6 +4,7 @@
 
 #include "abi/model.h"
 #include "abi/run.h"
+#include "adjoint/covary.h"
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
@@ -16,7 +17,6 @@
 #include "run/trajectory.h"
 #include "stepping/start.h"
 #include "unit/evaluate.h"
-#include "variational/covary.h"
 #include "variational/project_columns.h"
 
 static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)

@@ -175,7 +175,8 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     mechc_end_tangents(&w->given, v->trajectory, step, count, d, w->tangents);
     for (int n = 0; n < count; n++, step++) {
         const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
-        mechc_take_nodes(method, rule, v->trajectory, step, &w->given, d, &w->nodes);
+        mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
+        mechc_linearise_nodes(rule, &w->given, d, &w->nodes);
         whole &= mechc_collocation_of(rule, w->nodes.kept, d->width)(
             rule, &w->nodes, h, d, w->tangents + n * d->block, w->before, w->room, w->rows,
             w->after, mechc_rates_of(v, step, rule->stages));

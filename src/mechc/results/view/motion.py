@@ -14,7 +14,6 @@ import numpy as np
 
 from mechc.results.sampling import Run, clean_text, pretty_name
 from mechc.system.parameters import Array
-from mechc.system.picture import Picture
 
 MOST_MARKS: Final = 400
 FLAT: Final = 1e-9  # of the size: a motion that stays in a plane
@@ -41,7 +40,7 @@ def points_data(run: Run, positions: Array) -> dict[str, Any]:
         ],
         "ground": [number[name] for name in run.ground],
         "traced": [number[name] for name in run.traced],
-        **_axes(shown, positions),
+        **_axes(run, positions),
     }
 
 
@@ -54,19 +53,27 @@ def _middle(positions: Array) -> Array:
 # --- axes ------------------------------------------------------------------------------------
 
 
-def _axes(shown: Picture, positions: Array) -> dict[str, Any]:
+def _axes(run: Run, positions: Array) -> dict[str, Any]:
     """The directions to the right and up, and whether all stays in the plane of the two.
 
     Up is against the weight where it is known, else the upper axis of the picture's view.
     """
-    size = float(np.abs(positions).max(initial=0.0))
+    shown, size = run.picture, float(np.abs(positions).max(initial=0.0))
     flat = bool(np.abs(positions[..., 2]).max(initial=0.0) <= FLAT * size)
     right, up = shown.view or (("x", "y") if flat else ("x", "z"))
     across, upwards = _direction(right), _direction(up)
-    if shown.up is not None and not flat:
-        upwards = np.asarray(shown.up, dtype=float)
+    weight = _weight(run)
+    if not flat and weight.any():
+        upwards = -weight / np.linalg.norm(weight)
         across = _beside(upwards, across)
     return {"right": across.tolist(), "up": upwards.tolist(), "flat": flat}
+
+
+def _weight(run: Run) -> Array:
+    """The acceleration of free fall, zero where none is known."""
+    weight = run.picture.weight
+    found = np.zeros(3) if weight is None else weight(run.solution.params)
+    return found if np.isfinite(found).all() else np.zeros(3)
 
 
 def _direction(axis: str) -> Array:
@@ -75,7 +82,7 @@ def _direction(axis: str) -> Array:
 
 def _beside(up: Array, wanted: Array) -> Array:
     """The unit vector nearest to the wanted one that is perpendicular to ``up``."""
-    choices = [wanted, *map(np.array, UP.values())]
+    choices = [wanted, *map(np.array, UP.values())]  # one of these is never along ``up``
     beside = next(c - up * (c @ up) for c in choices if np.linalg.norm(np.cross(c, up)) > 0.1)
     return np.asarray(beside / np.linalg.norm(beside))
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import html
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -30,8 +29,11 @@ from mechc.results.animation import (
     while_finite,
 )
 from mechc.results.sampling import Run, SolutionLike, clean_text, covered
+from mechc.results.view.arrows import arrows
 from mechc.results.view.motion import marks, points_data
+from mechc.results.view.pictures import WRITERS, drawn, picture_order
 from mechc.results.view.plots import panels
+from mechc.results.view.solids import solids_data
 from mechc.results.view.three_js import three_js
 from mechc.system.parameters import Array
 from mechc.system.picture import Picture
@@ -40,35 +42,83 @@ MOST_FRAMES: Final = 1500
 FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
 SCRIPTS: Final = (
-    *("data", "theme", "solids", "camera", "stage", "body", "trails", "plots"),
-    *("player", "panel", "main"),
+    *("data", "theme", "solids", "camera", "stage", "body", "arrows", "trails", "plots"),
+    *("player", "panel", "export", "main"),
 )
 
 
-@dataclass(frozen=True)
 class View:
-    """A page that shows a motion in space; a notebook displays it."""
+    """A page that shows a motion in space; a notebook displays it.
 
-    html: str
+    Attributes
+    ----------
+    data
+        What the page's script reads.
+    """
+
+    def __init__(self, data: dict[str, Any]) -> None:
+        self.data = data
+
+    @cached_property
+    def html(self) -> str:
+        """The page."""
+        return page(self.data)
 
     def __repr__(self) -> str:
         return f"<mechc view, {len(self.html) / 1024:.0f} KiB of HTML: save(path) writes it>"
 
-    def save(self, path: str | Path) -> Path:
-        """Write the page to a file, its folder made if missing; returns the path.
+    def save(
+        self,
+        path: str | Path,
+        *,
+        t: float | None = None,
+        fps: float = 25.0,
+        speed: float = 1.0,
+        size: tuple[int, int] = (960, 640),
+        camera: str | None = None,
+        theme: str = "light",
+    ) -> Path:
+        """Write the page as .html, a picture as .png, a film as .gif or .mp4; returns the path.
+
+        The folder is made if missing.  Pictures are drawn by a browser of the Chromium family that
+        is installed; an MP4 is encoded by ffmpeg.
+
+        Parameters
+        ----------
+        t
+            Of a picture: its time in s, by default the start.
+        fps, speed
+            Of a film: pictures a second, 900 at most in all, and simulated seconds a second.
+        size
+            Width and height in dots.
+        camera
+            ``"front"``, ``"back"``, ``"top"``, ``"side"`` or ``"isometric"``; by default front for
+            a motion in a plane, else isometric.
+        theme
+            ``"light"`` or ``"dark"``.
 
         Raises
         ------
         ValueOutOfBoundsError
-            If the name of the file does not end in .html.
+            For another kind of file, and for a time, size or speed that cannot be.
+        MissingPackageError
+            If there is no browser, or no encoder for an MP4.
         """
         target = Path(path)
-        if target.suffix.lower() not in (".html", ".htm"):
+        kind = target.suffix.lower().lstrip(".")
+        if kind not in ("html", "htm", *WRITERS):
             raise ValueOutOfBoundsError(
-                f"the view is a page: save it as .html, not as {target.name!r}"
+                f"a view is saved as .html, .png, .gif or .mp4, not as {target.name!r}"
             )
         target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(self.html, encoding="utf-8", newline="\n")
+        if kind in WRITERS:
+            order = picture_order(
+                self.data, kind, t=t, fps=fps, speed=speed, size=size, camera=camera, theme=theme
+            )
+            asked = {**self.data, "export": order, "theme": theme}
+            WRITERS[kind](drawn(page(asked)), target, fps)
+        else:
+            target.write_text(self.html, encoding="utf-8", newline="\n")
         return target
 
     def _repr_html_(self) -> str:
@@ -82,7 +132,8 @@ class View:
 
 def view(sol: SolutionLike, *, fps: float = 60.0) -> View:
     """The motion as a `View`: show it in a notebook, or ``.save(path)`` it."""
-    return View(page(view_data(sol, fps=fps)))
+    three_js()  # is missing now, not when the page is displayed
+    return View(view_data(sol, fps=fps))
 
 
 class SpaceRun(Run):
@@ -91,7 +142,8 @@ class SpaceRun(Run):
     @cached_property
     def picture(self) -> Picture:
         """What is drawn of the model."""
-        return getattr(self.model, "picture_in_space", self.model.picture)
+        found: Picture = getattr(self.model, "picture_in_space", self.model.picture)
+        return found
 
 
 # --- data ------------------------------------------------------------------------------------
@@ -108,13 +160,16 @@ def view_data(sol: SolutionLike, *, fps: float = 60.0) -> dict[str, Any]:
     run = while_finite(_frames(sol, fps))
     span = float(run.t[-1] - run.t[0])
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
+    placed = points_data(run, _finite_positions(run))
     return {
         "title": clean_text(run.model.title or run.model.name, 100),
         "notes": [note for note in (step_note(step, fps), status_note(run)) if note],
         "start": float(run.t[0]),
         "step": step,
         "frames": len(run.t),
-        **points_data(run, _finite_positions(run)),
+        **placed,
+        **solids_data(run, np.array(placed["origin"])),
+        "arrows": arrows(run, np.array(placed["origin"])),
         "marks": marks(run),
         "panels": panels(run),
         **speed_choices(span),

@@ -93,7 +93,7 @@ def test_frames_a_second_are_positive(fps: float) -> None:
 def test_it_is_saved_as_a_page_and_displayed_in_a_frame(tmp_path: Any) -> None:
     view = pages.view(run())
     assert view.save(tmp_path / "made" / "view.html").read_text("utf-8") == view.html
-    with pytest.raises(ValueOutOfBoundsError, match=r"\.html"):
+    with pytest.raises(ValueOutOfBoundsError, match=r"\.html, \.png"):
         view.save(tmp_path / "view.txt")
     assert 'sandbox="allow-scripts allow-downloads"' in view._repr_html_()
     assert "<script" not in view._repr_html_()  # all of it is escaped in srcdoc

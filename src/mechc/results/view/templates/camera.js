@@ -52,11 +52,21 @@ function seenPoints(at) {
   const frames = Math.max(1, Math.floor(motion.frames / 120)), list = [], shift = new THREE.Vector3();
   for (let f = 0; f < motion.frames; f += frames) {
     if (followed >= 0) { followCentre(f, shift).sub(followCentre(at, spare2)); }
-    for (let k = 0; k < pointCount; k += 1) {
-      list.push(world.localToWorld(place(k, f, new THREE.Vector3())).sub(shift));
-    }
+    eachBody(f, function (position, support) { list.push({ p: position.clone().sub(shift), support: support }); });
   }
-  return list.length ? list : [new THREE.Vector3()];
+  return list.length ? list : [{ p: new THREE.Vector3(), support: pointSupport }];
+}
+function pointSupport() { return 1.6 * unit; }
+function eachBody(f, use) {
+  // Points and solids in world coordinates, with how far they reach in a direction.
+  const position = new THREE.Vector3();
+  for (let k = 0; k < pointCount; k += 1) { use(world.localToWorld(place(k, f, position)), pointSupport); }
+  motion.solids.forEach(function (solid, k) {
+    const turn = new THREE.Quaternion();
+    placeSolid(k, f, position, turn);
+    turn.premultiply(world.quaternion);
+    use(world.localToWorld(position), function (direction) { return supportOf(solid, turn, direction); });
+  });
 }
 const spare2 = new THREE.Vector3();
 function runBox() {
@@ -68,27 +78,28 @@ function runBox() {
 function bodySize() {
   const box = new THREE.Box3();
   for (let k = 0; k < pointCount; k += 1) { box.expandByPoint(place(k, 0, spare)); }
-  return box.isEmpty() ? 1 : box.getSize(spare).length() || unit * 60;
+  return Math.max(2 * reach, box.isEmpty() ? 1 : box.getSize(spare).length() || 60 * unit);
 }
 function fitFor(direction, at) {
   // The nearest position in a direction from which all that moves is within the picture.
   const out = direction.clone().normalize(), right = new THREE.Vector3(), up = new THREE.Vector3();
   right.crossVectors(UP, out).normalize();
   up.crossVectors(out, right);
-  const points = seenPoints(at), margin = solidReach() + 1.5 * unit;
+  const points = seenPoints(at);
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  points.forEach(function (p) {
-    [right, up, out].forEach(function (axis, k) {
-      const x = p.dot(axis);
-      low[k] = Math.min(low[k], x); high[k] = Math.max(high[k], x);
+  points.forEach(function (item) {
+    item.at = [right, up, out].map(function (axis) { return item.p.dot(axis); });
+    item.size = [right, up, out].map(item.support);
+    item.at.forEach(function (x, k) {
+      low[k] = Math.min(low[k], x - item.size[k]); high[k] = Math.max(high[k], x + item.size[k]);
     });
   });
   const mid = low.map(function (x, k) { return (x + high[k]) / 2; });
   const tall = 0.92 * Math.tan(FIELD / 2), wide = tall * camera.aspect;
   let distance = 4 * unit;
-  points.forEach(function (p) {
-    const x = Math.abs(p.dot(right) - mid[0]) + margin, y = Math.abs(p.dot(up) - mid[1]) + margin;
-    distance = Math.max(distance, p.dot(out) - mid[2] + margin + Math.max(x / wide, y / tall));
+  points.forEach(function (item) {
+    const x = Math.abs(item.at[0] - mid[0]) + item.size[0], y = Math.abs(item.at[1] - mid[1]) + item.size[1];
+    distance = Math.max(distance, item.at[2] - mid[2] + item.size[2] + Math.max(x / wide, y / tall));
   });
   const target = right.multiplyScalar(mid[0]).addScaledVector(up, mid[1]).addScaledVector(out, mid[2]);
   return { target: target, position: target.clone().addScaledVector(out, distance) };

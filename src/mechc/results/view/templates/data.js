@@ -8,6 +8,7 @@ function floats(text) {
   return new Float32Array(bytes.buffer);
 }
 const tracks = floats(motion.tracks), pointCount = motion.points.length;
+const placed = floats(motion.placed), solidCount = motion.solids.length;  // x, y, z and a quaternion
 
 function fractionAt(elapsed) {
   return motion.step > 0 ? Math.max(0, Math.min(elapsed / motion.step, motion.frames - 1)) : 0;
@@ -29,6 +30,16 @@ function place(point, at, out) {
     cubic(tracks, width, 3 * point, at), cubic(tracks, width, 3 * point + 1, at),
     cubic(tracks, width, 3 * point + 2, at)
   );
+}
+function placeSolid(solid, at, position, turn) {
+  const width = 7 * solidCount, column = 7 * solid;
+  position.set(cubic(placed, width, column, at), cubic(placed, width, column + 1, at), cubic(placed, width, column + 2, at));
+  const i = Math.floor(at), s = at - i, a = i * width + column + 3;
+  const b = Math.min(motion.frames - 1, i + 1) * width + column + 3;
+  turn.set(
+    placed[a] + s * (placed[b] - placed[a]), placed[a + 1] + s * (placed[b + 1] - placed[a + 1]),
+    placed[a + 2] + s * (placed[b + 2] - placed[a + 2]), placed[a + 3] + s * (placed[b + 3] - placed[a + 3])
+  ).normalize();
 }
 function number(value, digits) {
   const text = Math.abs(value).toFixed(digits);

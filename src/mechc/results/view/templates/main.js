@@ -7,6 +7,9 @@ if (startStage()) {
   addLinks();
   addJoints();
   addGround();
+  addStruts();
+  addSolids();
+  addArrows();
   addTrails();
   startCamera(canvas);
   addViews();
@@ -15,6 +18,10 @@ if (startStage()) {
     + " links in space; arrow keys turn the view, plus and minus come nearer");
 }
 readTheme();
+if (motion.export && renderer) {
+  exportPictures(motion.export);
+  throw new Error("The pictures are drawn.");  // nothing else of the page is needed
+}
 resize();
 if (renderer) { seeView(homeView, 0, true); }
 setSpeed(state.speed);

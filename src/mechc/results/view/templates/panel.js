@@ -47,7 +47,9 @@ function toggle(text, key, on, use) {
 const keyed = {};
 function addShows() {
   if (trails.length) { keyed.r = toggle("Traces", "(r)", true, showTraces); }
-  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { grid.visible = found("scale").hidden = on; found("scale").hidden = !on; redraw(); }); }
+  if (inferred.length) { keyed.b = toggle("Bodies", "(b): uniform bodies with the inertia that is known", true, showInferred); }
+  if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", true, showArrows); }
+  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { grid.visible = on; found("scale").hidden = !on; redraw(); }); }
 }
 function fullScreen() {
   if (document.fullscreenElement) { document.exitFullscreen(); return; }

@@ -25,7 +25,7 @@ function addLine(chart, line, i, legend) {
   const values = floats(line.values), button = element("button", "", legend);
   const swatch = element("canvas", "", button);
   element("b", line.name, button).style.fontWeight = "500";
-  const made = { name: line.name, values: values, index: i, shown: true, swatch: swatch, told: element("span", "", button) };
+  const made = { name: line.name, dash: line.dash, values: values, index: i, shown: true, swatch: swatch, told: element("span", "", button) };
   let largest = 0;
   for (let k = 0; k < values.length; k += 1) { largest = Math.max(largest, Math.abs(values[k])); }
   made.digits = chart.panel.unit === "\u00b0" ? 1 : digitsFor(largest);
@@ -54,8 +54,9 @@ function listen(chart) {
 function lineStyle(brush, line) {
   const palette = look.palette;
   brush.strokeStyle = palette[line.index % palette.length];
-  brush.setLineDash(DASHES[Math.floor(line.index / palette.length) % DASHES.length]);
   brush.lineWidth = 1.6;
+  brush.setLineDash(line.dash.length ? [1.6 * line.dash[1], 1.6 * line.dash[2]] : DASHES[Math.floor(line.index / palette.length) % DASHES.length]);
+  brush.lineDashOffset = line.dash.length ? 1.6 * line.dash[0] : 0;
 }
 function sharp(canvas, brush, shown) {
   // As many dots as the screen has where it is shown; returns its size there.

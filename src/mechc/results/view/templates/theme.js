@@ -31,7 +31,9 @@ function mixed(first, second, part) {
 }
 function colourOf(index, count) {
   // Long chains: an ordered ramp from blue to orange, not a carousel of colours.
-  if (count <= look.palette.length) { return look.palette[index]; }
-  return mixed(look.palette[0], look.palette[1], index / (count - 1));
+  if (count <= look.palette.length || motion.links.length <= look.palette.length) {
+    return look.palette[index % look.palette.length];
+  }
+  return mixed(look.palette[0], look.palette[1], Math.min(1, index / (motion.links.length - 1)));
 }
 darkSystem.addEventListener("change", readTheme);

@@ -13,6 +13,9 @@ import pytest
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 SOFTWARE = ("--no-sandbox", "--use-angle=swiftshader", "--ignore-gpu-blocklist")
 
+TWO_FRAMES = """new Promise(done => requestAnimationFrame(
+    () => requestAnimationFrame(() => setTimeout(done, 20))))"""
+
 
 @contextmanager
 def opened_browser() -> Iterator[Any]:
@@ -68,4 +71,4 @@ class OpenPage:
 
     def settle(self) -> None:
         """Wait until what was asked for is drawn."""
-        self.page.evaluate("new Promise(done => setTimeout(done, 50))")
+        self.page.evaluate(TWO_FRAMES)

@@ -37,6 +37,7 @@ from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
 from mechc.simulation.status import ChangePoint, Status
+from mechc.simulation.stops import Stop
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
@@ -96,6 +97,7 @@ __all__ = [
     "Status",
     "StepError",
     "Stepper",
+    "Stop",
     "Table",
     "UnavailableOutputError",
     "UniversalJoint",

@@ -43,7 +43,9 @@ def emit(
     texts = {
         **program_texts(functions, metadata),
         "scene_model.c": model_source(functions, metadata, sets),
-        "scene_outputs_only.c": template("outputs_only.c.in").substitute(unit=sets[-1].name),
+        "scene_outputs_only.c": template("outputs_only.c.in").substitute(
+            unit=sets[-1].name, lanes=sets[-1].lanes
+        ),
     }
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}

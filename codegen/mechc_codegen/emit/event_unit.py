@@ -32,10 +32,13 @@ class EventExpressions:
     ----------
     reset
         Place in the state -> its value after the event, all others stay; None without a reset.
+    restitution
+        Of a stop, whose gap is the value; None for other events.
     """
 
     value: Expr
     reset: Mapping[int, Expr] | None = None
+    restitution: Expr | None = None
 
 
 def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) -> str:
@@ -50,10 +53,14 @@ def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) 
     for number, event in enumerate(events):
         names = [f"mechc_value_{number}", f"mechc_slopes_{number}"]
         functions += [_value(names[0], event.value), _slopes(names[1], event.value, width)]
+        names += ["NULL", "NULL"]
         if event.reset is not None:
-            names.append(f"mechc_reset_{number}")
+            names[2] = f"mechc_reset_{number}"
             functions.append(_reset(names[2], event.reset, width))
-        table.append(f"    {{{', '.join([*names, 'NULL'][:3])}}},")
+        if event.restitution is not None:
+            names[3] = f"mechc_restitution_{number}"
+            functions.append(_value(names[3], event.restitution))
+        table.append(f"    {{{', '.join(names)}}},")
     text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
     return Template(text).substitute(
         functions="\n\n".join(functions), table="\n".join(table), width=width,

@@ -12,6 +12,7 @@ from mechc.simulation.expression_events import (
     compile_all,
     is_compilable,
 )
+from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -24,7 +25,9 @@ class BatchEvents(NamedTuple):
     terminal: Array
 
 
-def batch_events(system: System, given: Any, until: str, elsewhere: bool) -> BatchEvents | None:
+def batch_events(
+    system: System, span: tuple[float, float], given: Any, until: str, elsewhere: bool
+) -> BatchEvents | None:
     """The events of a batch; ``elsewhere``: it is computed or kept outside this process.
 
     Raises
@@ -52,6 +55,8 @@ def batch_events(system: System, given: Any, until: str, elsewhere: bool) -> Bat
             "events of a batch run in compiled code: they need a C compiler, and functions that "
             "have a form in C"
         )
+    if any(isinstance(event.reset, StopReset) for event in events):
+        refuse_stops(system, span, compiled=True)
     return BatchEvents(functions, *directions_of(events))
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -17,8 +16,12 @@ from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
+<<<<<<< HEAD
 from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, FINISHED, LAST, LEAST, METHODS
 from mechc.native._driver import Scene
+=======
+from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
+>>>>>>> main
 from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -43,12 +46,11 @@ def run_members(
     Each is the same run as ``model.simulate``, so the states are the same to the last bit for any
     number of threads.  Ctrl-C keeps the finished members.
     """
-    # waits for the background compilation; from here on outputs have its numbering
-    unit = _unit(system.scene.capsule, system.instruction_set)
+    unit = system.scene.of_members
     system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
-    y0, assembled, miss, complete = _starts(system, recipe, values, length, threads)
+    y0, assembled, miss, complete = starts(system, recipe, values, length, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
@@ -82,12 +84,6 @@ def run_members(
     return results, complete
 
 
-@cache
-def _unit(capsule: object, instruction_set: str) -> Any:
-    """The compiled scene, for the loop over members."""
-    return Scene(capsule, instruction_set)
-
-
 def parameter_rows(system: System, recipe: Recipe) -> Array:
     """All parameters of every member (n, np)."""
     values = np.zeros((recipe.count, len(system.parameters)))
@@ -116,7 +112,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
     }
 
 
-def _starts(
+def starts(
     system: System, recipe: Recipe, values: Array, length: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, and the gap of the others."""

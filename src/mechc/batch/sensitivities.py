@@ -34,6 +34,11 @@ def check_names(system: System, recipe: Recipe, elsewhere: bool) -> None:
         raise ValueOutOfBoundsError(
             "a batch with sensitivities takes none of out=, until= and events= yet"
         )
+    if recipe.inputs.controllers:
+        raise ValueOutOfBoundsError(
+            "how a controller depends on the state is not known, so a batch with mechc.Sampled has "
+            "no sensitivities"
+        )
     if not recipe.count:
         return
     driven, first = _driven(system, recipe, 0), system.parameter_set.resolve(_params(recipe, 0))

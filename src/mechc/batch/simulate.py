@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.batch.controlled import run_controlled
 from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
@@ -67,8 +68,9 @@ def simulate_batch(
         Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
     inputs
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
-        that all members have; besides those of ``model.with_inputs``.  Python functions are not
-        taken.
+        that all members have; besides those of ``model.with_inputs``.  A :class:`mechc.Sampled`
+        controller, or a list of them (n,), one a member; they are called for one member after
+        another.  Other Python functions are not taken.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -124,8 +126,13 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    found = batch_events(system, events, until or "", out is not None or client is not None)
+    elsewhere = out is not None or client is not None
+    found = batch_events(system, recipe.span, events, until or "", elsewhere)
     recipe = replace(recipe, events=found, sensitivities=tuple(names_of(sensitivities)))
+    if recipe.inputs.controllers and (out is not None or client is not None):
+        raise ValueOutOfBoundsError(
+            "sampled controllers are functions of this process: leave out= and client= away"
+        )
     if recipe.sensitivities:
         check_names(system, recipe, out is not None)
     workers = _checked_threads(threads)
@@ -221,8 +228,9 @@ def _compute_here(
     report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
     done = recipe.count - sum(last - first for first, last in ranges)
+    members = run_controlled if recipe.inputs.controllers else run_members
     for first, last in ranges:
-        found, complete = run_members(
+        found, complete = members(
             system, recipe.cut(first, last), threads, partial(_report_more, report, done)
         )
         done += last - first
@@ -250,7 +258,8 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    return Batch(system, recipe, arrays, complete)
+    kept = recipe.inputs._replace(controllers={})  # functions, which are not kept
+    return Batch(system, replace(recipe, inputs=kept), arrays, complete)
 
 
 def _empty(values: Array, count: int) -> Array:

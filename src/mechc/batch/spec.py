@@ -179,6 +179,8 @@ def checked_recipe(
     check_driven(system, given, np.append(t_eval, span), states is None)
     every = {**columns, **coordinates, **speeds, **given.numbers}
     every |= {"y0": states} if states is not None else {}
+    for names, several in given.controllers.items():
+        every |= {", ".join(names): np.zeros(len(several))} if len(several) > 1 else {}
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)

@@ -270,11 +270,11 @@ def _cache(chosen: argparse.Namespace) -> int:
     if chosen.clear:
         print(f"removed {cache.clear()} compiled scenes from {cache.cache_folder()}")
         return 0
-    found = cache.entries()
+    found = cache.scenes()
     print(f"{cache.cache_folder()}: {len(found)} compiled scenes")
-    for folder in found:
-        size = sum(path.stat().st_size for path in folder.iterdir())
-        print(f"  {folder.name[:16]}  {size / 1024:.0f} KiB")
+    for key, folders in found.items():
+        size = sum(path.stat().st_size for folder in folders for path in folder.iterdir())
+        print(f"  {key[:16]}  {size / 1024:.0f} KiB")
     return 0
 
 

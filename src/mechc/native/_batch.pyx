@@ -6,7 +6,9 @@ import numpy as np
 from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
-    MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
+    MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT,
+    MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of, mechc_unit,
+    mechc_with_stack
 )
 from mechc.native._driver cimport Scene
 from mechc.native._events cimport EventFunctions, mechc_event_unit
@@ -74,6 +76,16 @@ cdef void work_on_batch(void *given) noexcept nogil:
     job.made = mechc_batch_work(job.batch)
 
 
+cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep, bint quantities):
+    """The parts of a unit that such runs may come to: none waits for one under way."""
+    cdef int parts = MECHC_PART_DRIVER | mechc_part_of_method(options.method)
+    if scene.holonomic or lockstep:
+        parts |= MECHC_PART_EXPLICIT
+    if options.may_stiffen:
+        parts |= MECHC_PART_IMPLICIT
+    return parts | (MECHC_PART_OUTPUTS if quantities else 0)
+
+
 cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
@@ -134,6 +146,8 @@ cdef class Runs:
                 raise ValueError("a flag is needed for every member")
             batch.assembled = &closed[0]
         self._choose(options)
+        scene.need(parts_of_batch(scene, &batch.options, options["lockstep"], len(quantities)))
+        batch.options.methods = scene.unit.methods
         if options["atol"] is not None:
             atol = options["atol"]
             self.kept.append(atol)
@@ -209,6 +223,7 @@ cdef class Runs:
         self.event_latest = np.full((self.batch.count, width), np.nan)
         if not self.batch.count or not width:
             return
+        scene.need(MECHC_PART_OUTPUTS)
         counts, latest = self.event_counts, self.event_latest
         events.unit, events.counts, events.latest = functions.unit, &counts[0, 0], &latest[0, 0]
         events.directions, events.terminal = &directions[0], &terminal[0]

@@ -9,7 +9,8 @@ from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
-    MECHC_RUNNING, mechc_options, mechc_trajectory, mechc_unit
+    MECHC_PART_DRIVER, MECHC_PART_OUTPUTS, MECHC_RUNNING, mechc_options, mechc_trajectory,
+    mechc_unit
 )
 from mechc.native._driver cimport Scene
 from mechc.native._pieces cimport with_stack
@@ -48,6 +49,9 @@ cdef extern from "events/resets.h":
         mechc_watch *, const mechc_trajectory *, ptrdiff_t *, double *
     ) nogil
     int mechc_watch_reset(mechc_watch *, double, double *) nogil
+    int mechc_impulses(
+        const double *, const double *, const double *, int, double *, double *, int *
+    ) nogil
 
 
 ctypedef struct looking:
@@ -69,6 +73,27 @@ cdef void enter_motion(void *given) noexcept nogil:
 cdef void reset_state(void *given) noexcept nogil:
     cdef looking *job = <looking *>given
     job.status = mechc_watch_reset(job.watch, job.t, job.y)
+
+
+def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e):
+    """The impulses (n,) at n contacts that touch: ``events/impact.h``.
+
+    a : (n, n)
+        How the rates of the gaps change with them.
+    w, e : (n,)
+        The rates before, and the restitution of each.
+
+    Raises ArithmeticError where there are none.
+    """
+    cdef int n = w.shape[0]
+    out, space, sets = np.zeros(n), np.zeros(n * (n + 5) + 1), np.zeros(2 * n + 1, np.intc)
+    cdef double[::1] p = out, room = space
+    cdef int[::1] of_contacts = sets
+    if a.shape[0] != n or a.shape[1] != n or e.shape[0] != n:
+        raise ValueError("a rate and a restitution are needed for every contact")
+    if n and not mechc_impulses(&a[0, 0], &w[0], &e[0], n, &p[0], &room[0], &of_contacts[0]):
+        raise ArithmeticError("no impulses keep these gaps from closing")
+    return out
 
 
 cdef class EventFunctions:
@@ -127,6 +152,7 @@ cdef class Watch:
             raise ValueError("a direction is needed for every event")
         self.kept = scene, functions, p, scale
         self.stack = scene.stack
+        scene.need(MECHC_PART_DRIVER | MECHC_PART_OUTPUTS)
         if not mechc_watch_make(
             &self.watch, scene.unit, functions.unit, scene.coordinates, scene.speeds, scene.rows
         ):

@@ -9,7 +9,8 @@ from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
+    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_PART_DERIVATIVES, MECHC_RUNNING, mechc_options,
+    mechc_part_of_method, mechc_run,
     mechc_covariation, mechc_projected_columns, mechc_trajectory, mechc_unit, mechc_variation
 )
 from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
@@ -64,7 +65,8 @@ cdef void advance_a_while(void *given) noexcept nogil:
     cdef advancing *job = <advancing *>given
     cdef double started = seconds_now(), now = started, before
     cdef long some
-    while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
+    while (job.status == MECHC_RUNNING and job.run.wanted < 0 and job.left > 0
+           and now - started < LOOK):
         some, before = min(job.piece, job.left), now
         some = min(some, job.most - job.run.trajectory.count)
         if some <= 0:
@@ -167,6 +169,9 @@ cdef class Run:
                 self.run.status = MECHC_RUNNING  # from the last state accepted
             self.stop = 0
         self.piece = job.piece
+        if self.run.wanted >= 0:
+            self.scene.need(mechc_part_of_method(self.run.wanted))
+            self.run.wanted = -1
         PyErr_CheckSignals()
         return job.status
 
@@ -381,6 +386,7 @@ cdef class Run:
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef int k = start.shape[1]
         cdef ptrdiff_t steps = last - first, done = 0
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.vary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or start.shape[0] != self.width \
@@ -428,6 +434,7 @@ cdef class Run:
         """
         cdef ptrdiff_t done = 0, count = t.shape[0]
         cdef int k = columns.shape[2]
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.project_columns == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if y.shape[0] != count or y.shape[1] != self.width or columns.shape[0] != count \
@@ -465,6 +472,7 @@ cdef class Run:
         """
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef ptrdiff_t left = last
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.covary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or covector.shape[0] != self.width \

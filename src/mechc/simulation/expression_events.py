@@ -11,6 +11,7 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.events import Event
+from mechc.simulation.stops import Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -27,11 +28,12 @@ class Compiler(NamedTuple):
         ``parse(text, names)``: the expression that a text of the grammar is.
     compile
         ``compile(events, width, parameters)``: compiled functions of events, of which each is a
-        value and what its reset assigns, over plain symbols; None where there is no compiler.
+        value, what its reset assigns, and a stop's restitution, over plain symbols; None where
+        there is no compiler.
     """
 
     parse: Callable[[str, Mapping[str, Any]], Any]
-    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None]], int, int], Any]
+    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None, Any]], int, int], Any]
 
 
 def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> list[Any]:
@@ -49,7 +51,7 @@ def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> 
         given = [given]
     reader = _Reader(system, p, compiler.parse)
     events = [reader.event(event) for event in given]
-    if any(isinstance(e, Event) and isinstance(e.reset, ResetExpressions) for e in events):
+    if any(isinstance(e, Event) and isinstance(e.reset, COMPILED_RESETS) for e in events):
         compile_all(events, system, compiler)
     return events
 
@@ -58,11 +60,12 @@ def compile_all(events: Sequence[Any], system: System, compiler: Compiler) -> An
     """The compiled functions of events that are all expressions, else None; each is told them."""
     if not all(is_compilable(event) for event in events) or system.reference.backend == "numpy":
         return None
-    resets = [None if e.reset is None else e.reset.changes for e in events]
-    values = [event.function.expression for event in events]
-    unit = compiler.compile(
-        list(zip(values, resets, strict=True)), system.scene.width, len(system.parameters)
-    )
+    told = [
+        (e.function.expression, getattr(e.reset, "changes", None),
+         getattr(e.reset, "restitution", None))
+        for e in events
+    ]  # fmt: skip
+    unit = compiler.compile(told, system.scene.width, len(system.parameters))
     for event in events:
         event.function.unit = unit
     return unit
@@ -73,7 +76,7 @@ def is_compilable(event: Any) -> bool:
     return (
         isinstance(event, Event)
         and isinstance(event.function, ValueExpression)
-        and (event.reset is None or isinstance(event.reset, ResetExpressions))
+        and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
     )
 
 
@@ -84,7 +87,7 @@ def compiled_functions(events: Sequence[Any]) -> Any:
 
 
 def _is_one(given: Any) -> bool:
-    if callable(given) or isinstance(given, (Event, Mapping)) or is_expression(given):
+    if callable(given) or isinstance(given, (Event, Stop, Mapping)) or is_expression(given):
         return True
     return not isinstance(given, Iterable)
 
@@ -111,6 +114,8 @@ class _Reader:
         return {name: Symbol(plain, real=True) for name, plain in every.items()}
 
     def event(self, given: Any) -> Any:
+        if isinstance(given, Stop):
+            return self._stop(given)
         if is_expression(given):
             given = Event(given)
         if not isinstance(given, Event):
@@ -136,6 +141,25 @@ class _Reader:
         if direction is None:
             return self._plain(given), 0.0
         return self._plain(given.lhs - given.rhs), direction
+
+    def _stop(self, given: Stop) -> Event:
+        system = self.system
+        if not is_expression(given.gap) or hasattr(given.gap, "rel_op"):
+            raise ValueOutOfBoundsError(
+                "a gap is an expression of coordinates, of SymPy or as text, not "
+                f"{brief(given.gap)}"
+            )
+        gap = ValueExpression(self._plain(given.gap), self.p, system.scene.width)
+        kept = ValueExpression(self._plain(given.restitution), self.p, system.scene.width)
+        for name in (*system.speeds, *system.states):
+            symbol = self.names[name]
+            if gap.expression.has(symbol) or kept.expression.has(symbol):
+                raise ValueOutOfBoundsError(
+                    f"a gap and its restitution depend on coordinates, not on {name}"
+                )
+        if not 0.0 <= kept(0.0, np.zeros(system.scene.width)) <= 1.0:
+            raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
+        return Event(gap, -1.0, given.terminal, StopReset(gap, kept, system, self.p))
 
     def _reset(self, given: Mapping[Any, Any]) -> ResetExpressions:
         state = (*self.system.coordinates, *self.system.speeds)
@@ -223,7 +247,11 @@ class ValueExpression:
         self.__name__ = "expression"
 
     def __call__(self, t: float, y: Array) -> float:
-        return float(self._compiled(t, y, self.p)[0])
+        return self.at(t, y, self.p)
+
+    def at(self, t: float, y: Array, p: Array) -> float:
+        """Its value for parameters p (np,)."""
+        return float(self._compiled(t, y, p)[0])
 
     @cached_property
     def _compiled(self) -> Callable[..., Any]:
@@ -233,9 +261,9 @@ class ValueExpression:
     def _derivatives(self) -> Callable[..., Any]:
         return _derivatives([self.expression], self.width, len(self.p))
 
-    def slopes(self, t: float, y: Array) -> tuple[float, Array, Array]:
-        """Derivatives by time, state (nq + nu,) and parameters (np,)."""
-        by_time, by_state, by_parameters = self._derivatives(t, y, self.p)
+    def slopes(self, t: float, y: Array, p: Array | None = None) -> tuple[float, Array, Array]:
+        """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
+        by_time, by_state, by_parameters = self._derivatives(t, y, self.p if p is None else p)
         return float(by_time[0]), by_state[0], by_parameters[0]
 
 
@@ -247,6 +275,8 @@ class ResetExpressions:
     changes
         Place in the state -> expression of its value after the event.
     """
+
+    takes_parameters = True
 
     def __init__(self, changes: Mapping[int, Any], p: Array, split: int, width: int) -> None:
         self.changes = dict(sorted(changes.items()))
@@ -274,3 +304,6 @@ class ResetExpressions:
         by_parameters, rows = np.zeros((self.width, len(self.p))), list(self.changes)
         by_time[rows], by_state[rows], by_parameters[rows] = self._derivatives(t, y, self.p)
         return by_time, by_state, by_parameters
+
+
+COMPILED_RESETS = (ResetExpressions, StopReset)

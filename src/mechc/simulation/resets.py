@@ -15,7 +15,6 @@ from mechc.native._codes import (
     TOO_MANY_STEPS,
 )
 from mechc.simulation.events import Event, EventFinder, FunctionFailedError, evaluated, located
-from mechc.simulation.expression_events import ResetExpressions
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
@@ -209,10 +208,8 @@ def _given_by(event: Event, t: float, state: Array, split: int, values: Array) -
     name = getattr(event.reset, "__name__", repr(event.reset))
     given = (t, state[:split].copy(), state[split:].copy())
     try:
-        if isinstance(event.reset, ResetExpressions):
-            q, u = event.reset(*given, values)
-        else:
-            q, u = event.reset(*given)
+        reset: Any = event.reset
+        q, u = reset(*given, *((values,) if hasattr(reset, "takes_parameters") else ()))
         found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
     except Exception as error:
         raise FunctionFailedError(

@@ -38,6 +38,7 @@ from mechc.simulation.settings import (
     checked_span,
 )
 from mechc.simulation.status import status_of
+from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -150,6 +151,8 @@ def _finder(
     if not events:
         return None
     compiled = compiled_finder(events, system, run, span, values, policy, first)
+    if any(isinstance(getattr(event, "reset", None), StopReset) for event in events):
+        refuse_stops(system, span, compiled is not None)
     return compiled or EventFinder(events, run, system.scene.width, first, policy.rtol)
 
 

@@ -150,9 +150,9 @@ class System(Description):
         other.data = {**self.data, "start": dict(start)}
         return other
 
-    def wait(self) -> None:
-        """Return when it is compiled completely, and in the cache for other processes."""
-        _ = self.scene.lanes
+    def wait(self, *, batches: bool = True) -> None:
+        """Return when what runs, or also batches, need is in the cache for other processes."""
+        self.scene.wait(batches)
 
     @property
     def picture(self) -> Picture:

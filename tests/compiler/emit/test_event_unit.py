@@ -13,7 +13,7 @@ T, Y0, Y1, P0 = (Symbol(name, real=True) for name in ("t", "y0", "y1", "p0"))
 
 
 class Functions(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_void_p) for name in ("value", "slopes", "reset")]
+    _fields_ = [(name, ctypes.c_void_p) for name in ("value", "slopes", "reset", "restitution")]
 
 
 class Unit(ctypes.Structure):
@@ -26,7 +26,8 @@ class Unit(ctypes.Structure):
 def test_values_slopes_and_resets(tmp_path):
     value = sin(Y0 * T) * sqrt(Y1) + Abs(Y0) ** 3 / P0 + Max(Y0, Y1)
     reset = {1: -P0 * Y1 + Y0**2}
-    text = event_unit([EventExpressions(Y1), EventExpressions(value, reset)], 2, 1)
+    stop = EventExpressions(Y1, restitution=P0 / 2)
+    text = event_unit([stop, EventExpressions(value, reset)], 2, 1)
     (tmp_path / "events.c").write_text(text)
     command = ["gcc", "-std=gnu11", "-O1", *STRICT, "-shared", "-fPIC", f"-I{RUNTIME}"]
     subprocess.run([*command, "events.c", "-lm", "-o", "events.so"], cwd=tmp_path, check=True)
@@ -38,6 +39,9 @@ def test_values_slopes_and_resets(tmp_path):
     pointers = [ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
     call = ctypes.CFUNCTYPE(ctypes.c_double, *pointers)(unit.functions[1].value)
     assert call(0.7, state, p) == pytest.approx(float(value.subs(numbers)), rel=1e-15)
+    kept = ctypes.CFUNCTYPE(ctypes.c_double, *pointers)(unit.functions[0].restitution)
+    assert kept(0.7, state, p) == 0.45
+    assert unit.functions[1].restitution is None
     slopes, after = (ctypes.c_double * 3)(), (ctypes.c_double * 2)()
     into = ctypes.CFUNCTYPE(None, *pointers, ctypes.c_void_p)
     into(unit.functions[1].slopes)(0.7, state, p, slopes)

@@ -177,6 +177,22 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
     found.context.close()
 
 
+def test_a_notebook_shows_it_in_a_frame(browser: Any, tmp_path: Path) -> None:
+    cell = tmp_path / "cell.html"
+    shown = view(fake_linkage.run(1.0))._repr_html_()
+    cell.write_text(f"<!DOCTYPE html><html><body>{shown}</body></html>", "utf-8")
+    found = OpenPage(browser, cell)
+    found.settle()
+    frame = found.page.frames[1]
+    frame.click("#play")
+    found.settle()
+    frame.click("#play")
+    assert float(str(frame.text_content("#clock")).removesuffix(" s")) > 0.0
+    frame.click("#whole")
+    assert found.messages == []
+    found.context.close()
+
+
 @pytest.mark.parametrize("width", [1400, 360])
 def test_nothing_is_wider_than_the_window(browser: Any, page_file: Path, width: int) -> None:
     found = OpenPage(

@@ -92,6 +92,19 @@ def test_through_a_compiled_reset_and_the_impulse_of_constraints(bar):
     assert apart(sol.sensitivity["l_3"][-1], extrapolated(end, 0.004)) < 1e-8
 
 
+def test_through_the_impact_at_a_stop(bar):
+    stop = mechc.Stop("l_3/2 - theta_0", 0.6)
+
+    def run(change, **given):
+        params = {"l_3": REGULAR["l_3"] + change}
+        return bar.simulate(1.0, START, params, events=stop, rtol=1e-13, **given)
+
+    sol = run(0.0, sensitivities=["l_3"])
+    assert len(sol.segments) > 1
+    wanted = extrapolated(lambda change: run(change).y[-1], 0.004)
+    assert apart(sol.sensitivity["l_3"][-1], wanted) < 1e-8
+
+
 def test_resets_at_one_instant_have_no_derivative(swing):
     twice = [BOUNCE, mechc.Event(lambda t, y: y[0], direction=1, reset=lambda t, q, u: (q, -u))]
     sol = bounced(swing, "q", events=twice, sensitivities=["q"])(0.0)

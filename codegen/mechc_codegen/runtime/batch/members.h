@@ -220,7 +220,7 @@ static int mechc_batch_jump(mechc_batch *batch, mechc_batch_slot *slot, double s
 {
     mechc_watch *watch = &slot->pieces.watch;
     const mechc_trajectory *steps = &slot->run->trajectory;
-    const int resets = watch->functions[watch->stopped_by].reset != NULL;
+    const int resets = mechc_event_resets(watch, watch->stopped_by);
     mechc_batch_at_times(batch, slot, stop, !resets);
     if (!resets) {
         slot->reducer.stop = stop;

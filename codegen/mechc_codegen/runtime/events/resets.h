@@ -1,12 +1,11 @@
 /* Resets of the state by events: those of one instant, and what they leave of the motion. */
 #pragma once
 
-#include "events/impulse.h"
 #include "events/search.h"
+#include "events/stops.h"
 
 #define MECHC_RESET_SETTLED 1e-12 /* of the largest rate at an instant: an approach so slow is none */
 #define MECHC_RESET_PLASTIC 1e-9  /* of the rate before: what is left where the motion is not turned */
-#define MECHC_RESET_TOUCHING 10.0 /* times rtol of an event's largest value: it may be zero */
 #define MECHC_RESET_SHORTEST 64.0 /* times the exactness of its time: nearer resets accumulate */
 #define MECHC_RESETS_AT_ONCE 1000
 
@@ -19,18 +18,12 @@ static void mechc_event_rates(mechc_watch *watch, double t, const double *y)
     for (int k = 0; k < watch->count; k++) {
         double *slopes = watch->slopes, rate;
         watch->event[k].later = 0.0;
-        if (!watch->functions[k].reset) continue;
+        if (!mechc_event_resets(watch, k)) continue;
         watch->functions[k].slopes(t, y, watch->p, slopes);
         rate = slopes[0];
         for (int i = 0; i < watch->width; i++) rate += slopes[1 + i] * watch->rates[i];
         watch->event[k].later = watch->sense * rate;
     }
-}
-
-/* What an event may be where it is zero as far as the motion is known. */
-static double mechc_event_nothing(const mechc_watch *watch, int number)
-{
-    return MECHC_RESET_TOUCHING * watch->rtol * watch->event[number].size;
 }
 
 /* Whether an event is zero as far as the motion is known; what is clearly still to come is found
@@ -77,7 +70,7 @@ static int mechc_reset_caused(const mechc_watch *watch, double t, const double *
     for (int k = 0; k < watch->count; k++) {
         const mechc_event *event = watch->event + k;
         int crosses = !event->done && event->rate * event->later > 0.0;
-        if (!watch->functions[k].reset) continue;
+        if (!mechc_event_resets(watch, k)) continue;
         if (event->direction)
             crosses = copysign(1.0, event->direction) * event->later
                     > MECHC_RESET_SETTLED * largest;
@@ -91,29 +84,15 @@ static int mechc_reset_caused(const mechc_watch *watch, double t, const double *
 static int mechc_reset_state(mechc_watch *watch, int number, double t, double *y)
 {
     double *after = watch->rates + 2 * watch->width;
-    watch->functions[number].reset(t, y, watch->p, after);
-    memcpy(y, after, (size_t)watch->width * sizeof(double));
+    if (watch->functions[number].restitution) {
+        if (!mechc_stop_impact(watch, number, t, y)) return 0;
+    } else {
+        watch->functions[number].reset(t, y, watch->p, after);
+        memcpy(y, after, (size_t)watch->width * sizeof(double));
+    }
     for (int i = 0; i < watch->width; i++)
         if (!(fabs(y[i]) < HUGE_VAL)) return 0;
     return mechc_onto_constraints(watch, t, y);
-}
-
-/* 0 without memory. */
-static int mechc_reset_note(mechc_watch *watch, int number, const double *y)
-{
-    const size_t width = (size_t)watch->width;
-    if (watch->causes == watch->cause_room) {
-        const int room = 2 * watch->cause_room + 8;
-        int *more = realloc(watch->cause, (size_t)room * sizeof *more);
-        if (more) watch->cause = more;
-        double *states = realloc(watch->caused_at, (size_t)room * width * sizeof *states);
-        if (states) watch->caused_at = states;
-        if (!more || !states) return 0;
-        watch->cause_room = room;
-    }
-    memcpy(watch->caused_at + (size_t)watch->causes * width, y, width * sizeof *y);
-    watch->cause[watch->causes++] = number;
-    return 1;
 }
 
 /* The reset of an event whose rates before are in event->rate; those after come into event->later.

@@ -123,7 +123,7 @@ static double mechc_event_root(mechc_watch *watch, int event, mechc_event_point 
         if (f == 0.0 || (f < 0.0) != (f_low < 0.0)) high = middle, f_high = f;
         else low = middle, f_low = f;
     }
-    if (!watch->functions[event].reset || f_high == f_low) return high;
+    if (!mechc_event_resets(watch, event) || f_high == f_low) return high;
     const double exact = high - f_high * (high - low) / (f_high - f_low);
     return fmin(fmax(exact, fmin(low, high)), fmax(low, high));
 }
@@ -218,7 +218,7 @@ static int mechc_event_zeros(mechc_watch *watch, int number, double begin, doubl
         if (crossed && event->direction * (b - a) >= 0.0)
             root[roots++] = mechc_event_root(watch, number, points[i], points[i + 1]);
     }
-    if (watch->functions[number].reset) mechc_watch_grazing(watch, number, count);
+    if (mechc_event_resets(watch, number)) mechc_watch_grazing(watch, number, count);
     return roots;
 }
 
@@ -228,7 +228,7 @@ static int mechc_event_stop(const mechc_watch *watch, int number, int roots)
 {
     const mechc_event *event = watch->event + number;
     if (!roots) return -1;
-    if (watch->functions[number].reset) return 0;
+    if (mechc_event_resets(watch, number)) return 0;
     if (event->terminal > 0 && event->terminal <= event->count + roots)
         return (int)(event->terminal - event->count - 1);
     return -1;

@@ -59,8 +59,9 @@ typedef struct {
     int *cause; /* events that made the last reset, in order, */
     double *caused_at; /* and the state before each */
     int causes, cause_room;
+    int *touching; /* stops that an impact acts on, and room for sets of them */
     /* Work space. */
-    double *grid, *states, *rates, *slopes, *prepared, *impulse;
+    double *grid, *states, *rates, *slopes, *prepared, *impulse, *contacts;
     mechc_event_point *points, *spare;
 } mechc_watch;
 
@@ -83,6 +84,8 @@ static void mechc_watch_free(mechc_watch *watch)
     free(watch->slopes);
     free(watch->prepared);
     free(watch->impulse);
+    free(watch->contacts);
+    free(watch->touching);
     free(watch->points);
     free(watch->spare);
 }
@@ -92,6 +95,7 @@ static int mechc_watch_make(mechc_watch *watch, const mechc_unit *unit,
                             const mechc_event_unit *events, int coordinates, int speeds, int rows)
 {
     const size_t width = (size_t)(coordinates + speeds), nu = (size_t)speeds, nc = (size_t)rows;
+    const size_t k = (size_t)events->count;
     watch->unit = unit;
     watch->functions = events->functions;
     watch->count = events->count;
@@ -109,10 +113,12 @@ static int mechc_watch_make(mechc_watch *watch, const mechc_unit *unit,
     watch->slopes = malloc((width + 1) * sizeof(double));
     watch->prepared = malloc(unit->given_size + sizeof(double));
     watch->impulse = malloc((nu * nu + 2 * nc * nu + 3 * nc + nu + 1) * sizeof(double));
+    watch->contacts = malloc((k * (nu + 2 * k + 8) + nu + 1) * sizeof(double));
+    watch->touching = malloc((3 * k + 1) * sizeof *watch->touching);
     watch->points = malloc(MECHC_EVENT_POINTS * sizeof *watch->points);
     watch->spare = malloc(MECHC_EVENT_POINTS * sizeof *watch->spare);
     return watch->event && watch->grid && watch->states && watch->rates && watch->slopes
-        && watch->prepared && watch->impulse && watch->points && watch->spare;
+        && watch->prepared && watch->impulse && watch->contacts && watch->touching && watch->points && watch->spare;
 }
 
 /* Of a new run; directions and numbers of zeros that end it stay. */
@@ -141,6 +147,12 @@ static double mechc_located(double t)
 {
     const double size = fabs(t);
     return fmax(2e-13, 4.0 * (nextafter(size, INFINITY) - size));
+}
+
+/* Whether an event changes the state. */
+static int mechc_event_resets(const mechc_watch *watch, int event)
+{
+    return watch->functions[event].reset || watch->functions[event].restitution;
 }
 
 static double mechc_event_value(const mechc_watch *watch, int event, double t, const double *y)
@@ -173,5 +185,23 @@ static int mechc_watch_keep(mechc_watch *watch, int event, double t)
     }
     watch->zero[watch->zeros++] = (mechc_event_zero){event, t};
     watch->event[event].count++;
+    return 1;
+}
+
+/* One more event made the reset at hand, of the state y.  0 without memory. */
+static int mechc_reset_note(mechc_watch *watch, int number, const double *y)
+{
+    const size_t width = (size_t)watch->width;
+    if (watch->causes == watch->cause_room) {
+        const int room = 2 * watch->cause_room + 8;
+        int *more = realloc(watch->cause, (size_t)room * sizeof *more);
+        if (more) watch->cause = more;
+        double *states = realloc(watch->caused_at, (size_t)room * width * sizeof *states);
+        if (states) watch->caused_at = states;
+        if (!more || !states) return 0;
+        watch->cause_room = room;
+    }
+    memcpy(watch->caused_at + (size_t)watch->causes * width, y, width * sizeof *y);
+    watch->cause[watch->causes++] = number;
     return 1;
 }

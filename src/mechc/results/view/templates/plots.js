@@ -1,6 +1,7 @@
 // Coordinates and energies over time, with the cursor of the motion.
 const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3]];
 const charts = [];
+const TOP = 8;  // half of a label
 
 function addPlots() {
   const box = found("plots");
@@ -104,7 +105,7 @@ function drawChart(chart) {
   sharp(chart.canvas, chart.front, chart.canvas);
   drawCursor(chart);
 }
-function downTo(chart, value) { return 4 + (chart.bottom - 4) * (chart.high - value) / (chart.high - chart.low); }
+function downTo(chart, value) { return TOP + (chart.bottom - TOP) * (chart.high - value) / (chart.high - chart.low); }
 function acrossTo(chart, part) { return chart.left + (chart.width - chart.left - 6) * part; }
 function drawAxes(chart, ticks, texts) {
   const brush = chart.brush;

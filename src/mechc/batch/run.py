@@ -16,12 +16,7 @@ from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
-<<<<<<< HEAD
 from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, FINISHED, LAST, LEAST, METHODS
-from mechc.native._driver import Scene
-=======
-from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
->>>>>>> main
 from mechc.simulation.initialise import OFF_BY_ROUNDING
 from mechc.system.parameters import Array
 from mechc.system.system import System

@@ -25,14 +25,16 @@ def test_errors_through_loops(name: str):
 
 
 def test_an_error_shows():
-    row = derivatives.Row("pendulum", "gauss8", 1e-6, 1e-3, 2.0)
+    row = derivatives.Row("pendulum", "gauss8", 1e-6, 1e-3, 1e-6, 2.0)
     assert not row.fine
+    assert not row._replace(error=1e-6, backwards=1e-3).fine
 
 
 def test_the_data_are_those_of_the_families():
     """The stiff scene's, computed again by its matrix exponential."""
     data, family = reference("sensitivities"), sensitivities.FAMILIES["stiff_masses"]()
-    assert set(data) <= set(sensitivities.FAMILIES)
+    assert set(data) == {*sensitivities.FAMILIES, "digits"}
+    assert data["digits"] >= sensitivities.NEEDED
     found = np.array(sensitivities.derivative(family, "k_0"), float)
     np.testing.assert_allclose(
         found, np.array(data["stiff_masses"]["by"]["k_0"], float), rtol=1e-14

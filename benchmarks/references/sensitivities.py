@@ -1,4 +1,4 @@
-"""Derivatives of motions to some 28 digits, each in two ways that share nothing with each other or
+"""Derivatives of motions to some 28 digits, most in two ways that share nothing with each other or
 with the runtime.
 
 First way: each motion is computed in 50 digits (extrapolation.py) from four values beside the one
@@ -6,12 +6,13 @@ that it is differentiated by; their central difference of fourth order is off by
 pendulum has Lagrange's equation by hand, the regular four-bar its tangent form (tangent.py), the
 one with a change point the rational curve of its closure (a coordinate that runs straight through
 the crossing), the bicycle Kane's equations with dependent speeds, Andrews' mechanism its published
-equations (squeezer.py).  Second way: variational.py.
+equations (squeezer.py).  Second way: variational.py, but for the two four-bars and the bicycle,
+which have one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -55,19 +56,29 @@ def derivative(family: Family, name: str) -> Vector:
 
 
 def sensitivities() -> dict[str, Any]:
-    """Of every family: what is given, the end, its derivatives, as text, and on how many digits
-    both ways agree; the least of these."""
-    found: dict[str, Any] = {name: in_two_ways(name) for name in FAMILIES}
-    found["digits"] = min(each["digits"] for each in found.values())
+    """Of every family: what is given, the end, its derivatives, as text, and, where there are two
+    ways, on how many digits both agree; the least of these."""
+    found: dict[str, Any] = {name: computed(name) for name in FAMILIES}
+    found["digits"] = min(found[name]["digits"] for name in SECOND)
     return found
 
 
-def in_two_ways(name: str) -> dict[str, Any]:
+def computed(name: str) -> dict[str, Any]:
     """One family."""
     made = FAMILIES[name]()
     exact = {key: mpf(value) for key, value in made.given.items()}
-    end = made.end(exact)
-    first = [end, *(derivative(made, each) for each in made.by)]
+    first = [made.end(exact), *(derivative(made, each) for each in made.by)]
+    agreed = {"digits": _agreed(name, made, first)} if name in SECOND else {}
+    written = min(*agreed.values(), WRITTEN) if agreed else WRITTEN
+    return {
+        "source": made.source, "t": made.t, "given": dict(made.given), **agreed,
+        "end": _texts(first[0], written),
+        "by": {each: _texts(x, written) for each, x in zip(made.by, first[1:], strict=True)},
+    }  # fmt: skip
+
+
+def _agreed(name: str, made: Family, first: Sequence[Vector]) -> int:
+    """On how many digits the second way agrees with the end and its derivatives."""
     second = _columns(SECOND[name](seeds(made.given, made.by), made.t), len(made.by))
     apart = max(
         abs(a - b) / max(map(abs, x)) for x, y in zip(first, second, strict=True)
@@ -75,12 +86,7 @@ def in_two_ways(name: str) -> dict[str, Any]:
     )  # fmt: skip
     digits = int(-mpmath.log10(apart))
     print(f"{name}: both ways agree on {digits} digits", flush=True)
-    written = min(digits, WRITTEN)
-    return {
-        "source": made.source, "t": made.t, "given": dict(made.given), "digits": digits,
-        "end": _texts(end, written),
-        "by": {each: _texts(x, written) for each, x in zip(made.by, first[1:], strict=True)},
-    }  # fmt: skip
+    return digits
 
 
 def _columns(end: Vector, count: int) -> list[Vector]:

@@ -28,8 +28,10 @@ ABOUT = {
     "sensitivity_max": "largest absolute value of the derivatives, at t_eval or the steps",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
+    "event_counts": "zeros of each event",
+    "event_latest": "time of the last zero of each event",
 }
-UNITS = {"t": "s", "miss": "m", "critical_gap": "m"}
+UNITS = {"t": "s", "event_latest": "s", "miss": "m", "critical_gap": "m"}
 
 
 def to_dataset(

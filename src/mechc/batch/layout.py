@@ -119,6 +119,8 @@ def dimensions(name: str, rank: int) -> tuple[str, ...]:
         return ("member", "time", "state")
     if name.startswith("sensitivity"):
         return ("member", *(("time",) if rank == 4 else ()), "state", "by")
+    if name in ("event_counts", "event_latest"):
+        return ("member", "event")
     if name.startswith("output_"):
         return ("member", "time", *(f"{name}_{i}" for i in range(rank - 2)))
     return ("member",)

@@ -25,11 +25,12 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
-from mechc.simulation.compiled_events import CompiledFinder, CompiledResets, compiled_finder
-from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.compiled import CompiledFinder, CompiledResets, compiled_finder
+from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.resets import Resets, resets_of
+from mechc.simulation.events.stops import StopReset, refuse_stops
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.limits import LIMITED, explained
-from mechc.simulation.resets import Resets, resets_of
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -38,7 +39,6 @@ from mechc.simulation.settings import (
     checked_span,
 )
 from mechc.simulation.status import status_of
-from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System

@@ -12,7 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
-from mechc.simulation.events import EventRecord
+from mechc.simulation.events.event import EventRecord
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status

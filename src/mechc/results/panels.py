@@ -275,11 +275,9 @@ def draw_closure(area: SubplotSpec, run: Run) -> None:
     if position.shape[-1] == 0 and velocity.shape[-1] == 0:
         return _message(area, "This scene has no constraints.")
     axes = _time_axes(area, run, 1)[0]
-    unit = run.solution.system.gap_unit
-    words = (f"position ({unit})", f"velocity ({unit}/s)") if unit else ("position", "velocity")
     residuals = (
-        (words[0], position, run.solution.closure, COLOURS[0]),
-        (words[1], velocity, run.solution.velocity_closure, COLOURS[1]),
+        ("position (m)", position, run.solution.closure, COLOURS[0]),
+        ("velocity (m/s)", velocity, run.solution.velocity_closure, COLOURS[1]),
     )
     handles, names, everything = [], [], []
     for name, between, at_steps, colour in residuals:

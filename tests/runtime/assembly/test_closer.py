@@ -176,7 +176,7 @@ def assert_same_places(found, expected, within):
 SHAPES = [dyads.four_bar, dyads.watt, dyads.klann, dyads.jansen]
 
 
-@pytest.mark.parametrize(("shape", "unit"), zip(SHAPES, (1e-3, 1e3, 1e-3, 1e3), strict=True))
+@pytest.mark.parametrize(("shape", "unit"), [*zip(SHAPES, (1e-3, 1e3, 1e-3, 1e3), strict=True)])
 def test_squares_of_distances_close_as_circles_intersect(shape, unit):
     draw = np.random.default_rng(len(shape.__name__))
     linkage = shape(draw.uniform(0, 2 * np.pi)).scaled(unit)

@@ -124,7 +124,14 @@ setup(
             ["src/mechc/native/_batch.pyx"],
             include_dirs=[str(RUNTIME)],
             extra_compile_args=["-O3"],
-            depends=[*SHARED, *headers("abi", "batch")],
+            depends=[*SHARED, *headers("abi", "batch", "closing", "events")],
+        ),
+        Extension(
+            "mechc.native._events",
+            ["src/mechc/native/_events.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[*SHARED, *headers("abi", "closing", "events")],
         ),
         Extension(
             "mechc.native._closing",

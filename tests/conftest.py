@@ -9,7 +9,7 @@ import time
 import pytest
 from hypothesis import settings
 
-from mechc.compilation import build
+from mechc.compilation import parts
 from tests.support.compilation import MadeOnRequest, compile_less_optimised
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
@@ -74,5 +74,5 @@ def compiled_once(tmp_path_factory):
     folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / "compiled"
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MECHC_CACHE_DIR", os.environ.get("MECHC_TESTS_COMPILED", str(folder)))
-        patch.setattr(build, "Pending", MadeOnRequest)
+        patch.setattr(parts, "Pending", MadeOnRequest)
         yield

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mechc.native._driver import Scene, capsule_of
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.description.mechanism import Mechanism
@@ -108,7 +109,7 @@ def measure(name: str, size: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         _, first = spent(lambda: entries.make_outputs_only(build, Path(folder)))
         _, whole = spent(lambda: entries.make_whole(build, Path(folder)))
-        scene = entries.scene_in(Path(folder) / "scene.so")
+        scene = Scene(capsule_of(str(Path(folder) / "scene.so")))
         model = Model(system_with(scene, ModelReference("", custom=True, defaults=_numbers(thing))))
     start = state(name, size, model)
     return {

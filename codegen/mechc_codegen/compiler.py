@@ -27,6 +27,7 @@ from mechc_codegen.emit.numpy import Listing, emit_numpy
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.standalone import standalone
 from mechc_codegen.extension.build import Build, extension
+from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
 from mechc_codegen.ir.program import Program
@@ -83,6 +84,8 @@ def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) ->
     program = clock.time("optimize", lambda: optimize(lowered))
     defaults = equations.parameter_defaults
     program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
+    if request.includes("sensitivities"):
+        program = clock.time("adjoint", lambda: add_adjoint(program))
     metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
     return OptimisedScene(program, equations, metadata)
 

@@ -37,9 +37,11 @@ from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events import Event, EventRecord
 from mechc.simulation.status import ChangePoint, Status
+from mechc.simulation.stops import Stop
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly
+    from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
     from mechc.export import export_c
@@ -54,6 +56,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Assembly",
     "AssemblyError",
+    "BallJoint",
     "CFunction",
     "CacheError",
     "CacheWarning",
@@ -63,11 +66,13 @@ __all__ = [
     "CompilerError",
     "Constraint",
     "Coordinate",
+    "Coupling",
     "Cut",
     "Drawing",
     "Event",
     "EventError",
     "EventRecord",
+    "FreeJoint",
     "InputError",
     "Joint",
     "Kind",
@@ -83,14 +88,19 @@ __all__ = [
     "Quantity",
     "Reactions",
     "Sampled",
+    "ScrewJoint",
     "Signal",
+    "Solid",
     "Solution",
     "Speed",
     "State",
     "Status",
     "StepError",
     "Stepper",
+    "Stop",
+    "Table",
     "UnavailableOutputError",
+    "UniversalJoint",
     "UnknownNameError",
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
@@ -111,25 +121,32 @@ _LATER = {
     "Sampled": "mechc.inputs.sampled",
     "Signal": "mechc.inputs.signals",
     "Stepper": "mechc.simulation.stepper",
+    "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }
 # For describing mechanisms: with SymPy.
 _DESCRIPTION = {
+    "BallJoint",
     "Closure",
     "Constraint",
     "Coordinate",
+    "Coupling",
     "Cut",
     "Drawing",
+    "FreeJoint",
     "Joint",
     "Kind",
     "Mechanism",
     "MechanismError",
     "Parameter",
     "Quantity",
+    "ScrewJoint",
+    "Solid",
     "Speed",
     "State",
+    "UniversalJoint",
     "from_joints",
     "multiplier",
 }

@@ -107,6 +107,11 @@ class Model(Fits):
         return self.system.picture
 
     @property
+    def picture_in_space(self) -> Picture:
+        """The same with solids, springs and dampers, as ``sol.view()`` shows it."""
+        return self.system.picture_in_space
+
+    @property
     def capsule(self) -> object:
         """The compiled model for C: a pointer to the ``mechc_model`` of ``model.h``.
 
@@ -289,8 +294,8 @@ class Model(Fits):
         events
             Functions ``g(t, y)`` whose zeros are found on the dense output, each an
             :class:`mechc.Event`, a function with SciPy's attributes ``direction`` and
-            ``terminal``, or an expression of SymPy, also with a direction, ``q > 1``; their times
-            and states are in ``sol.events``.
+            ``terminal``, or an expression, of SymPy or as text, also with a direction, ``q > 1``;
+            their times and states are in ``sol.events``.
             One with a ``reset`` changes the state, and the run continues: ``sol.segments``.
         on_change_point
             At a configuration where branches of the motion cross: ``"continue"`` straight on along
@@ -306,8 +311,9 @@ class Model(Fits):
         sensitivities
             Names of what ``sol.sensitivity`` has derivatives by: parameters (with those whose
             defaults follow them), coordinates and speeds of a mapping y0 (the others follow from
-            the closing of the loops), inputs that are numbers, ``"y0"`` for every component of the
-            start.  The steps are those of the run without; see docs/sensitivities.md.
+            the closing of the loops), inputs that are numbers, values of signals (``"F[3]"``; all:
+            ``"F"``), ``"y0"`` for every component of the start.  The steps are those of the run
+            without, but end at every sample of such signals; see docs/sensitivities.md.
 
         Raises
         ------
@@ -327,6 +333,9 @@ class Model(Fits):
         """
         span, times = checked_span_and_times(t_span, t_eval)
         model = self if inputs is None else self._driven_over(span, inputs, sensitivities)
+        by = names_of(sensitivities) if len(sensitivities) else ()
+        if by and model.inputs:
+            model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
         policy = checked_policy(
@@ -342,8 +351,8 @@ class Model(Fits):
         made = partial(Solution, model)
         sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
         sol._given = (given, params)
-        if len(sensitivities):
-            sol.differentiate(names_of(sensitivities), given, params)
+        if by:
+            sol.differentiate(by, given, params)
         return sol
 
     def stepper(
@@ -440,9 +449,10 @@ class Model(Fits):
 
 
 def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
-    from mechc.simulation.expression_events import checked_events
+    from mechc.compilation.event_unit import COMPILER
+    from mechc.simulation.expression_events import Compiler, checked_events
 
-    return checked_events(events, system, p)
+    return checked_events(events, system, p, Compiler(*COMPILER))
 
 
 def _found_again(

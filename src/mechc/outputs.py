@@ -146,6 +146,13 @@ class Outputs(Description):
             )
         return self.with_inputs(given)
 
+    def _breaking_at_samples(self, names: Sequence[str]) -> Self:
+        """With signals at whose samples steps end, where derivatives by these are asked for."""
+        from mechc.inputs.samples import signals_among
+
+        signals = signals_among(self.system, names)
+        return self.with_inputs(signals) if signals else self
+
     def rhs(
         self,
         t: Time,

@@ -10,6 +10,7 @@ DOCS = ROOT / "docs"
 PAGES = (
     "differentiable.md",
     "fitting.md",
+    "hybrid.md",
     "inputs.md",
     "library.md",
     "mechanism.md",

@@ -9,7 +9,9 @@ from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
 SHOWN = {
-    "balancing_controller": r"finished after 600 instants; the stepper ends \d\.\de-1\d apart",
+    "balancing_controller": r"in a batch the first of 20 ends 0\.0e\+00 apart(?s:.)*"
+    r"finished after 600 instants; the stepper ends \d\.\de-1\d apart",
+    "bouncing_ball": r"100 bounces, at most \d\.\de-1[3-6] s from(?s:.)*2000 balls",
     "coupler_curve": r"largest distance of a point from the curve: [0-4]\.\d\d mm",
     "identified_parameters": r"converged(?s:.)*m_1 = 1\.4 lies within\nm_2 = 2\.5 lies within\n"
     r"c_0 = 0\.8 lies within",

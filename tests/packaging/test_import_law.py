@@ -49,6 +49,7 @@ RUNTIME_LAW = {
 COMPILER_LAW = {
     "errors": set[str](),
     "description": {"errors"},
+    "joints": {"errors", "description"},
     "library": {"errors", "description"},
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},

@@ -9,7 +9,7 @@ import pytest
 from mechc_codegen.extension import build, flags
 
 from mechc.compilation import toolchain
-from mechc.compilation.pending import Pending
+from mechc.compilation.parts import Pending
 
 LESS = tuple("-O1" if flag == "-O3" else flag for flag in flags.FLAGS)
 

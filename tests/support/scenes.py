@@ -211,6 +211,12 @@ def run_program(
     program: Program, inputs: Mapping[Symbol, mpmath.mpf]
 ) -> dict[str, list[mpmath.mpf]]:
     """Every output of a program, statement by statement."""
+    known = run_statements(program, inputs)
+    return {o.name: [value(e, known) for e in o.elements] for o in program.outputs}
+
+
+def run_statements(program: Program, inputs: Mapping[Symbol, mpmath.mpf]) -> Known:
+    """The values of all symbols after a program's statements."""
     known: Known = dict(inputs)
     for statement in (*program.hoisted, *program.body):
         result = value(statement.value, known)
@@ -218,4 +224,4 @@ def run_program(
             known[statement.sine], known[statement.cosine] = mpmath.sin(result), mpmath.cos(result)
         else:
             known[statement.target] = result
-    return {o.name: [value(e, known) for e in o.elements] for o in program.outputs}
+    return known

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from sympy import Add, Dummy, Expr, Float, Mul, Pow, S, cancel, cos, exp, expand, sin
+from sympy import Add, Derivative, Dummy, Expr, Float, Mul, Pow, S, cancel, cos, exp, expand, sin
+from sympy.core.function import AppliedUndef
 from sympy.simplify.fu import TR8
 
 MOST_WORK = 200_000  # operations of all derivatives, times four for each angle: some seconds
@@ -23,6 +24,8 @@ def antiderivative(slopes: Sequence[Expr], variables: Sequence[Expr]) -> Expr | 
         return None
     plain = {x: Dummy(f"x{i}", real=True) for i, x in enumerate(variables)}
     places, wanted = list(plain.values()), [slope.xreplace(plain) for slope in slopes]
+    if any(slope.has(AppliedUndef, Derivative) for slope in wanted):
+        return None
     total: Expr = S.Zero
     for i, (slope, x) in enumerate(zip(wanted, places, strict=True)):
         part = _integral(_sum_of_terms(slope - total.diff(x)), x)

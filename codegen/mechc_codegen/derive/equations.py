@@ -23,7 +23,7 @@ class Symbols:
     solved.
 
     ``inputs``: value and time derivatives, in this order, of each specified function that is given
-    at run time.
+    at run time.  ``covector``: the numbers that a function of reverse derivatives is given.
     """
 
     time: Symbol
@@ -33,6 +33,7 @@ class Symbols:
     accelerations: tuple[Symbol, ...] = ()
     multipliers: tuple[Symbol, ...] = ()
     inputs: tuple[tuple[Symbol, ...], ...] = ()
+    covector: tuple[Symbol, ...] = ()
 
     @property
     def motion(self) -> tuple[Symbol, ...]:

@@ -24,6 +24,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
 from mechc_codegen.description.constraints import Closure
+from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.joints import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
@@ -114,7 +115,9 @@ def _refuse_loose_closures(mechanism: Mechanism) -> None:
 
 def _refuse_other_constraints(mechanism: Mechanism) -> None:
     """A constraint on the speeds of one joint acts in that joint; for others it is not known."""
-    for constraint in (*mechanism.configuration_constraints, *mechanism.motion_constraints):
+    coupled = {joint.name for joint in _couplings(mechanism)}
+    every = (*mechanism.configuration_constraints, *mechanism.motion_constraints)
+    for constraint in (c for c in every if c.name not in coupled):
         held = _speeds_of(mechanism, constraint.expression)
         within = [j for j in mechanism.joints if held and held <= set(j.speeds)]
         exact = [j for j in within if held == set(j.speeds)]
@@ -124,6 +127,10 @@ def _refuse_other_constraints(mechanism: Mechanism) -> None:
                 "not known which bodies its force acts on, and joint reactions are not; describe "
                 "it as a joint (mechc.Cut)"
             )
+
+
+def _couplings(mechanism: Mechanism) -> list[Coupled]:
+    return [joint for joint in mechanism.joints if isinstance(joint, Coupled)]
 
 
 def _speeds_of(mechanism: Mechanism, expression: Expr) -> set[AppliedUndef]:
@@ -147,6 +154,8 @@ class _Reactions:
         """The wrench of each joint on its child, about the child's point."""
         self._apply_loads()
         self._cut_joints()
+        for coupling in _couplings(self.mechanism):
+            self._add_coupling(coupling)
         tree = joint_tree(self.mechanism.joints, self.mechanism.bodies)
         for branch in reversed(tree.branches):
             at = self.kinetics.position(branch.joint.child_point)
@@ -201,7 +210,17 @@ class _Reactions:
         turning = [k.cross(k.along(one), k.along(other)) for one, other in closure.perpendicular]
         force = self._weighted(axes, row)
         moment = self._weighted(turning, row + len(axes))
-        wrench = Wrench(force, moment, k.position(joint.child_point))
+        self._add_pair(joint, Wrench(force, moment, k.position(joint.child_point)))
+
+    def _add_coupling(self, joint: Coupled) -> None:
+        k = self.kinetics
+        names = [c.name for c in self.mechanism.configuration_constraints]
+        weight = k.multiplier(names.index(joint.name))
+        force, torque = (k.scaled(weight, k.along(v)) for v in (joint.force, joint.torque))
+        self._add_pair(joint, Wrench(force, torque, k.position(joint.child_point)))
+
+    def _add_pair(self, joint: Joint, wrench: Wrench) -> None:
+        """On the child, and the opposite on the parent."""
         self._found[joint.name] = wrench
         self._add(joint.child, wrench)
         self._add(joint.parent, self._reversed(wrench))

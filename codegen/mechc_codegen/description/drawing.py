@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from mechc_codegen.description.solid import Solid
 from mechc_codegen.errors import MechanismError
 
 Link = tuple[str, tuple[str, ...]]
@@ -18,16 +19,22 @@ class Drawing:
     its name.  ``view``: the axes to the right and up in pictures of a spatial motion, ``"x"``,
     ``"-x"`` and so on; without it the two along which the motion is widest.
 
+    For pictures in space alone: ``solids``, of :class:`Solid`; ``springs`` and ``dampers``, pairs
+    of a label and the two points that they join.
+
     Raises
     ------
     MechanismError
-        For a view that is not two different axes.
+        For a view that is not two different axes, a spring without two ends, a solid that is none.
     """
 
     links: tuple[Link, ...] = ()
     ground: tuple[str, ...] = ()
     traced: tuple[str, ...] = ()
     view: tuple[str, str] | None = None
+    solids: tuple[Solid, ...] = ()
+    springs: tuple[Link, ...] = ()
+    dampers: tuple[Link, ...] = ()
 
     def __post_init__(self) -> None:
         axes = [axis.removeprefix("-") for axis in self.view or ("x", "y")]
@@ -39,6 +46,12 @@ class Drawing:
         object.__setattr__(self, "links", links)
         object.__setattr__(self, "ground", _names(self.ground))
         object.__setattr__(self, "traced", _names(self.traced))
+        for kind in ("springs", "dampers"):
+            object.__setattr__(self, kind, _between_two(getattr(self, kind), kind))
+        object.__setattr__(self, "solids", tuple(self.solids))
+        for solid in self.solids:
+            if not isinstance(solid, Solid):
+                raise MechanismError(f"{solid!r} is not a Solid: make one by Solid.box or another")
 
     def plus(self, other: Drawing) -> Drawing:
         """Both in one picture, seen as the other is where it says how."""
@@ -47,12 +60,16 @@ class Drawing:
             ground=tuple(dict.fromkeys((*self.ground, *other.ground))),
             traced=tuple(dict.fromkeys((*self.traced, *other.traced))),
             view=other.view or self.view,
+            solids=tuple(dict.fromkeys((*self.solids, *other.solids))),
+            springs=tuple(dict.fromkeys((*self.springs, *other.springs))),
+            dampers=tuple(dict.fromkeys((*self.dampers, *other.dampers))),
         )
 
     @property
     def names(self) -> tuple[str, ...]:
         """Every point that it names, once."""
-        linked = (name for _, points in self.links for name in points)
+        lines = (*self.links, *self.springs, *self.dampers)
+        linked = (name for _, points in lines for name in points)
         return tuple(dict.fromkeys((*linked, *self.ground, *self.traced)))
 
 
@@ -60,6 +77,14 @@ def _names(points: Any) -> tuple[str, ...]:
     """Names of points; a single one may be given alone."""
     several = (points,) if isinstance(points, str) or hasattr(points, "name") else points
     return tuple(point if isinstance(point, str) else str(point.name) for point in several)
+
+
+def _between_two(given: Any, kind: str) -> tuple[Link, ...]:
+    found = tuple((label, _names(points)) for label, points in given)
+    for label, points in found:
+        if len(points) != 2:
+            raise MechanismError(f"{kind}: {label!r} joins two points, not {len(points)}")
+    return found
 
 
 NO_DRAWING = Drawing()

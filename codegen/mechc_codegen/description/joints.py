@@ -34,6 +34,8 @@ class Joint:
         Its local frames, fixed to parent and child; None on a particle.
     coordinates, speeds
         Those of the child's motion relative to the parent.
+    quaternion
+        Those of the coordinates that are a quaternion whose multiples are one attitude.
     """
 
     name: str
@@ -45,6 +47,7 @@ class Joint:
     child_interframe: ReferenceFrame | None = None
     coordinates: tuple[AppliedUndef, ...] = ()
     speeds: tuple[AppliedUndef, ...] = ()
+    quaternion: tuple[AppliedUndef, ...] = ()
 
     @property
     def is_cut(self) -> bool:
@@ -77,6 +80,7 @@ def joint_of(joint: Any) -> Joint:
         joint.child_interframe,
         tuple(joint.coordinates),
         tuple(joint.speeds),
+        tuple(getattr(joint, "quaternion", ())),
     )
 
 

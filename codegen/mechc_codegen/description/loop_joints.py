@@ -32,8 +32,8 @@ UNITS: tuple[Components, ...] = (
 class Cut(Joint):
     """A joint that closes a loop: its points and axes are constrained, not placed by the tree.
 
-    Made by :meth:`pin`, :meth:`prismatic`, :meth:`cylindrical`, :meth:`planar`,
-    :meth:`spherical` and :meth:`weld`, which take the arguments of the joints of these names in
+    Made by :meth:`pin`, :meth:`prismatic`, :meth:`cylindrical`, :meth:`planar`, :meth:`spherical`,
+    :meth:`universal` and :meth:`weld`, which take the arguments of the joints of these names in
     ``sympy.physics.mechanics``, without coordinates and speeds.
 
     Constraints may follow from others: redundant ones get the multipliers of least norm.  Those
@@ -103,6 +103,19 @@ class Cut(Joint):
     ) -> Self:
         """A cut ball joint: three positions held; parameters as in :meth:`pin`."""
         return cls(*_Sides(name, parent, child, *args, **places).described)
+
+    @classmethod
+    def universal(
+        cls, name: str, parent: Body | None, child: Body | None, *args: Any, **places: Any
+    ) -> Self:
+        """A cut universal joint: three positions held, and one direction.
+
+        One axis of its cross is the x axis of the parent's interframe, the other the y axis of the
+        child's, as of :class:`mechc.UniversalJoint`; parameters as in :meth:`pin`.
+        """
+        sides = _Sides(name, parent, child, *args, **places)
+        cross = (sides.on_child(UNITS[1]), sides.on_parent(UNITS[0]))
+        return cls(*sides.described, perpendicular=(cross,))
 
     @classmethod
     def weld(
@@ -197,7 +210,7 @@ class _Sides:
 
     def across(self, axis: Components) -> tuple[Vector, ...]:
         """Two directions of the parent that are perpendicular to the axis."""
-        return tuple(self.on_parent(other) for other in _across(axis))
+        return tuple(self.on_parent(other) for other in across(axis))
 
     def parallel(self, axis: Components) -> tuple[tuple[Vector, Vector], ...]:
         """Pairs that keep the axis of the child along that of the parent."""
@@ -261,7 +274,7 @@ def _vector(components: Components, frame: ReferenceFrame) -> Vector:
     return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))
 
 
-def _across(axis: Components) -> tuple[Components, Components]:
+def across(axis: Components) -> tuple[Components, Components]:
     """Two unit vectors perpendicular to an axis and to each other."""
     still = [k for k in range(3) if axis[k] == 0]
     if len(still) == 2:

@@ -18,6 +18,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
+from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joint_closures import joints_and_closures
@@ -265,7 +266,7 @@ class Mechanism:
 
 
 def _take_joints(mechanism: Mechanism) -> None:
-    """Convert joints to one form, and append the closures of the cut ones."""
+    """Convert joints to one form, and append closures of the cut ones, constraints of couplings."""
     if mechanism.joints:
         joints, closures = joints_and_closures(
             mechanism.name, (mechanism.frame, mechanism.origin), mechanism.bodies, mechanism.joints
@@ -274,6 +275,10 @@ def _take_joints(mechanism: Mechanism) -> None:
         given = tuple(c for c in mechanism.closures if c.name not in own)
         object.__setattr__(mechanism, "joints", joints)
         object.__setattr__(mechanism, "closures", (*given, *closures))
+        of_couplings = tuple(joint.constraint for joint in joints if isinstance(joint, Coupled))
+        own = {constraint.name for constraint in of_couplings}
+        others = tuple(c for c in mechanism.configuration_constraints if c.name not in own)
+        object.__setattr__(mechanism, "configuration_constraints", (*others, *of_couplings))
 
 
 def _check_lengths(mechanism: Mechanism) -> None:

@@ -73,11 +73,12 @@ class Places:
         """Each frame's representative among those that do not turn relative to it."""
         group = {self.mechanism.frame: self.mechanism.frame}
         for frame, before in self.frames.items():
-            constant = all(map(self._is_constant, before.dcm(frame)))
+            constant = all(map(self.is_constant, before.dcm(frame)))
             group[frame] = group[before] if constant else frame
         return group
 
-    def _is_constant(self, entry: Expr) -> bool:
+    def is_constant(self, entry: Expr) -> bool:
+        """Whether it contains nothing but parameters whose values are known."""
         return _variables(self.expression(entry)) <= {*self.parameters}
 
     def group_of(self, frame: ReferenceFrame) -> ReferenceFrame | None:
@@ -92,7 +93,7 @@ class Places:
     def carrier(self, way: Vector) -> ReferenceFrame | None:
         """The group of frames in which a vector is constant; None if there is no single one."""
         groups = {self._rigid_frames[frame] for _, frame in way.args}
-        constant = all(self._is_constant(e) for matrix, _ in way.args for e in matrix)
+        constant = all(self.is_constant(e) for matrix, _ in way.args for e in matrix)
         return groups.pop() if len(groups) == 1 and constant else None
 
     def keeps_its_length(self, way: Vector) -> bool:

@@ -16,10 +16,12 @@ from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.drawing.infer import inferred
 from mechc_codegen.drawing.places import Places
+from mechc_codegen.drawing.solids import Shape, shapes, weight
+from mechc_codegen.drawing.struts import inferred_struts
 from mechc_codegen.errors import MechanismError
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Iterable, Mapping
 
     from mechc_codegen.description.mechanism import Mechanism
 
@@ -41,6 +43,13 @@ class Plan:
         entries, row after row, by which components in it become components in that frame.
     points
         For every point but the origin the number of the point before it, and the way from there.
+    solids
+        Of a plan in space: each shape with the numbers of its point and of its frame.
+    joints
+        Of a plan in space: names of the joints, with the number of the point where their reactions
+        act.
+    weight
+        Of a plan in space: the acceleration of free fall, along the inertial axes.
     """
 
     drawing: Drawing
@@ -49,10 +58,17 @@ class Plan:
     places: tuple[int, ...] = ()
     frames: list[tuple[int, tuple[Expr, ...]]] = field(default_factory=list)
     points: list[tuple[int, tuple[Arm, ...]]] = field(default_factory=list)
+    solids: list[tuple[Shape, int, int]] = field(default_factory=list)
+    joints: list[tuple[str, int]] = field(default_factory=list)
+    weight: tuple[Expr, Expr, Expr] | None = None
 
 
-def picture_plan(mechanism: Mechanism, added: Drawing, known: Collection[str]) -> Plan:
+def picture_plan(
+    mechanism: Mechanism, added: Drawing, known: Collection[str], *, in_space: bool = False
+) -> Plan:
     """The plan of a mechanism's own drawing, or of what can be inferred, and of what is added.
+
+    ``in_space``: with solids, springs, dampers and the weight.
 
     Raises
     ------
@@ -65,9 +81,29 @@ def picture_plan(mechanism: Mechanism, added: Drawing, known: Collection[str]) -
     base = own if own.links and placed else _kept(inferred(places).plus(own), places.names)
     _refuse_unknown(added, places.names)
     drawing = base.plus(added)
+    if in_space:
+        drawing = _with_struts(drawing, places)
     state = (*mechanism.q, *mechanism.x)
     arguments = (dynamicsymbols._t, state, tuple(places.parameters))
-    return _Steps(places, Plan(drawing, arguments)).plan
+    plan = Plan(drawing, arguments)
+    steps = _Steps(places, plan)
+    if in_space:
+        steps.add(shapes(places, drawing.solids))
+        steps.add_joints()
+        plan.weight = weight(places)
+    return plan
+
+
+def _with_struts(drawing: Drawing, places: Places) -> Drawing:
+    """With the springs and dampers among the loads, of points that are not joined by one yet."""
+    taken = {frozenset(ends) for _, ends in (*drawing.springs, *drawing.dampers)}
+    name = {point: name for name, point in places.names.items()}
+    found: dict[str, list[tuple[str, tuple[str, ...]]]] = {"spring": [], "damper": []}
+    for kind, label, ends in inferred_struts(places):
+        names = tuple(name[places.same[end]] if end not in name else name[end] for end in ends)
+        if frozenset(names) not in taken:
+            found[kind].append((label, names))
+    return drawing.plus(Drawing(springs=tuple(found["spring"]), dampers=tuple(found["damper"])))
 
 
 def _kept(drawing: Drawing, names: Collection[str]) -> Drawing:
@@ -95,6 +131,17 @@ class _Steps:
         self._points = {places.mechanism.origin: 0}
         plan.names = plan.drawing.names
         plan.places = tuple(self._point(places.names[name]) for name in plan.names)
+
+    def add(self, found: Iterable[Shape]) -> None:
+        """Place these shapes."""
+        for shape in found:
+            self.plan.solids.append((shape, self._point(shape.at), self._frame(shape.frame)))
+
+    def add_joints(self) -> None:
+        """Place the joints, if all of them can be."""
+        joints = self.places.mechanism.joints
+        if all(self.places.is_placed(joint.child_point) for joint in joints):
+            self.plan.joints = [(j.name, self._point(j.child_point)) for j in joints]
 
     def _frame(self, frame: ReferenceFrame) -> int:
         way = []

@@ -21,6 +21,7 @@ from mechc_codegen.emit.instruction_sets import InstructionSet
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.scene_files import model_source, sizes_header, template
 from mechc_codegen.emit.split_functions import Line
+from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 
@@ -42,7 +43,9 @@ def emit(
     texts = {
         **program_texts(functions, metadata),
         "scene_model.c": model_source(functions, metadata, sets),
-        "scene_outputs_only.c": template("outputs_only.c.in").substitute(unit=sets[-1].name),
+        "scene_outputs_only.c": template("outputs_only.c.in").substitute(
+            unit=sets[-1].name, lanes=sets[-1].lanes
+        ),
     }
     for each in sets:
         values = {"lanes": each.lanes, "unit": each.name}
@@ -53,7 +56,8 @@ def emit(
 def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """The headers of a scene: its sizes and its program."""
     writer = CWriter(functions, _meanings(functions, metadata))
-    program_text = "\n".join(writer.text(function) for function in functions)
+    texts = [table_text(lookups(functions.program.values())), *map(writer.text, functions)]
+    program_text = "\n".join(texts)
     return {
         "scene_sizes.h": sizes_header(functions),
         "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
@@ -67,7 +71,7 @@ class CWriter(FunctionWriter):
 
     def __init__(self, functions: SceneFunctions, meanings: Mapping[Symbol, str]) -> None:
         self.functions, self.layout, self.meanings = functions, functions.layout, meanings
-        self.printer = RealPrinter()
+        self.printer = RealPrinter(tables=True)
         self.inputs = [value.symbol for value in functions.program.input_values()]
         self._printed: dict[tuple[Symbol, ...], Line] = {}
 
@@ -185,7 +189,8 @@ class CWriter(FunctionWriter):
             arrays = _pointers(self.layout.motion)
             return function.name, f"{_STATE}, const real *saved,{arrays}".rstrip(",")
         if function.of_motion:
-            return f"solved_{function.name}", f"{_STATE}{_SOLVED}, real *out"
+            covector = ", const real *c" if function.of_covector else ""
+            return f"solved_{function.name}", f"{_STATE}{_SOLVED}{covector}, real *out"
         return f"output_{function.name}", f"{_STATE}, real *out"
 
 

@@ -16,6 +16,7 @@ from sympy import Expr, Symbol
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.layout import (
+    ADJOINT,
     INTERNAL,
     JACOBIANS,
     OWN,
@@ -36,7 +37,8 @@ class SceneFunction:
 
     ``stores``: outputs with the array that each is written to.  ``kept``: symbols whose values go
     to ``array``.  ``loads``: where symbols that no statement defines are read from.
-    ``of_motion``: whether accelerations or multipliers are needed.
+    ``of_motion``: whether accelerations or multipliers are needed; ``of_covector``: whether the
+    numbers of a covector are.
     """
 
     kind: Kind
@@ -48,6 +50,7 @@ class SceneFunction:
     kept: Sequence[Symbol] = ()
     array: str = ""
     of_motion: bool = False
+    of_covector: bool = False
 
 
 @dataclass
@@ -94,6 +97,7 @@ class SceneFunctions:
             yield SceneFunction(
                 "output", output.name, output.equation, self._slice((output.name,)), loads,
                 [(output, "out")], of_motion=self.needs_motion(output),
+                of_covector=output.name == ADJOINT,
             )  # fmt: skip
 
     def _hoist(self) -> SceneFunction:
@@ -144,7 +148,7 @@ class SceneFunctions:
 
     def needs_motion(self, output: Output) -> bool:
         """Whether accelerations or multipliers are in the output or in its statements."""
-        if output.name in (*RESIDUALS, *OWN):
+        if output.name in (*RESIDUALS, *OWN, ADJOINT):
             return True
         statements = self._slice((output.name,))
         used = self._used_by((output.name,)) | symbols_of(s.value for s in statements)
@@ -179,6 +183,7 @@ class SceneFunctions:
             ("k", self.constants),
             ("a", symbols.accelerations),
             ("l", symbols.multipliers),
+            ("c", symbols.covector),
         ]
         return {s: f"{array}[{i}]" for array, members in arrays for i, s in enumerate(members)}
 

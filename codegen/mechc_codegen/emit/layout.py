@@ -21,7 +21,8 @@ JACOBIANS = {
     "input_jacobian": ("residual_by_inputs", "own_by_inputs", "rate_by_inputs"),
 }
 RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
-UNLISTED = (*RESIDUALS, *OWN, *_RATES)  # parts of others
+ADJOINT = "residual_adjoint"
+UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT)  # parts of others
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}

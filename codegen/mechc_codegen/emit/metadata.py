@@ -17,6 +17,7 @@ from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
 from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
 
@@ -68,6 +69,7 @@ def scene_metadata(
         "unavailable": _unavailable(mechanism, request),
         **_inputs(mechanism, program),
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
+        **_quaternions(mechanism),
         "smooth": _smooth(program, request),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
@@ -75,6 +77,13 @@ def scene_metadata(
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
     }
+
+
+def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
+    """The places of the components of quaternions whose multiples are one attitude."""
+    every = [joint.quaternion for joint in mechanism.joints if joint.quaternion]
+    places = [[mechanism.q.index(x) for x in quaternion] for quaternion in every]
+    return {"quaternions": places} if places else {}
 
 
 def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:
@@ -114,7 +123,7 @@ def _smooth(program: Program, request: OutputRequest) -> bool:
     elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
     needed = symbols_of(elements)
     values = [s.value for s in slice_statements(program.body, needed)]
-    return not any(value.has(Abs, Step, Floor) for value in (*values, *elements))
+    return not any(value.has(Abs, Step, Floor, Lookup) for value in (*values, *elements))
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import NumpyPrinter
 from mechc_codegen.emit.split_functions import PIECE, Line
+from mechc_codegen.emit.tables import lookups
 from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
@@ -83,7 +84,7 @@ def _listing(functions: SceneFunctions, metadata: Mapping[str, Any]) -> Listing:
     equations, layout, symbols = functions.equations, functions.layout, functions.program.symbols
     own, request, writer = functions.own_functions(), functions.request, NumpyWriter(functions)
     return Listing(
-        "\n".join([_complete(functions), *map(writer.text, functions)]),
+        "\n".join([_tables(functions), _complete(functions), *map(writer.text, functions)]),
         json.dumps(metadata, sort_keys=True),
         len(symbols.q), len(symbols.u), equations.holonomic, functions.rows,
         len(symbols.parameters), len(functions.constants), len(functions.saved),
@@ -103,7 +104,7 @@ class NumpyWriter(FunctionWriter):
     most_lines = PIECE
 
     def __init__(self, functions: SceneFunctions) -> None:
-        self.functions, self.printer = functions, NumpyPrinter()
+        self.functions, self.printer = functions, NumpyPrinter(tables=True)
         outputs = enumerate(functions.own_functions())
         self.names = {output.name: f"output_{number}" for number, output in outputs}
 
@@ -159,6 +160,15 @@ class NumpyWriter(FunctionWriter):
             return "hoist", ("p", "k")
         targets = getattr(self.functions.layout, function.kind)
         return function.kind, (*STATE, "saved", *self.lengths(targets))
+
+
+def _tables(functions: SceneFunctions) -> str:
+    """The functions of tables, which the runtime makes of their data."""
+    return "".join(
+        f"{each.__name__} = table({each.orders}, {each.table.starts}, {each.table.degree}, "
+        f"{each.table.coefficients}, {each.table.periods})\n"
+        for each in lookups(functions.program.values())
+    )
 
 
 def _complete(functions: SceneFunctions) -> str:

@@ -13,6 +13,7 @@ from sympy import Add, Expr, Float, Integer, Mul, NumberSymbol, Pow, Rational, S
 from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 
+from mechc_codegen.description.tables import Lookup
 from mechc_codegen.errors import InternalError, MechanismError
 
 _MOST_FACTORS = 8  # integer powers up to here are printed as products
@@ -22,12 +23,19 @@ _PRINTED = (Symbol, Rational, Float, NumberSymbol, Add, Mul, Pow, exp)
 
 
 class RealPrinter(C99CodePrinter):  # type: ignore[misc]
-    """C over ``real``: powers as products, functions through the lane macros."""
+    """C over ``real``: powers as products, functions through the lane macros.
+
+    ``tables``: whether the text has the functions of tables.
+    """
 
     functions = (
         *("sin", "cos", "tan", "asin", "acos", "atan", "atan2"),
         *("sinh", "cosh", "tanh", "exp", "log"),
     )
+
+    def __init__(self, tables: bool = False) -> None:
+        super().__init__()
+        self.tables = tables
 
     def _print(self, expr: Expr, **kwargs: object) -> str:
         self._refuse_unknown(expr)
@@ -38,6 +46,7 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
     def _refuse_unknown(self, expr: Expr) -> None:
         name = type(expr).__name__
         known = name in (*self.functions, *_CORNERED) and not isinstance(expr, AppliedUndef)
+        known = known or (self.tables and isinstance(expr, Lookup))
         if not known and not isinstance(expr, _PRINTED):
             raise MechanismError(
                 f"{name} has no C form here, in {str(expr)[:80]!r}; known are numbers, "
@@ -95,6 +104,9 @@ class RealPrinter(C99CodePrinter):  # type: ignore[misc]
 
     def _print_Floor(self, expr: Expr) -> str:
         return self._call("floor", [self._real(expr.args[0])])
+
+    def _print_Lookup(self, expr: Expr) -> str:
+        return self._call(type(expr).__name__, [self._real(a) for a in expr.args])
 
     def _real(self, expression: Expr) -> str:
         """An expression whose C type is `real` also where it is a number."""

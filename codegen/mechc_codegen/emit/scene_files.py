@@ -152,6 +152,11 @@ def _in_one_line(name: str) -> str:
     return _string_literal(name).replace("\n    ", " ")
 
 
+def texts_source(first: str, texts: str) -> str:
+    """A first unit, and the texts that its parts are compiled from."""
+    return template("first_unit.c.in").substitute(first=first, texts=_string_literal(texts))
+
+
 def _string_literal(text: str) -> str:
     """A C string literal in lines of bounded length; anything but plain ASCII is escaped."""
     escaped = [

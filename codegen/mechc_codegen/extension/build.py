@@ -7,6 +7,7 @@ decides the binary is in :class:`Build` or in :func:`signature`.
 from __future__ import annotations
 
 import hashlib
+import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -32,8 +33,25 @@ class Build:
         return max(self.flags.values(), key=len)
 
     @property
+    def units(self) -> dict[str, tuple[str, ...]]:
+        """The sources of its units, one for each instruction set, with their flags."""
+        return {name: flags for name, flags in self.flags.items() if name != "scene_model.c"}
+
+    @property
     def sources(self) -> tuple[str, ...]:
         return tuple(self.flags)
+
+    def as_json(self) -> str:
+        """All that its sources are compiled from, for :meth:`from_json`."""
+        texts = {name: text for name, text in self.texts.items() if name.endswith((".c", ".h"))}
+        return json.dumps({"name": self.name, "texts": texts, "flags": dict(self.flags)})
+
+    @classmethod
+    def from_json(cls, text: str) -> Build:
+        """The build that :meth:`as_json` wrote."""
+        data = json.loads(text)
+        flags = {name: tuple(each) for name, each in data["flags"].items()}
+        return cls(data["name"], data["texts"], flags)
 
     def write(self, folder: Path) -> None:
         """Write the texts; an unchanged file keeps its time stamp."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import chain
 from typing import Any
 
 from sympy import Derivative, Expr, Symbol, sympify
@@ -17,6 +19,8 @@ from sympy.physics.vector import Vector
 from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
+from mechc_codegen.description.constraints import Constraint
+from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.joints import Body, Joint, joint_of, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import (
@@ -89,7 +93,8 @@ def from_joints(
     refuse_unreached(name, tree)
     states = _states([(old, new) for (old, _), new in zip(given, every, strict=True)])
     loads = plain_loads(loads)
-    found = _symbols(ground, bodies, loads, gravity, more)
+    couplings = [joint for joint in every if isinstance(joint, Coupled)]
+    found = _symbols(ground, bodies, loads, gravity, more, [c.constraint for c in couplings])
     named = _Names(states, units or {}, _parameters(parameters, found))
     places = _Places(every, bodies)
     return Mechanism(
@@ -105,7 +110,7 @@ def from_joints(
         gravity=gravity,
         joints=tuple(every),
         **{"title": name, "points": places.points, **more},
-        drawing=places.drawing().plus(drawing),
+        drawing=reduce(Drawing.plus, [*(c.drawing for c in couplings), drawing], places.drawing()),
     )
 
 
@@ -147,6 +152,7 @@ class _States:
     kinematics: tuple[Expr, ...]
     turning: frozenset[Expr]
     of_joint: Mapping[Expr, str]
+    units: Mapping[Expr, str]
 
 
 def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
@@ -154,6 +160,7 @@ def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
     q, u, equations = list[Any](), list[Any](), list[Expr]()
     of_joint: dict[Expr, str] = {}
     turning: set[Expr] = set()
+    units: dict[Expr, str] = {}
     for given, joint in joints:
         speeds = [speed_of(s.expr) if isinstance(s, Derivative) else s for s in joint.speeds]
         if hasattr(given, "kdes") and speeds == list(joint.speeds):
@@ -165,8 +172,10 @@ def _states(joints: Sequence[tuple[Any, Joint]]) -> _States:
         u += speeds
         of_joint |= dict.fromkeys((*joint.coordinates, *speeds), joint.name)
         turning |= _turning(joint)
+        known = (*getattr(given, "coordinate_units", ()), *getattr(given, "speed_units", ()))
+        units |= dict(zip((*joint.coordinates, *speeds), known, strict=False))
     kinematics = coordinate_rates(equations, q)
-    return _States(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint)
+    return _States(tuple(q), tuple(u), kinematics, frozenset(turning), of_joint, units)
 
 
 def _turning(joint: Joint) -> set[Expr]:
@@ -205,6 +214,8 @@ class _Names:
     def _unit(self, symbol: Expr) -> str:
         if symbol in self.given:
             return str(self.given[symbol])
+        if symbol in self.states.units:
+            return self.states.units[symbol]
         if symbol in self.states.q:
             return "rad" if symbol in self.states.turning else "m"
         return f"{self._unit(self._rate_of[symbol])}/s" if symbol in self._rate_of else ""
@@ -216,6 +227,7 @@ def _symbols(
     loads: Iterable[Load],
     gravity: Vector | None,
     more: Mapping[str, Any],
+    of_couplings: Iterable[Constraint],
 ) -> list[Symbol]:
     """Every constant in the description."""
     text = Fingerprint(ground.frame)
@@ -227,9 +239,9 @@ def _symbols(
             text.dyadic(body.central_inertia)
     for vector in (*(vector for _, vector in loads), *([gravity] if gravity else [])):
         text.vector(vector)
-    for kind in ("configuration_constraints", "motion_constraints"):
-        for constraint in more.get(kind, ()):
-            text.expression(constraint.expression)
+    given = (more.get(kind, ()) for kind in ("configuration_constraints", "motion_constraints"))
+    for constraint in chain(of_couplings, *given):
+        text.expression(constraint.expression)
     for value in dict(more.get("inputs", {})).values():
         text.expression(sympify(0 if value is None else value))
     found = {x for x in text.leaves if isinstance(x, Symbol)} - {dynamicsymbols._t}
@@ -260,7 +272,8 @@ class _Places:
     """Joint points and mass centres, each place once, the first of each name."""
 
     def __init__(self, joints: Sequence[Joint], bodies: Sequence[Body]) -> None:
-        self.joints, self.bodies = joints, bodies
+        self.joints = [joint for joint in joints if not isinstance(joint, Coupled)]
+        self.bodies = bodies
         sides = [point for j in joints for point in (j.parent_point, j.child_point)]
         every = [self.place(point) for point in (*sides, *(body.masscenter for body in bodies))]
         named: dict[str, Point] = {}

@@ -81,6 +81,11 @@ class Program:
     def output(self, name: str) -> Output:
         return next(o for o in self.outputs if o.name == name)
 
+    def values(self) -> Iterator[Expr]:
+        """Every expression of statements and outputs."""
+        yield from (s.value for s in (*self.hoisted, *self.body))
+        yield from (e for o in self.outputs for e in o.elements)
+
     def input_values(self) -> list[InputValue]:
         """The values of inputs that a run must be given, in the order of arrays."""
         if not self.symbols.inputs:
@@ -99,8 +104,9 @@ class Program:
         known = set(self.symbols.parameters)
         for statement in self.hoisted:
             _check_statement(statement, known)
-        known |= {self.symbols.time, *self.symbols.q, *self.symbols.u, *self.symbols.motion}
-        known |= {value for chain in self.symbols.inputs for value in chain}
+        symbols = self.symbols
+        known |= {symbols.time, *symbols.q, *symbols.u, *symbols.motion, *symbols.covector}
+        known |= {value for chain in symbols.inputs for value in chain}
         for statement in self.body:
             _check_statement(statement, known)
         for output in self.outputs:

@@ -57,7 +57,7 @@ def add_sensitivities(
 def _by_state(program: Program, own: Sequence[str]) -> Program:
     symbols = program.symbols
     forward = _Forward(program, (*symbols.q, *symbols.u), "d")
-    added = [forward.output("residual_by_state", "dR and dS by q and u", _residual(program))]
+    added = [forward.output("residual_by_state", "dR and dS by q and u", residual(program))]
     added += forward.of("rate_by_state", "derivative of q' by q and u", "coordinate_rates")
     gradient = forward.of("velocity_gradient", "derivative of J u + b by q", "velocity_constraints")
     size = len(symbols.q)
@@ -76,7 +76,7 @@ def _by_others(
 ) -> Program:
     """By parameters, or by every value of inputs that a run is given, with their rates."""
     forward = _Forward(program, others, prefix)
-    added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", _residual(program))]
+    added = [forward.output(f"residual_by_{by}", f"dR and dS by {by}", residual(program))]
     added += forward.of(f"rate_by_{by}", f"derivative of q' by {by}", "coordinate_rates")
     for name in ("constraints", "velocity_constraints") if constraints else ():
         added += forward.of(f"{name}_by_{by}", f"derivative of the {name} by {by}", name)
@@ -86,7 +86,7 @@ def _by_others(
 def _with_slopes(program: Program, defaults: Sequence[Expr | None]) -> Program:
     """With the derivatives of the defaults by the parameters that they follow."""
     values = program.symbols.parameters
-    slopes = [S.Zero if d is None else _slope(d, p) for d in defaults for p in values]
+    slopes = [S.Zero if d is None else slope(d, p) for d in defaults for p in values]
     if not any(slopes):
         return program
     size = len(values)
@@ -106,13 +106,13 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
     entries, labels = list[Expr](), list[str]()
     for i, element in enumerate(elements):
         entries += explicit.elements[i * width : (i + 1) * width]
-        entries += [_slope(element, x) for x in motion]
+        entries += [slope(element, x) for x in motion]
         labels += [f"{name}[{i}, {k}]" for k in range(width + len(motion))]
     shape = (len(elements), width + len(motion))
     return [Output(name, explicit.equation, tuple(entries), shape, tuple(labels))]
 
 
-def _residual(program: Program) -> list[Expr]:
+def residual(program: Program) -> list[Expr]:
     """R and S, which vanish at the motion's accelerations and multipliers.
 
     A tree has them among its outputs; elsewhere they are formed from M, F, J and gamma.
@@ -168,14 +168,8 @@ class _Forward:
 
     def finished(self, outputs: Sequence[Output]) -> Program:
         """The program with the derivatives, what they have in common computed once."""
-        values = [s.value for s in self.statements] + [e for o in outputs for e in o.elements]
-        names = (Symbol(f"{self.prefix}{k}x", real=True) for k in range(10**9))
-        common, reduced = cse(values, symbols=names, list=False, order="none")
-        rewritten = iter(reduced)
-        kept = [replace(s, value=next(rewritten)) for s in self.statements]
-        added = [replace(o, elements=tuple(next(rewritten) for _ in o.elements)) for o in outputs]
-        whole = replace(self.program, outputs=(*self.program.outputs, *added))
-        return _merged(whole, [*(Assign(symbol, value) for symbol, value in common), *kept])
+        kept, added = with_common_named(self.statements, outputs, self.prefix)
+        return merged(replace(self.program, outputs=(*self.program.outputs, *added)), kept)
 
     def _reach(self, values: Iterable[Expr]) -> None:
         """Gradients of every statement that the values depend on."""
@@ -214,14 +208,27 @@ class _Forward:
         """By the chain rule over the symbols in the value."""
         found: dict[int, list[Expr]] = {}
         for symbol in _in_order(value.free_symbols & self.gradients.keys()):
-            partial = _slope(value, symbol)
+            partial = slope(value, symbol)
             for k, along in self.gradients[symbol].items():
                 found.setdefault(k, []).append(partial * along)
         sums = {k: sum(terms, S.Zero) for k, terms in found.items()}
         return {k: total for k, total in sums.items() if total != 0}
 
 
-def _slope(value: Expr, symbol: Symbol) -> Expr:
+def with_common_named(
+    statements: Sequence[Assign], outputs: Sequence[Output], prefix: str
+) -> tuple[list[Assign], list[Output]]:
+    """What statements and outputs have in common computed once, by statements of its own."""
+    values = [s.value for s in statements] + [e for o in outputs for e in o.elements]
+    names = (Symbol(f"{prefix}{k}x", real=True) for k in range(10**9))
+    common, reduced = cse(values, symbols=names, list=False, order="none")
+    rewritten = iter(reduced)
+    kept = [replace(s, value=next(rewritten)) for s in statements]
+    added = [replace(o, elements=tuple(next(rewritten) for _ in o.elements)) for o in outputs]
+    return [*(Assign(symbol, value) for symbol, value in common), *kept], added
+
+
+def slope(value: Expr, symbol: Symbol) -> Expr:
     """The derivative, written without Piecewise and the like."""
     return bottom_up(diff(value, symbol), without_corners, {})
 
@@ -241,7 +248,7 @@ def _first_columns(output: Output, count: int) -> Output:
     )
 
 
-def _merged(program: Program, added: Sequence[Assign]) -> Program:
+def merged(program: Program, added: Sequence[Assign]) -> Program:
     """The program with added statements in order, hoisted where they depend on parameters alone."""
     parameters = {*program.symbols.parameters, *(x for s in program.hoisted for x in s.targets)}
     fixed, running = list[Statement](program.hoisted), list[Statement](program.body)

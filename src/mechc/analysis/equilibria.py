@@ -83,7 +83,7 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
 
 def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[Array | None]:
     """For each value of a coordinate a closed configuration (nq,), or None."""
-    fixed = np.tile(system.default_coordinates, (len(grid), 1))
+    fixed = system.default_configurations(len(grid), [system.coordinates[driven]])
     fixed[:, driven] = grid
     free = system.unknowns([driven])
     if not free or not system.scene.holonomic:

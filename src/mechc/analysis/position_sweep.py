@@ -141,7 +141,7 @@ def sweep_positions(
     values = _checked_values(driven, values)
     rows = np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1]))
     kept = {**given, driven: float(values[0])}
-    fixed = np.tile(system.default_coordinates, (len(rows), 1))
+    fixed = system.default_configurations(len(rows), (*near, *kept))
     for name, value in {**near, **kept}.items():
         fixed[:, system.state_index(name)] = value
     search = search_for(system, tuple(kept), tuple(near))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -32,9 +32,20 @@ def assemble(
     """
     pace = {name: value for name, value in near.items() if name in system.speeds}
     close_by = {name: near[name] for name in near if name not in pace} if pace else near
+    close_by = {**_attitudes(system, (*coordinates, *close_by)), **close_by}
     chosen = _configurations(system, coordinates, p, close_by, t)[:1]
     states = with_speeds(system, chosen, coordinates, speeds, p, t)
     return only_branch(system, states, speeds, pace)
+
+
+def _attitudes(system: System, given: Collection[str]) -> dict[str, float]:
+    """A guess for the quaternions of a loop of which no component is given."""
+    if not system.scene.holonomic:
+        return {}
+    known = {system.state_index(name) for name in given}
+    free = [i for places in system.quaternions if not known & {*places} for i in places]
+    unturned = system.default_configurations(1, given)[0]
+    return {system.coordinates[i]: float(unturned[i]) for i in free}
 
 
 def assemblies(
@@ -49,7 +60,7 @@ def _configurations(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
     """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""
-    fixed = system.default_coordinates[None].copy()
+    fixed = system.default_configurations(1, (*near, *given))
     for values in (near, given):
         for name, value in values.items():
             fixed[0, system.state_index(name)] = value

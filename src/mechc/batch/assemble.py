@@ -33,7 +33,7 @@ def configurations(
     AssemblyError
         If the coordinates given leave a choice and there is no guess.
     """
-    fixed = np.tile(system.default_coordinates, (recipe.count, 1))
+    fixed = system.default_configurations(recipe.count, (*recipe.guess, *recipe.coordinates))
     for name, column in {**recipe.guess, **recipe.coordinates}.items():
         fixed[:, system.state_index(name)] = column
     t = recipe.span[0]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,21 +11,28 @@ import numpy as np
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.accept import accepted
 from mechc.inputs.driven_scene import with_inputs
+from mechc.inputs.sampled import Sampled
 from mechc.inputs.signals import Signal
+from mechc.system.names import names_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 
 class BatchInputs(NamedTuple):
-    """Numbers by name, arrays () or (n,), and signals."""
+    """Numbers by name, arrays () or (n,), signals, and controllers by the names of their inputs,
+    one for all members or one for each."""
 
     numbers: Mapping[str, Array]
     signals: Mapping[str, Signal]
+    controllers: Mapping[tuple[str, ...], Sequence[Sampled]] = MappingProxyType({})
 
     def cut(self, first: int, last: int) -> BatchInputs:
         """Those of members first ... last - 1."""
         rows = {n: c[first:last] if np.ndim(c) else c for n, c in self.numbers.items()}
-        return BatchInputs(rows, self.signals)
+        controllers = {
+            names: c[first:last] if len(c) > 1 else c for names, c in self.controllers.items()
+        }
+        return BatchInputs(rows, self.signals, controllers)
 
     @property
     def own(self) -> dict[str, Array]:
@@ -32,9 +40,10 @@ class BatchInputs(NamedTuple):
         return {name: column for name, column in self.numbers.items() if np.ndim(column)}
 
     def of(self, member: int) -> dict[str, Any]:
-        """What one member is given."""
+        """What one member is given; 0 where it has a controller."""
         numbers = {n: float(c[member] if np.ndim(c) else c) for n, c in self.numbers.items()}
-        return {**numbers, **self.signals}
+        controlled = (name for names in self.controllers for name in names)
+        return {**numbers, **self.signals, **dict.fromkeys(controlled, 0.0)}
 
 
 NONE = BatchInputs({}, {})
@@ -46,8 +55,8 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
-        For unknown names; for Python functions, which are called in single runs only; for numbers
-        that are not finite.
+        For unknown names; for Python functions of time, which are called in single runs only; for
+        numbers that are not finite.
     """
     slots = system.data.get("inputs", ())
     if system.driven is None:
@@ -55,10 +64,21 @@ def checked_inputs(system: System, given: Mapping[str, Any] | None) -> BatchInpu
             raise UnknownNameError("input", name, system.inputs)
         return NONE
     orders = {slot["name"]: max(slot["orders"]) for slot in slots}
-    every = {**system.driven.given, **accepted(given or {}, orders)}
+    controllers = {k: c for k, x in dict(given or {}).items() if (c := _controllers(x))}
+    others = {key: value for key, value in dict(given or {}).items() if key not in controllers}
+    every = {**system.driven.given, **accepted(others, orders)}
     signals = {name: value for name, value in every.items() if isinstance(value, Signal)}
     numbers = {n: _numbers(n, value) for n, value in every.items() if n not in signals}
-    return BatchInputs(numbers, signals)
+    named = {tuple(names_of(key)): several for key, several in controllers.items()}
+    return BatchInputs(numbers, signals, named)
+
+
+def _controllers(given: Any) -> tuple[Sampled, ...]:
+    """One controller for all members, or one for each; none for anything else."""
+    if isinstance(given, Sampled):
+        return (given,)
+    several = isinstance(given, (tuple, list)) and all(isinstance(x, Sampled) for x in given)
+    return tuple(given) if several else ()
 
 
 def _numbers(name: str, value: Any) -> Array:

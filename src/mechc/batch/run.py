@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import threading
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,6 @@ from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
 from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
-from mechc.native._driver import Scene
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -42,20 +40,21 @@ def run_members(
     Each is the same run as ``model.simulate``, so the states are the same to the last bit for any
     number of threads.  Ctrl-C keeps the finished members.
     """
-    # waits for the background compilation; from here on outputs have its numbering
-    unit = _unit(system.scene.capsule, system.instruction_set)
+    unit = system.scene.of_members
     system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
-    y0, assembled, miss, complete = _starts(system, recipe, values, threads)
+    y0, assembled, miss, complete = starts(system, recipe, values, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
+    needs_dense = recipe.events is not None or any(p[0] != LAST for p in primitives)
     runs = Runs(
-        unit, _options(recipe, any(p[0] != LAST for p in primitives)), y0, values, length,
+        unit, _options(recipe, needs_dense), y0, values, length,
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
         allowed_gaps(system, values, recipe.span[0]),
         in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
+        recipe.events,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -63,6 +62,9 @@ def run_members(
     results |= {name: runs.least[:, i] for name, i in LEAST.items()}
     if miss is not None:
         results["miss"] = miss
+    if recipe.events is not None:
+        results["event_counts"] = runs.event_counts.astype(np.int64)
+        results["event_latest"] = runs.event_latest
     first = 0
     for i, reduction in enumerate(reductions):
         last = first + len(reduction.primitives)
@@ -70,12 +72,6 @@ def run_members(
         first = last
     results |= _histories(system, recipe, values, runs.at_times)
     return results, complete
-
-
-@cache
-def _unit(capsule: object, instruction_set: str) -> Any:
-    """The compiled scene, for the loop over members."""
-    return Scene(capsule, instruction_set)
 
 
 def parameter_rows(system: System, recipe: Recipe) -> Array:
@@ -106,7 +102,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
     }
 
 
-def _starts(
+def starts(
     system: System, recipe: Recipe, values: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, and the gap of the others."""

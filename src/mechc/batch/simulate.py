@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mechc.batch.controlled import run_controlled
+from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
@@ -36,6 +39,7 @@ def simulate_batch(
     outputs: Sequence[str] = (),
     reduce: Sequence[str] | str = (),
     until: str | None = None,
+    events: Sequence[Any] = (),
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
@@ -62,8 +66,9 @@ def simulate_batch(
         Names to numbers or arrays (n,), or an array (np,) or (n, np) of all.
     inputs
         Name -> number, one a member (n,), samples ``(times, values)`` or a :class:`mechc.Signal`
-        that all members have; besides those of ``model.with_inputs``.  Python functions are not
-        taken, and with ``out`` no signals.
+        that all members have; besides those of ``model.with_inputs``.  A :class:`mechc.Sampled`
+        controller, or a list of them (n,), one a member; they are called for one member after
+        another.  Other Python functions are not taken.
     t_eval
         Times (nt,) at which to keep states, and ``outputs`` if any are named.
     states
@@ -76,6 +81,11 @@ def simulate_batch(
     until
         A crossing at which a member's run ends, with the status ``"stopped by an event"``:
         ``"theta_0 > 360deg"``, of a quantity as in ``reduce``.
+    events
+        Expressions, and :class:`mechc.Event` of expressions with their resets, as in
+        ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
+        how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
+        without one.  Not with ``until``, ``out``, ``client`` and inputs.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -106,10 +116,12 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    if out is not None and recipe.inputs.signals:
+    elsewhere = out is not None or client is not None
+    found = batch_events(system, recipe.span, events, until or "", elsewhere)
+    recipe = replace(recipe, events=found)
+    if recipe.inputs.controllers and (out is not None or client is not None):
         raise ValueOutOfBoundsError(
-            f"out: a batch in a folder takes no signals yet, and "
-            f"{', '.join(recipe.inputs.signals)} is one: leave out= away"
+            "sampled controllers are functions of this process: leave out= and client= away"
         )
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
@@ -204,8 +216,9 @@ def _compute_here(
     report: Callable[[int], None],
 ) -> Iterator[Chunk]:  # fmt: skip
     done = recipe.count - sum(last - first for first, last in ranges)
+    members = run_controlled if recipe.inputs.controllers else run_members
     for first, last in ranges:
-        found, complete = run_members(
+        found, complete = members(
             system, recipe.cut(first, last), threads, partial(_report_more, report, done)
         )
         done += last - first
@@ -233,7 +246,8 @@ def _collect(
             complete = complete and whole
     except KeyboardInterrupt:
         complete = False
-    return Batch(system, recipe, arrays, complete)
+    kept = recipe.inputs._replace(controllers={})  # functions, which are not kept
+    return Batch(system, replace(recipe, inputs=kept), arrays, complete)
 
 
 def _empty(values: Array, count: int) -> Array:

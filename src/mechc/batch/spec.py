@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 
 from mechc.batch.driven import NONE, BatchInputs, check_driven, checked_inputs
+from mechc.batch.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.inputs.signals import Signal
 from mechc.simulation.settings import Policy
+from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
@@ -67,6 +70,7 @@ class Recipe:
     until: str
     policy: Policy
     inputs: BatchInputs = NONE
+    events: BatchEvents | None = None
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""
@@ -96,7 +100,7 @@ class Recipe:
         """All that decides the results, as JSON data; arrays by their hash."""
         policy = self.policy._asdict()
         del policy["dense"]
-        signals = {n: [_hash(x) for x in s.pieces] for n, s in self.inputs.signals.items()}
+        signals = {n: _told_signal(s) for n, s in sorted(self.inputs.signals.items())}
         driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
         return {
             **(driven if self.inputs != NONE else {}),
@@ -122,6 +126,11 @@ def _cut(columns: Columns, first: int, last: int) -> Columns:
 
 def _told(columns: Columns) -> dict[str, Any]:
     return {n: _hash(c) if np.ndim(c) else float(c) for n, c in sorted(columns.items())}
+
+
+def _told_signal(signal: Signal) -> dict[str, Any]:
+    words, arrays = signal.parts
+    return {**words, **{name: _hash(values) for name, values in arrays.items()}}
 
 
 def _hash(values: Array | None) -> str | None:
@@ -169,6 +178,8 @@ def checked_recipe(
     check_driven(system, given, np.append(t_eval, span), states is None)
     every = {**columns, **coordinates, **speeds, **given.numbers}
     every |= {"y0": states} if states is not None else {}
+    for names, several in given.controllers.items():
+        every |= {", ".join(names): np.zeros(len(several))} if len(several) > 1 else {}
     count = common_count(every)
     for text in reductions:
         read_reduction(system, text)
@@ -198,6 +209,7 @@ def _checked_states(system: System, y0: Array) -> Array:
             f"y0 must be states ({names}) of the shape ({system.scene.width},) or "
             f"(n, {system.scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
         )
+    refuse_no_attitude(states, system.quaternions, system.coordinates)
     return states
 
 

@@ -33,6 +33,7 @@ from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
+from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
 from mechc.results.untrusted import (
@@ -161,12 +162,16 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
     names = {kind: list(named) for kind, named in _columns(recipe).items()}
     policy = recipe.policy._asdict()
     atol = policy.pop("atol")
-    told = {
+    told: dict[str, Any] = {
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
         "keep_states": recipe.keep_states, "outputs": recipe.outputs,
         "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
     }  # fmt: skip
     arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
+    told["signals"] = {}
+    for i, (name, signal) in enumerate(recipe.inputs.signals.items()):
+        told["signals"][name], parts = signal.parts
+        arrays |= {f"signals/{i}/{part}": values for part, values in parts.items()}
     if recipe.states is not None:
         arrays["states"] = recipe.states
     if atol is not None:
@@ -367,7 +372,7 @@ def _read_recipe(notes: Path) -> Recipe:
         kind: {name: arrays[f"{kind}/{i}"] for i, name in enumerate(told["names"].get(kind, ()))}
         for kind in ("params", "coordinates", "speeds", "inputs")
     }
-    numbers = columns["inputs"]
+    driven = BatchInputs(columns["inputs"], _read_signals(told.get("signals", {}), arrays))
     recipe = Recipe(
         count=told["count"], span=(told["span"][0], told["span"][1]),
         states=arrays.get("states"), guess=dict(told["guess"]), t_eval=arrays["t_eval"],
@@ -375,7 +380,7 @@ def _read_recipe(notes: Path) -> Recipe:
         reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
         policy=Policy(atol=arrays.get("atol"), **told["policy"]),
         params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
-        inputs=BatchInputs(numbers, {}) if numbers else NONE,
+        inputs=driven if any(driven) else NONE,
     )  # fmt: skip
     every = {name: values for kind in columns.values() for name, values in kind.items()}
     if recipe.states is not None:
@@ -383,6 +388,13 @@ def _read_recipe(notes: Path) -> Recipe:
     if type(recipe.count) is not int or recipe.count != common_count(every):
         raise ValueError("it has another number of members than its inputs")
     return recipe
+
+
+def _read_signals(told: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Signal]:
+    found = {}
+    for i, (name, words) in enumerate(told.items()):
+        found[name] = Signal.from_parts(words, {p: arrays[f"signals/{i}/{p}"] for p in PARTS})
+    return found
 
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
@@ -398,7 +410,7 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
     again = checked_recipe(
         system, span, start, recipe.params, checked_times(recipe.t_eval, span),
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
-        checked_policy(system, **told), recipe.inputs.numbers,
+        checked_policy(system, **told), {**recipe.inputs.numbers, **recipe.inputs.signals},
     )  # fmt: skip
     if again.told() != recipe.told():
         raise ValueError("no call makes such a request")

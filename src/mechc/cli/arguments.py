@@ -71,7 +71,7 @@ def model_of(chosen: argparse.Namespace, outputs: Sequence[str] | None = None) -
     _refuse_unknown_names(chosen, options)
     with Notice(f"compiling {name}; the next time it is in the cache ..."):
         model = mechc.load(name, outputs=outputs, **options)
-        model.system.wait()
+        model.system.wait(batches=False)
     return model
 
 
@@ -101,7 +101,7 @@ def _own_model(chosen: argparse.Namespace, outputs: Sequence[str] | None) -> mec
         raise MechcError(f"--with: {chosen.name} has no options; these are of the library")
     with Notice(f"compiling {chosen.name}; the next time it is in the cache ..."):
         model = own_model(chosen.name, outputs)
-        model.system.wait()
+        model.system.wait(batches=False)
     return model
 
 

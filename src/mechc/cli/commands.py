@@ -48,7 +48,7 @@ from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
 from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
-from mechc.errors import MechcError
+from mechc.errors import MechcError, MissingPackageError
 from mechc.progress import ProgressBar
 from mechc.results.durable import written_into
 from mechc.results.summary import json_summary, summary
@@ -156,8 +156,14 @@ def _run(chosen: argparse.Namespace) -> int:
     if folder is not None:
         with written_into(folder):
             _write(sol, folder, quiet=chosen.json)
+            page = _write_view(sol, folder) if chosen.open else folder / "animation.html"
         if chosen.open:
-            _open_in_browser(folder / "animation.html")
+            _open_in_browser(page)
+    if chosen.view is not None:
+        with ProgressBar("drawing the view"):
+            saved = sol.view().save(chosen.view)
+        if not chosen.json:
+            print(f"written: {saved.resolve()}")
     if sol.status.code == "interrupted":
         return INTERRUPTED
     return 0 if sol.status.ok else FAILED
@@ -227,6 +233,15 @@ def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
         print(f"open {(folder / 'animation.html').resolve()} in a browser to see it move")
 
 
+def _write_view(sol: mechc.Solution, folder: Path) -> Path:
+    """The page in space, or, without three.js, the one that there is."""
+    try:
+        return Path(sol.view().save(folder / "view.html"))
+    except MissingPackageError as missing:
+        print(f"mechc: {missing}", file=sys.stderr)
+        return folder / "animation.html"
+
+
 def _open_in_browser(path: Path) -> None:
     """Only on a desktop; elsewhere the path is printed."""
     desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
@@ -255,11 +270,11 @@ def _cache(chosen: argparse.Namespace) -> int:
     if chosen.clear:
         print(f"removed {cache.clear()} compiled scenes from {cache.cache_folder()}")
         return 0
-    found = cache.entries()
+    found = cache.scenes()
     print(f"{cache.cache_folder()}: {len(found)} compiled scenes")
-    for folder in found:
-        size = sum(path.stat().st_size for path in folder.iterdir())
-        print(f"  {folder.name[:16]}  {size / 1024:.0f} KiB")
+    for key, folders in found.items():
+        size = sum(path.stat().st_size for folder in folders for path in folder.iterdir())
+        print(f"  {key[:16]}  {size / 1024:.0f} KiB")
     return 0
 
 

@@ -64,7 +64,7 @@ def _compiler() -> str:
 
 
 def _cache() -> str:
-    return f"{cache.check()}, {len(cache.entries())} compiled scenes"
+    return f"{cache.check()}, {len(cache.scenes())} compiled scenes"
 
 
 def written(checks: list[Check]) -> str:

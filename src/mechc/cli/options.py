@@ -90,7 +90,10 @@ def scene_options(parser: argparse.ArgumentParser) -> None:
 def run_options(parser: argparse.ArgumentParser) -> None:
     """One run: a scene, its start, and its output."""
     _start_options(parser)
-    parser.add_argument("--open", action="store_true", help="open the animation in a browser")
+    parser.add_argument("--open", action="store_true", help="open the motion in space in a browser")
+    parser.add_argument(
+        "--view", metavar="FILE", help="the motion in space as FILE.html, .png, .gif or .mp4"
+    )
 
 
 def sweep_options(parser: argparse.ArgumentParser) -> None:

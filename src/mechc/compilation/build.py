@@ -7,19 +7,19 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from threading import Event
 from typing import Any
 
 from mechc.compilation import cache, entries
-from mechc.compilation.from_scene import Seconds, system_with, with_inputs
+from mechc.compilation.from_scene import Seconds, system_with
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.compilation.pending import DeferredScene, Pending
+from mechc.compilation.parts import FIRST, Parts
 from mechc.compilation.picture import Described
 from mechc.compilation.toolchain.processor import environment, native
 from mechc.errors import MechcError
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
 
+FIRST_UNIT = "first unit"  # a stage of the build
 _compiled: dict[str, System] = {}
 
 
@@ -80,14 +80,15 @@ def compiled_before(reference: ModelReference) -> System:
     if key not in _compiled:
         if not cache.is_key(key):
             raise MechcError(f"{key!r} is not the key of a compiled scene")
-        scene = entries.found(key)
-        if scene is None:
+        first = entries.found(cache.part_key(key, FIRST))
+        if first is None:
             raise MechcError(
                 f"the mechanism {reference.mechanism!r} (cache key {key[:16]}) is not a shipped "
                 f"one and not in the cache {cache.cache_folder()} of this process: compile it "
                 "again (mechc.open(path, model) takes it), or set MECHC_CACHE_DIR to a "
                 "shared folder"
             )
+        scene = Parts(key, {}).scene(first)
         _compiled[key] = system_with(scene, ModelReference("", custom=True, key=key))
     found = _compiled[key]
     return found.with_defaults(reference.defaults) if reference.defaults else found
@@ -120,53 +121,32 @@ def _system(
     seconds: Seconds,
     started: float,
 ) -> System:
-    """From the cache, or compiled: the first unit at once, the rest in the background."""
+    """Its first unit, from the cache or compiled; other parts of it are compiled when needed."""
     if key not in _compiled:
-        reference, seconds = replace(reference, key=key), dict(seconds)
-        scene = entries.found(key)
-        if scene is not None:
-            found = system_with(scene, reference, seconds, described)
+        seconds = dict(seconds)
+        parts = Parts(key, seconds)
+        kept = entries.found(cache.part_key(key, FIRST))
+        scene = parts.scene(kept or _first(parts, built))
+        if FIRST_UNIT not in seconds:
             seconds["load"] = time.perf_counter() - started
-        else:
-            found = _begun(lru_cache(built), described, reference, seconds, started)
-        _compiled[key] = found
+        _compiled[key] = system_with(scene, replace(reference, key=key), seconds, described)
     return _compiled[key]
 
 
-def _begun(
-    built: Callable[[], Any],
-    described: Described,
-    reference: ModelReference,
-    seconds: Seconds,
-    started: float,
-) -> System:
-    """A system with its first unit, while the whole is compiled.
+def _first(parts: Parts, built: Callable[[], Any]) -> Any:
+    """The first unit, compiled while the parts that most runs begin with are begun.
 
-    The first unit is cached too: a program that never integrates never waits for the whole.  Of
-    processes that need the same scene, one derives and compiles it, and the others wait.
+    Of processes that need the same scene, one derives and compiles it, and the others wait.
     """
-    key = reference.key
+    seconds = parts.seconds
 
-    def make(stage: str, unit: Callable[[Any, Path], None], folder: Path) -> None:
-        scene = built()
+    def make(folder: Path) -> None:
+        parts.build = scene = built()
         seconds.update(scene.seconds)
-        timed(seconds, stage, lambda: unit(scene, folder))
+        parts.begin("driver")
+        timed(seconds, FIRST_UNIT, lambda: entries.make_outputs_only(scene, folder))
 
-    def whole() -> Any:
-        finished = entries.made(key, lambda folder: make("compile", entries.make_whole, folder))
-        ready.wait()
-        system.scene = with_inputs(finished, system.data)
-        return finished
-
-    beside = cache.first_key(key)
-    first = entries.found(beside) or entries.made(
-        beside, lambda folder: make("first unit", entries.make_outputs_only, folder)
-    )
-    compiled_now = "first unit" in seconds
-    if not compiled_now:
-        seconds["load"] = time.perf_counter() - started
-    ready = Event()
-    deferred = DeferredScene(first, Pending(whole, at_once=compiled_now))
-    system = system_with(deferred, reference, seconds, described)
-    ready.set()
-    return system
+    first = entries.made(cache.part_key(parts.key, FIRST), make)
+    if FIRST_UNIT in seconds:
+        parts.begin("gauss8")
+    return first

@@ -9,28 +9,30 @@ from typing import Any
 
 from mechc.compilation import cache, toolchain
 from mechc.errors import CacheError
-from mechc.native._driver import Scene, capsule_of
+from mechc.native._driver import capsule_of
 
 
-def found(key: str) -> Scene | None:
-    """The scene of an entry that exists and can be loaded."""
+def found(key: str, load: Callable[[Path], Any] | None = None) -> Any:
+    """What an entry holds, if it exists and can be loaded, else None; by default a model."""
+    load = load or capsule_of
     path = cache.find(key)
     try:
-        return None if path is None else scene_in(path)
+        return None if path is None else load(path)
     except ImportError:
         cache.discard(key)
         return None
 
 
-def made(key: str, make: Callable[[Path], None]) -> Scene:
-    """The scene of an entry, made if it is missing, or if it is removed before it is loaded."""
+def made(key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None) -> Any:
+    """The same of an entry that is made if it is missing, or is removed before it is loaded."""
+    load = load or capsule_of
     try:
-        return scene_in(cache.entry(key, make))
+        return load(cache.entry(key, make))
     except ImportError:
         cache.discard(key)
     path = cache.entry(key, make)
     try:
-        return scene_in(path)
+        return load(path)
     except ImportError as error:
         raise CacheError(
             f"the compiled scene cannot be loaded: {error}. If programs may not run from "
@@ -39,20 +41,32 @@ def made(key: str, make: Callable[[Path], None]) -> Scene:
         ) from None
 
 
-def scene_in(path: Path) -> Scene:
-    """The scene in a shared object."""
-    return Scene(capsule_of(str(path)), None)
-
-
 def make_outputs_only(scene: Any, folder: Path) -> None:
-    """Compile the scene's first unit into ``folder``; only the shared object stays."""
+    """Compile the scene's first unit into ``folder``; only the shared object stays.
+
+    It holds the texts of the scene too, which other parts are compiled from.
+    """
+    from mechc_codegen.emit.scene_files import texts_source
     from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
+
+    work, first = folder / "work", "scene_outputs_only.c"
+    scene.write(work)
+    (work / "first_unit.c").write_text(texts_source(first, scene.as_json()), "utf-8")
+    flags, includes = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags], (str(RUNTIME), str(work))
+    target = folder / cache.SHARED_OBJECT
+    toolchain.compile_shared(work, "first_unit.c", flags, includes, target)
+    shutil.rmtree(work)
+
+
+def make_part(scene: Any, part: str, folder: Path) -> None:
+    """Compile a part of the scene's unit into ``folder``; only the shared object stays."""
+    from mechc_codegen.extension.flags import FLAGS, PARTS, RUNTIME
 
     work = folder / "work"
     scene.write(work)
-    flags, includes = [*OUTPUTS_ONLY_FLAGS, *scene.outputs_only_flags], (str(RUNTIME), str(work))
-    target = folder / cache.SHARED_OBJECT
-    toolchain.compile_shared(work, "scene_outputs_only.c", flags, includes, target)
+    ((source, own),) = scene.units.items()
+    flags, includes = [*FLAGS, *PARTS[part], *own], (str(RUNTIME), str(work))
+    toolchain.compile_shared(work, source, flags, includes, folder / cache.SHARED_OBJECT)
     shutil.rmtree(work)
 
 

@@ -36,13 +36,13 @@ def system_with(
     return system if described is None else system.drawn_by(drawn_by(described))
 
 
-def drawn_by(described: Described, added: Any = None) -> Callable[[System], Picture]:
+def drawn_by(described: Described, added: Any = None) -> Callable[..., Picture]:
     """What makes the picture of a description, with what a user's drawing adds, when asked."""
 
-    def picture(system: System) -> Picture:
+    def picture(system: System, *, in_space: bool = False) -> Picture:
         from mechc.compilation.picture import described_picture
 
-        return described_picture(system, described, added)
+        return described_picture(system, described, added, in_space=in_space)
 
     return picture
 

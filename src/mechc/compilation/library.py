@@ -6,9 +6,10 @@ import hashlib
 from collections.abc import Mapping
 from typing import Any
 
-from mechc.compilation import entries
+from mechc.compilation import cache, entries
 from mechc.compilation.build import compile_described, compile_known, key_of, without_c
 from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.parts import FIRST
 from mechc.errors import UnknownNameError
 from mechc.system.reference import ModelReference
 from mechc.system.system import System
@@ -69,7 +70,7 @@ def names_to_compile(name: str, options: Mapping[str, Any]) -> Mapping[str, tupl
     from mechc_codegen.description.terms import printed_name
 
     digest = _variant_digest(name, _told(beyond_default(name, options), {}))
-    if entries.found(key_of(digest)) is not None:
+    if entries.found(cache.part_key(key_of(digest), FIRST)) is not None:
         return None
     mechanism = mechanism_of(name, options)
     return {

@@ -9,6 +9,7 @@ from mechc.compilation.build import compile_described, compile_known, timed, wit
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.defaults import split, with_defaults
 from mechc.compilation.from_scene import drawn_by
+from mechc.compilation.table import Table
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal
 from mechc.inputs.signals import Signal
@@ -114,8 +115,9 @@ def _single(outputs: Any) -> bool:
 def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
     """The same, with an expression where a function of a coordinate is given by data.
 
-    ``(positions, values)`` become a cubic spline; a :class:`mechc.Signal` and interpolants of SciPy
-    are taken as they are.  Beyond the data the first and the last polynomial continue.
+    A :class:`mechc.Table` is taken of the function's arguments.  ``(positions, values)`` become a
+    cubic spline; a :class:`mechc.Signal` and interpolants of SciPy are taken as they are.  Beyond
+    their data the first and the last polynomial continue.
 
     Raises
     ------
@@ -126,6 +128,8 @@ def _with_curves(inputs: Mapping[Any, Any]) -> dict[Any, Any]:
 
 
 def _curve(key: Any, value: Any) -> Any:
+    if isinstance(value, Table):
+        return value(*key.args)
     signal = samples_or_signal(value, order=LEAST_DERIVATIVES)
     if signal is None:
         return value

@@ -91,18 +91,24 @@ class SegmentedRun:
         rates: int = 0,
         restart: bool = False,
         project: bool = False,
+        shapes: Any = None,
     ) -> tuple[Array, Array]:
-        ends, taken = self._run.vary(first, last, directions, start, rates, restart, project)
+        ends, taken = self._run.vary(
+            first, last, directions, start, rates, restart, project, shapes
+        )
         return ends, taken
 
     def covary(
-        self, first: int, last: int, covector: Array, sources: Array | None = None
-    ) -> tuple[Array, Array]:
-        at, gradient = self._run.covary(first, last, covector, sources)
+        self, first: int, last: int, covector: Array, sources: Array | None = None,
+        shapes: Any = None,
+    ) -> tuple[Array, Array]:  # fmt: skip
+        at, gradient = self._run.covary(first, last, covector, sources, shapes)
         return at, gradient
 
-    def project_columns(self, t: Array, y: Array, directions: Array, columns: Array) -> None:
-        self._run.project_columns(t, y, directions, columns)
+    def project_columns(
+        self, t: Array, y: Array, directions: Array, columns: Array, shapes: Any = None
+    ) -> None:
+        self._run.project_columns(t, y, directions, columns, shapes)
 
     def change_points(self) -> tuple[Array, Array, Array]:
         t, q, gap = self._run.change_points()

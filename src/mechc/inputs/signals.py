@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from copy import copy
 from math import comb, factorial, perm
 from typing import Any
 
@@ -16,6 +18,9 @@ SMOOTHNESS = {"previous": -1, "linear": 0, "cubic": 2, "quintic": 4}  # continuo
 HIGHEST = 5
 CONTINUOUS = 1e-9  # of the largest value of a derivative
 FAR = 1e300  # s; the begin of a piece that is held
+
+
+PARTS = ("times", "values", "knots", "coefficients")  # the arrays that a signal consists of
 
 
 class Signal:
@@ -34,6 +39,9 @@ class Signal:
     outside
         ``"refuse"``: a run must stay within the samples; ``"hold"``: before the first and after
         the last sample their values continue.
+    breaks
+        ``"kinks"``: steps of a run end at the samples where the signal has kinks; ``"samples"``: at
+        all of them, as gradients by the values need it.
 
     Raises
     ------
@@ -45,13 +53,16 @@ class Signal:
     """
 
     def __init__(
-        self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse"
-    ) -> None:
+        self, times: Array, values: Array, kind: str = "cubic", *, outside: str = "refuse",
+        breaks: str = "kinks",
+    ) -> None:  # fmt: skip
         if kind not in DEGREES:
             raise UnknownNameError("kind of signal", kind, DEGREES)
         if outside not in ("refuse", "hold"):
             raise UnknownNameError("rule outside the samples", outside, ("refuse", "hold"))
-        self.kind, self.outside = kind, outside
+        if breaks not in ("kinks", "samples"):
+            raise UnknownNameError("rule for breaks", breaks, ("kinks", "samples"))
+        self.kind, self.outside, self._at_samples = kind, outside, breaks == "samples"
         self.times, self.values = _checked(times, values, kind)
         self._smoothness = SMOOTHNESS[kind]
         self._knots, self._coefficients = _pieces(self.times, self.values, kind)
@@ -59,6 +70,7 @@ class Signal:
             self._hold()
 
     _smoothness: int
+    _at_samples = False
 
     @classmethod
     def of_interpolant(cls, interpolant: Any) -> Signal | None:
@@ -96,6 +108,42 @@ class Signal:
         found = [signal for signal in map(cls.of_interpolant, columns) if signal is not None]
         return found if len(found) == len(columns) else None
 
+    @property
+    def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
+        """What it is made of, for a file: data for JSON, and arrays."""
+        words = {"kind": self.kind, "outside": self.outside, "at_samples": self._at_samples}
+        arrays = {"times": self.times, "values": self.values}
+        arrays |= {"knots": self._knots, "coefficients": self._coefficients}
+        return {**words, "smoothness": self._smoothness}, arrays
+
+    @classmethod
+    def from_parts(cls, words: Mapping[str, Any], arrays: Mapping[str, Array]) -> Signal:
+        """The signal of :attr:`parts`, with the same values to the last bit.
+
+        Raises
+        ------
+        ValueError
+            If no signal has such parts.
+        """
+        signal = object.__new__(Signal)
+        signal.kind, signal.outside = str(words["kind"]), words["outside"]
+        signal._at_samples, signal._smoothness = words["at_samples"], words["smoothness"]
+        signal.times, signal.values = arrays["times"], arrays["values"]
+        signal._knots, signal._coefficients = arrays["knots"], arrays["coefficients"]
+        if not signal._is_sound():
+            raise ValueError("a signal whose parts do not fit")
+        return signal
+
+    def _is_sound(self) -> bool:
+        knots, factors = self._knots, self._coefficients
+        rows = (self.times, self.values, knots)
+        fits = all(row.dtype == np.float64 and row.ndim == 1 and len(row) for row in rows)
+        fits = fits and factors.dtype == np.float64 and factors.ndim == 2
+        fits = fits and len(factors) == len(knots) and 1 <= factors.shape[1] <= HIGHEST + 1
+        known = self.outside in ("hold", "refuse") and type(self._at_samples) is bool
+        known = known and type(self._smoothness) is int
+        return bool(fits and known and (np.diff(knots) > 0).all() and np.isfinite(factors).all())
+
     def _continuous_derivatives(self) -> int:
         """By the jumps at the knots, to rounding."""
         widths, degree = np.diff(self._knots), self._coefficients.shape[1] - 1
@@ -118,6 +166,8 @@ class Signal:
         pulse, however short, is not missed either: between two of these times the signal is one
         polynomial but for less than a hundredth of what is tolerated.
         """
+        if self._at_samples:
+            return np.array(self._knots[1:])
         noise = max(1e-2 * rtol, 1e-14)
         largest = np.abs(factorial(order) * self._coefficients[:, order]).max(initial=0.0)
         breaks: Array = self._knots[1:][self._roughness(order) > noise * largest]
@@ -133,6 +183,12 @@ class Signal:
             jump = np.abs(_shifted(self._coefficients[:-1], widths, n) - self._coefficients[1:, n])
             roughness = np.maximum(roughness, perm(n, order) * jump * reach ** (n - order))
         return roughness
+
+    def broken_at_samples(self) -> Signal:
+        """The same with ``breaks="samples"``."""
+        other = copy(self)
+        other._at_samples = True
+        return other
 
     @property
     def pieces(self) -> tuple[Array, Array]:

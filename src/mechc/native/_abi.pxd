@@ -1,11 +1,13 @@
 """The binary interface of compiled scenes, for the extensions that call them."""
 
-from mechc.native._inputs cimport mechc_inputs
+from mechc.native._inputs cimport mechc_inputs, mechc_shapes
 
 
 cdef extern from "abi/model.h":
     int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
+    int MECHC_PART_DRIVER, MECHC_PART_COLLOCATION, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT
+    int MECHC_PART_OUTPUTS, MECHC_PART_DERIVATIVES, MECHC_ALL_PARTS
     int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
@@ -22,6 +24,9 @@ cdef extern from "abi/model.h":
         int width
         mechc_evaluate_pointer evaluate
 
+    ctypedef struct mechc_method:
+        pass
+
     ctypedef struct mechc_options:
         double t0, t1
         const double *y0
@@ -33,6 +38,7 @@ cdef extern from "abi/model.h":
         double first_step, max_step
         long max_steps
         int method, dense, on_change_point, may_stiffen
+        const mechc_method *const *methods
         const int *stop
 
     ctypedef struct mechc_stats:
@@ -55,7 +61,7 @@ cdef extern from "abi/model.h":
         int dropped_count
 
     ctypedef struct mechc_run:
-        int status
+        int status, wanted
         double t
         mechc_stats stats
         mechc_trajectory trajectory
@@ -70,6 +76,7 @@ cdef extern from "abi/model.h":
         ptrdiff_t first, last
         int columns, restart, project
         const double *directions
+        const mechc_shapes *shapes
         double *ends
         double *rates
 
@@ -82,6 +89,7 @@ cdef extern from "abi/model.h":
         const double *y
         int count
         const double *directions
+        const mechc_shapes *shapes
         double *columns
 
     ctypedef struct mechc_covariation:
@@ -91,6 +99,8 @@ cdef extern from "abi/model.h":
         ptrdiff_t first, last
         const double *sources
         double *covector
+        int columns
+        const mechc_shapes *shapes
         double *gradient
 
     ctypedef struct mechc_unit:
@@ -105,6 +115,7 @@ cdef extern from "abi/model.h":
             double, double *, const double *, const mechc_inputs *, double *
         ) noexcept nogil
         size_t run_size
+        const mechc_method *const *methods
         void (*start)(mechc_run *, const mechc_options *) noexcept nogil
         int (*advance)(mechc_run *, long) noexcept nogil
         void (*release)(mechc_run *) noexcept nogil
@@ -127,6 +138,20 @@ cdef extern from "abi/model.h":
         void (*complete)(const unsigned char *, double *) noexcept nogil
         const mechc_unit *(*select)(const char *) noexcept nogil
         int inputs
+        const char *texts
+
+    ctypedef struct mechc_part:
+        int abi, parts
+        const mechc_unit *unit
+
+cdef extern from "abi/join_parts.h":
+    ctypedef struct mechc_joined:
+        mechc_unit unit
+        const mechc_method *methods[4]
+        int parts
+
+    void mechc_join(mechc_joined *, const mechc_unit *, int) noexcept nogil
+    int mechc_part_of_method(int) noexcept nogil
 
 cdef extern from "abi/large_stack.h":
     ctypedef struct mechc_on_stack:

@@ -6,9 +6,12 @@ import numpy as np
 from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
-    MECHC_COUNTS, MECHC_LEASTS, mechc_options, mechc_stack_of, mechc_unit, mechc_with_stack
+    MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT,
+    MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of, mechc_unit,
+    mechc_with_stack
 )
 from mechc.native._driver cimport Scene
+from mechc.native._events cimport EventFunctions, mechc_event_unit
 from mechc.native._inputs cimport Inputs, mechc_driven, mechc_signal
 
 
@@ -26,6 +29,14 @@ cdef extern from "batch/members.h":
         const int *place
         const double *numbers
 
+    ctypedef struct mechc_batch_events:
+        const mechc_event_unit *unit
+        const double *directions
+        const long *terminal
+        int coordinates, speeds, rows
+        long *counts
+        double *latest
+
     ctypedef struct mechc_batch:
         const mechc_unit *unit
         mechc_options options
@@ -42,6 +53,7 @@ cdef extern from "batch/members.h":
         int quantities, stopping
         const mechc_quantity *quantity
         mechc_batch_inputs inputs
+        mechc_batch_events events
         double *y
         double *t
         double *at_times
@@ -64,15 +76,28 @@ cdef void work_on_batch(void *given) noexcept nogil:
     job.made = mechc_batch_work(job.batch)
 
 
+cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep, bint quantities):
+    """The parts of a unit that such runs may come to: none waits for one under way."""
+    cdef int parts = MECHC_PART_DRIVER | mechc_part_of_method(options.method)
+    if scene.holonomic or lockstep:
+        parts |= MECHC_PART_EXPLICIT
+    if options.may_stiffen:
+        parts |= MECHC_PART_IMPLICIT
+    return parts | (MECHC_PART_OUTPUTS if quantities else 0)
+
+
 cdef class Runs:
     """Simulations of ``y0`` (n, width) with parameters ``p`` (n, np).
 
     ``driven``: None, or the ends of the segments between kinks of inputs (s,), the inputs of each
     and of the whole span, numbers that differ between members (n, k) and which signals they are.
+    ``events``: None, or compiled functions of k events, their directions (k,), and how many zeros of
+    each end a run (k,), 0 for none.
 
     After the work: ``y`` (n, width) final states, ``t`` (n,), ``status`` (n,), ``at_times``
     (n, nt, width), ``reduced`` (n, nr); ``counts`` (n, 5) and ``least`` (n, 2), whose columns are those of
-    :data:`mechc.native._codes.COUNTERS` and ``LEAST``.
+    :data:`mechc.native._codes.COUNTERS` and ``LEAST``; with events ``event_counts`` (n, k) and
+    ``event_latest`` (n, k), the times of the last ones.
     """
 
     cdef object kept  # arrays that C points into
@@ -81,13 +106,15 @@ cdef class Runs:
     cdef const mechc_driven **segments
     cdef const mechc_signal **signals
     cdef readonly object y, t, status, at_times, reduced, counts, least
+    cdef readonly object event_counts, event_latest
 
     def __cinit__(self):
         self.quantity, self.segments, self.signals = NULL, NULL, NULL
 
     def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
-                 const double[::1] t_eval, quantities, const double[::1] allowed, driven=None):
+                 const double[::1] t_eval, quantities, const double[::1] allowed, driven=None,
+                 events=None):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
         cdef const double[::1] atol
@@ -121,6 +148,8 @@ cdef class Runs:
                 raise ValueError("a flag is needed for every member")
             batch.assembled = &closed[0]
         self._choose(options)
+        scene.need(parts_of_batch(scene, &batch.options, options["lockstep"], len(quantities)))
+        batch.options.methods = scene.unit.methods
         if options["atol"] is not None:
             atol = options["atol"]
             self.kept.append(atol)
@@ -129,6 +158,9 @@ cdef class Runs:
         if driven is not None:
             ends, inputs, numbers, place = driven
             self._drive(ends, inputs, numbers, place)
+        if events is not None:
+            functions, directions, terminal = events
+            self._watch(scene, functions, directions, terminal)
 
     cdef _allocate(self, ptrdiff_t count, ptrdiff_t width, ptrdiff_t times, ptrdiff_t quantities):
         cdef double[:, ::1] y, reduced, least
@@ -177,6 +209,29 @@ cdef class Runs:
             self.quantity[i].level, self.quantity[i].terminal = asked[6], asked[7]
             self.batch.stopping |= self.quantity[i].terminal
         self.batch.quantity = self.quantity
+
+    cdef _watch(self, Scene scene, EventFunctions functions, const double[::1] directions,
+                const long[::1] terminal):
+        cdef mechc_batch_events *events = &self.batch.events
+        cdef int width = functions.unit.count
+        cdef long[:, ::1] counts
+        cdef double[:, ::1] latest
+        if functions.unit.width != scene.width or functions.unit.parameters != scene.parameters:
+            raise ValueError("these events are of another model")
+        if directions.shape[0] != width or terminal.shape[0] != width:
+            raise ValueError("a direction is needed for every event")
+        self.kept += [functions, directions, terminal]
+        self.event_counts = np.zeros((self.batch.count, width), np.int_)
+        self.event_latest = np.full((self.batch.count, width), np.nan)
+        if not self.batch.count or not width:
+            return
+        scene.need(MECHC_PART_OUTPUTS)
+        counts, latest = self.event_counts, self.event_latest
+        events.unit, events.counts, events.latest = functions.unit, &counts[0, 0], &latest[0, 0]
+        events.directions, events.terminal = &directions[0], &terminal[0]
+        events.coordinates, events.speeds = scene.coordinates, scene.speeds
+        events.rows = scene.rows
+        self.batch.stopping = 1
 
     cdef _drive(self, const double[::1] ends, inputs, const double[:, ::1] numbers,
                 const int[::1] place):

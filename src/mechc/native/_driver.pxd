@@ -1,13 +1,21 @@
 """Compiled scenes, for the other extensions."""
 
-from mechc.native._abi cimport mechc_model, mechc_unit
+from mechc.native._abi cimport mechc_joined, mechc_model, mechc_unit
 
 
 cdef class Scene:
     cdef const mechc_model *model
     cdef const mechc_unit *unit
+    cdef mechc_joined *joined  # of parts; NULL: the unit is whole
+    cdef object source  # of its parts
+    cdef object first, whole  # capsules of its first unit, of all of it
+    cdef object members  # see of_members
+    cdef ptrdiff_t evaluated  # states, one after the other
     cdef dict indices
     cdef readonly dict outputs  # name -> width
-    cdef readonly object capsule
     cdef readonly int width, coordinates, speeds, rows, holonomic, parameters, inputs
     cdef size_t stack  # bytes of stack that it needs beyond those of any thread
+
+    cpdef need(self, int parts)
+    cdef take(self, capsule)
+    cdef prefer_lanes(self, ptrdiff_t count)

@@ -11,13 +11,15 @@ from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
 from libc.math cimport INFINITY, NAN, isfinite
-from libc.stdlib cimport free
+from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
 from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
-    MECHC_ABI, MECHC_CAPSULE, mechc_given, mechc_model, mechc_options, mechc_output, mechc_rows,
-    mechc_stack_needed, mechc_stack_of, mechc_unit
+    MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_options,
+    mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
+    mechc_stack_of, mechc_unit
 )
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
@@ -41,6 +43,16 @@ cdef extern from "abi/call.h":
 
 cdef ptrdiff_t LANES = 8  # states are evaluated in lanes, at most so many
 cdef ptrdiff_t LITTLE_WORK = 1 << 17
+cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluation in lanes pays
+
+# The parts of a unit by their names, and what batches may need of them.
+PARTS = {
+    "driver": MECHC_PART_DRIVER, "gauss8": MECHC_PART_COLLOCATION,
+    "dop853": MECHC_PART_EXPLICIT, "radau5": MECHC_PART_IMPLICIT,
+    "outputs": MECHC_PART_OUTPUTS, "derivatives": MECHC_PART_DERIVATIVES,
+}
+FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES
+FOR_RUNS = PARTS["driver"] | PARTS["gauss8"]  # as most are
 
 
 cdef ptrdiff_t first_piece(ptrdiff_t width) noexcept nogil:
@@ -100,36 +112,63 @@ cdef void project_state(void *given) noexcept nogil:
     job.status = job.unit.project(job.t, job.state, job.p, job.inputs, job.moved)
 
 
-def capsule_of(path):
-    """The model in a shared object, as a capsule; it stays loaded with the process.
+cdef const char *PART = "mechc.part"
 
-    Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
-    """
+
+cdef const int *data_of(path, const char *symbol) except NULL:
+    """What a shared object has under this name, a struct that begins with its ABI."""
     cdef bytes name = fsencode(path)
     cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
-    cdef const mechc_model *model = NULL
+    cdef const int *abi = NULL
     if library != NULL:
-        model = <const mechc_model *>dlsym(library, b"mechc_scene")
-    if model == NULL:
+        abi = <const int *>dlsym(library, symbol)
+    if abi == NULL:
         why = dlerror().decode(errors="replace")
-    elif model.abi != MECHC_ABI:
-        why = f"it was compiled for ABI {model.abi}, this mechc needs ABI {MECHC_ABI}"
+    elif abi[0] != MECHC_ABI:
+        why = f"it was compiled for ABI {abi[0]}, this mechc needs ABI {MECHC_ABI}"
     else:
-        return PyCapsule_New(<void *>model, MECHC_CAPSULE, NULL)
+        return abi
     if library != NULL:
         dlclose(library)  # else the name would refer to this file even after it is replaced
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 
+def capsule_of(path):
+    """The model in a shared object, as a capsule; it stays loaded with the process.
+
+    Raises ImportError if it cannot be loaded, holds no model, or one of another ABI.
+    """
+    return PyCapsule_New(<void *>data_of(path, b"mechc_scene"), MECHC_CAPSULE, NULL)
+
+
+def part_of(path):
+    """The same of a part of a unit."""
+    return PyCapsule_New(<void *>data_of(path, b"mechc_part_of_unit"), PART, NULL)
+
+
+def texts_of(capsule):
+    """The texts that the parts of a first unit are compiled from, as JSON."""
+    cdef const mechc_model *model = (
+        <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
+    )
+    return model.texts.decode()
+
+
 cdef class Scene:
     """One compiled scene, in the widest instruction set of this processor or in a named one.
+
+    source
+        Of a first unit what makes its parts: ``parts(bits)`` are the capsules of these parts,
+        ``if_made(bit)`` that of one, or None until it is made, and ``whole()`` that of the model.
 
     Raises ValueError if the capsule was built for another ABI or the processor lacks the
     instruction set requested.
     """
 
-    def __init__(self, capsule, instruction_set=None):
-        self.capsule = capsule
+    def __init__(self, capsule, instruction_set=None, source=None):
+        self.source, self.evaluated, self.joined, self.first = source, 0, NULL, capsule
+        self.members = None
+        self.whole = capsule if source is None else None
         self.model = <const mechc_model *>PyCapsule_GetPointer(capsule, MECHC_CAPSULE)
         if self.model.abi != MECHC_ABI:
             raise ValueError(
@@ -144,6 +183,13 @@ cdef class Scene:
         self.unit = self.model.select(name)
         if self.unit == NULL:
             raise ValueError(f"this processor or this build has no {instruction_set!r}")
+        if source is not None:
+            self.joined = <mechc_joined *>calloc(1, sizeof(mechc_joined))  # as long as the process
+            if self.joined == NULL:
+                raise MemoryError()
+            self.joined.unit = self.unit[0]
+            self.joined.unit.methods = self.joined.methods
+            self.unit = &self.joined.unit
         self.coordinates = self.model.coordinates
         self.speeds = self.model.speeds
         self.width = self.coordinates + self.speeds
@@ -171,10 +217,46 @@ cdef class Scene:
     def instruction_set(self):
         return self.unit.instruction_set.decode()
 
+    cpdef need(self, int parts):
+        """Wait until these parts of the unit are loaded; they are compiled if they are missing."""
+        if self.joined != NULL and parts & ~self.joined.parts:
+            for part in self.source.parts(parts & ~self.joined.parts):
+                self.take(part)
+
+    cdef take(self, capsule):
+        cdef const mechc_part *part = <const mechc_part *>PyCapsule_GetPointer(capsule, PART)
+        mechc_join(self.joined, part.unit, part.parts)
+
+    def wait(self, batches=True):
+        """Return when all that runs, or also batches, need is loaded, and in the cache for others."""
+        self.need(FOR_BATCHES if batches else FOR_RUNS)
+
     @property
-    def integrates(self):
-        """Whether integrators are compiled in; a first unit has rates and outputs only."""
-        return self.unit.start != NULL
+    def capsule(self):
+        """The model, with all parts of its unit."""
+        if self.whole is None:
+            self.whole = self.source.whole()
+        return self.whole
+
+    @property
+    def of_members(self):
+        """The same scene for loops over members, whose outputs are all evaluated in lanes.
+
+        What is loaded for them changes no digit of the outputs of this one.
+        """
+        if self.joined == NULL:
+            return self
+        if self.members is None:
+            self.members = Scene(self.first, None, self.source)
+        return self.members
+
+    cdef prefer_lanes(self, ptrdiff_t count):
+        """Evaluate in lanes what many states are asked of, once that is compiled."""
+        self.evaluated += count
+        if self.evaluated > MANY:
+            part = self.source.if_made(MECHC_PART_OUTPUTS)
+            if part is not None:
+                self.take(part)
 
     @property
     def lanes(self):
@@ -209,8 +291,10 @@ cdef class Scene:
     def evaluate_into(self, str name, const double[::1] t, const double[:, ::1] y,
                       const double[:, ::1] p, double[:, ::1] out, Inputs inputs=None):
         """The same, into an array (states, width)."""
-        cdef mechc_output output = self.unit.outputs[self.indices[name]]
         cdef ptrdiff_t count = y.shape[0]
+        if self.joined != NULL and not self.joined.parts & MECHC_PART_OUTPUTS:
+            self.prefer_lanes(count)
+        cdef mechc_output output = self.unit.outputs[self.indices[name]]
         if y.shape[1] != self.width or p.shape[1] != self.parameters:
             raise ValueError("wrong number of state components or parameters")
         if t.shape[0] not in (1, count) or p.shape[0] not in (1, count):
@@ -267,6 +351,7 @@ cdef class Scene:
 
         For benchmarks: no Python in between.
         """
+        self.need(MECHC_PART_OUTPUTS)
         cdef double[::1] state = np.array(y), rates = np.empty(self.width)
         cdef double[::1] prepared = np.empty(1 + self.unit.given_size // sizeof(double))
         cdef mechc_given *given = <mechc_given *>&prepared[0]
@@ -286,6 +371,7 @@ cdef class Scene:
         Returns (status code, new state, largest closure gap before, largest velocity residual);
         the gap is NaN where a component of y is not finite.
         """
+        self.need(MECHC_PART_DRIVER)
         out = np.empty(self.width)
         cdef double[::1] state = out
         cdef double[2] moved
@@ -313,6 +399,7 @@ cdef class Scene:
         cdef mechc_options options
         if parameters.shape[0] != self.parameters:
             raise ValueError("wrong number of parameters")
+        self.need(MECHC_PART_DRIVER | mechc_part_of_method(method))
         run.scene, run.unit, run.method = self, self.unit, method
         run.coordinates, run.width, run.stack = self.coordinates, self.width, self.stack
         run.p, run.inputs = p.copy(), inputs
@@ -330,6 +417,7 @@ cdef class Scene:
         options.method, options.dense = method, dense
         options.on_change_point = on_change_point
         options.may_stiffen = may_stiffen
+        options.methods = self.unit.methods
         options.stop = &run.stop
         run.begin(&options, max_bytes)
         return run
@@ -340,6 +428,7 @@ cdef mechc_bound *bound_output(Scene scene, str name, const double[::1] p) excep
     cdef mechc_bound *bound
     if p.shape[0] != scene.parameters:
         raise ValueError(f"{scene.parameters} parameters are needed")
+    scene.need(MECHC_PART_OUTPUTS)
     bound = mechc_bind(scene.model, scene.unit, index, &p[0] if scene.parameters else NULL, NULL)
     if bound == NULL:
         raise MemoryError()

@@ -28,6 +28,14 @@ cdef extern from "abi/signals.h":
     ) noexcept nogil
 
 
+cdef extern from "abi/variation.h":
+    ctypedef struct mechc_shapes:
+        int count
+        const int *places
+        const int *columns
+        const mechc_inputs *factors
+
+
 cdef class Caller:
     cdef list functions
     cdef int coordinates, speeds
@@ -46,6 +54,16 @@ cdef class Inputs:
     cdef object arrays
     cdef int signal_count, source_count
     cdef readonly Caller caller
+
+
+cdef class Shapes:
+    cdef mechc_shapes shapes
+    cdef object kept
+    cdef readonly int columns
+
+
+cdef inline const mechc_shapes *shapes_of(Shapes shapes) noexcept:
+    return NULL if shapes is None else &shapes.shapes
 
 
 cdef inline const mechc_inputs *address_of(Inputs inputs) noexcept:

@@ -126,3 +126,26 @@ cdef class Inputs:
     def __dealloc__(self):
         PyMem_Free(self.signals)
         PyMem_Free(self.sources)
+
+
+cdef class Shapes:
+    """Changes of inputs along columns of derivatives that are functions of time.
+
+    Parameters
+    ----------
+    factors
+        Of each change its factor at a time.
+    places, columns : (n,)
+        Of each the place of its input among parameters and then inputs, and its column.
+    size
+        How many columns there are behind those of parameters and inputs, where these have one each.
+    """
+
+    def __init__(self, Inputs factors, const int[::1] places, const int[::1] columns, int size):
+        if places.shape[0] != factors.source_count or columns.shape[0] != factors.source_count:
+            raise ValueError("each change needs a factor, a place and a column")
+        self.kept = factors, places, columns
+        self.columns = size
+        self.shapes.count = factors.source_count
+        self.shapes.places, self.shapes.columns = &places[0], &columns[0]
+        self.shapes.factors = &factors.driven.head

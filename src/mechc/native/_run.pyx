@@ -9,10 +9,11 @@ from libc.limits cimport LONG_MAX
 from libc.string cimport memcpy, memset
 
 from mechc.native._abi cimport (
-    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_RUNNING, mechc_options, mechc_run,
+    MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT, MECHC_PART_DERIVATIVES, MECHC_RUNNING, mechc_options,
+    mechc_part_of_method, mechc_run,
     mechc_covariation, mechc_projected_columns, mechc_trajectory, mechc_unit, mechc_variation
 )
-from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
+from mechc.native._inputs cimport Inputs, Shapes, address_of, mechc_inputs, shapes_of
 from mechc.native._pieces cimport LONG_STACK, LOOK, next_piece, seconds_now, with_stack
 
 
@@ -64,7 +65,8 @@ cdef void advance_a_while(void *given) noexcept nogil:
     cdef advancing *job = <advancing *>given
     cdef double started = seconds_now(), now = started, before
     cdef long some
-    while job.status == MECHC_RUNNING and job.left > 0 and now - started < LOOK:
+    while (job.status == MECHC_RUNNING and job.run.wanted < 0 and job.left > 0
+           and now - started < LOOK):
         some, before = min(job.piece, job.left), now
         some = min(some, job.most - job.run.trajectory.count)
         if some <= 0:
@@ -167,6 +169,9 @@ cdef class Run:
                 self.run.status = MECHC_RUNNING  # from the last state accepted
             self.stop = 0
         self.piece = job.piece
+        if self.run.wanted >= 0:
+            self.scene.need(mechc_part_of_method(self.run.wanted))
+            self.run.wanted = -1
         PyErr_CheckSignals()
         return job.status
 
@@ -359,7 +364,7 @@ cdef class Run:
 
     def vary(self, ptrdiff_t first, ptrdiff_t last, const double[:, ::1] directions,
              const double[:, ::1] start, int rates=0, bint restart=False,
-             bint project=False):
+             bint project=False, Shapes shapes=None):
         """Columns of derivatives over the steps first ... last - 1: (last - first + 1, width, k).
 
         directions : (parameters + inputs, k)
@@ -373,12 +378,15 @@ cdef class Run:
             Every step begins with these columns: the ends are then the steps' propagators.
         project
             The columns at the start are moved onto the constraints' tangent space first.
+        shapes
+            How inputs change along columns as functions of time, besides ``directions``.
 
         Raises ArithmeticError where the equations of a step are singular.
         """
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef int k = start.shape[1]
         cdef ptrdiff_t steps = last - first, done = 0
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.vary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or start.shape[0] != self.width \
@@ -399,6 +407,7 @@ cdef class Run:
         variation.inputs = address_of(self.inputs if self.whole is None else self.whole)
         variation.columns, variation.restart = k, restart
         variation.directions = &directions[0, 0] if directions.shape[0] else NULL
+        variation.shapes = shapes_of(shapes)
         job.unit, job.variation = self.unit, &variation
         while done < steps or project:
             variation.project, project = project, False
@@ -415,15 +424,17 @@ cdef class Run:
         return ends, taken
 
     def project_columns(self, const double[::1] t, const double[:, ::1] y,
-                        const double[:, ::1] directions, double[:, :, ::1] columns):
+                        const double[:, ::1] directions, double[:, :, ::1] columns,
+                        Shapes shapes=None):
         """Move columns (n, width, k) at times t (n,) and states y (n, width) of the run onto the
         tangent space of the constraints, in place.
 
-        directions : (parameters + inputs, k)
-            How these change along each column.
+        directions, shapes
+            As in :meth:`vary`.
         """
         cdef ptrdiff_t done = 0, count = t.shape[0]
         cdef int k = columns.shape[2]
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.project_columns == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if y.shape[0] != count or y.shape[1] != self.width or columns.shape[0] != count \
@@ -439,6 +450,7 @@ cdef class Run:
         given.inputs = address_of(self.inputs if self.whole is None else self.whole)
         given.count = k
         given.directions = &directions[0, 0] if directions.shape[0] else NULL
+        given.shapes = shapes_of(shapes)
         job.unit, job.columns = self.unit, &given
         while done < count:
             given.states = min(count - done, self.at_once(k))
@@ -449,21 +461,25 @@ cdef class Run:
             check_varied(job.status)
             done += given.states
 
-    def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None):
+    def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None,
+               Shapes shapes=None):
         """The transposed of :meth:`vary`: of a function's derivative by the state at the end of these
-        steps, covector (width,), those by the state at their start and by (parameters + inputs).
+        steps, covector (width,), those by the state at their start and by (parameters + inputs +
+        columns of the shapes).
 
         sources : (last - first, width)
             Added to the covector at the start of each step.
         """
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef ptrdiff_t left = last
+        self.scene.need(MECHC_PART_DERIVATIVES)
         if self.unit.covary == NULL or record.methods == NULL:
             raise ValueError("this run or its scene has no derivatives")
         if not 0 <= first <= last < record.count or covector.shape[0] != self.width \
                 or (sources is not None and sources.shape != (last - first, self.width)):
             raise ValueError("no such steps, or arrays of another shape")
-        at, gradient = np.array(covector), np.zeros(self.p.shape[0] + self.scene.inputs + 1)
+        cdef int columns = self.p.shape[0] + self.scene.inputs + (shapes.columns if shapes else 0)
+        at, gradient = np.array(covector), np.zeros(columns + 1)
         cdef double[::1] p = self.p, moving = at, total = gradient
         cdef const double[:, ::1] added
         cdef mechc_covariation covariation
@@ -471,20 +487,21 @@ cdef class Run:
         covariation.trajectory, covariation.p = record, &p[0] if p.shape[0] else NULL
         covariation.inputs = address_of(self.inputs if self.whole is None else self.whole)
         covariation.covector, covariation.gradient = &moving[0], &total[0]
-        covariation.sources = NULL
+        covariation.sources, covariation.columns = NULL, columns
+        covariation.shapes = shapes_of(shapes)
         if sources is not None:
             added = sources
         job.unit, job.covariation = self.unit, &covariation
         while left > first:
             covariation.last = left
-            left = max(first, left - self.at_once(p.shape[0]))
+            left = max(first, left - self.at_once(columns))
             covariation.first = left
             if sources is not None:
                 covariation.sources = &added[left - first, 0]
             with_stack(max(self.stack, LONG_STACK) if self.stack else 0, covary_steps, &job)
             PyErr_CheckSignals()
             check_varied(job.status)
-        return at, gradient[:self.p.shape[0] + self.scene.inputs]
+        return at, gradient[:columns]
 
     cdef ptrdiff_t at_once(self, int columns):
         """Steps between checks of signals."""

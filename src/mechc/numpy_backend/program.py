@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from types import CodeType
 from typing import Any
 
 import numpy as np
 
 from mechc.system.parameters import Array
+from mechc.system.tables import Pieces
 
 Filled = list[Array]
 ARRAYS: dict[str, Any] = {
@@ -23,6 +25,7 @@ ARRAYS: dict[str, Any] = {
     "floor": np.floor,
 }  # fmt: skip
 FLOATS = {name: getattr(math, name) for name in ARRAYS}
+ARRAYS["table"] = FLOATS["table"] = lambda orders, *data: partial(Pieces(*data), orders)
 ARRAYS |= {
     "Step": lambda x: np.where(x > 0.0, 1.0, 0.0),
     "Where": lambda chosen, one, other: np.where(chosen != 0.0, one, other),

@@ -26,7 +26,6 @@ class NumpyScene:
     """
 
     instruction_set = "numpy"
-    integrates = True
     lanes = 1
     methods = ("dop853",)
 
@@ -54,6 +53,9 @@ class NumpyScene:
         """What evaluates its outputs."""
         return self
 
+    def wait(self, batches: bool = True) -> None:
+        """Nothing is compiled."""
+
     def _refuse(self, *_: Any) -> NoReturn:
         raise MechcError(
             "a model with backend='numpy' has no compiled code, which this needs (capsules, C "
@@ -61,6 +63,7 @@ class NumpyScene:
         )
 
     capsule = property(_refuse)
+    of_members = property(_refuse)
     bound = bound_along = _refuse
 
     def complete(self, given: Any, values: Array) -> None:

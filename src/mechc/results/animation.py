@@ -13,7 +13,7 @@ import html
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
 from string import Template
@@ -28,6 +28,7 @@ from mechc.results.sampling import (
     SolutionLike,
     clean_text,
     covered,
+    is_joint,
     plane_view,
     pretty_name,
     sample,
@@ -90,9 +91,9 @@ def animation_html(sol: SolutionLike, *, fps: float = 60.0) -> str:
         resources.files("mechc.results").joinpath("templates/animation.html").read_text("utf-8")
     )
     return Template(template).substitute(
-        title=_attribute_text(clean_text(sol.model.title or sol.model.name, 100)),
+        title=attribute_text(clean_text(sol.model.title or sol.model.name, 100)),
         script_hash=_script_hash(template),
-        motion=_json_for_script(_motion(run, fps)),
+        motion=json_for_script(_motion(run, fps)),
     )
 
 
@@ -110,7 +111,7 @@ def _frame_count(sol: SolutionLike, fps: float) -> int:
 
 
 def _motion(run: Run, fps: float) -> dict[str, Any]:
-    run = _while_finite(run)
+    run = while_finite(run)
     view = plane_view(run)
     drawn = _drawn_points(run)
     low, high = _box(view, drawn)
@@ -119,7 +120,7 @@ def _motion(run: Run, fps: float) -> dict[str, Any]:
     step = span / (len(run.t) - 1) if len(run.t) > 1 else 0.0
     return {
         "title": clean_text(run.model.title or run.model.name, 100),
-        "notes": [note for note in (view.note, _step_note(step, fps), _status_note(run)) if note],
+        "notes": [note for note in (view.note, step_note(step, fps), status_note(run)) if note],
         "start": float(run.t[0]),
         "step": step,
         "frames": len(run.t),
@@ -130,20 +131,21 @@ def _motion(run: Run, fps: float) -> dict[str, Any]:
         "tracks": [_track(view.path(name), low, grain) for name in drawn],
         "links": [[drawn.index(name) for name in names] for _, names in run.picture.skeleton],
         "labels": [clean_text(label) for label, _ in run.picture.skeleton],
+        "plain": [k for k, name in enumerate(drawn) if not is_joint(name)],
         "ground": [drawn.index(name) for name in run.ground],
         "traced": [drawn.index(name) for name in run.traced],
         "readouts": _readouts(run),
         "untold": max(0, len(run.model.coordinates) - MOST_READOUTS),
         "changes": list(run.change_times),
-        **_speeds(span),
+        **speed_choices(span),
     }
 
 
-def _while_finite(run: Run) -> Run:
+def while_finite(run: Run) -> Run:
     """The run up to the first state that is not finite; its first frame is always kept."""
     bad = ~np.isfinite(run.y).all(axis=1)
     count = max(1, int(np.argmax(bad))) if bad.any() else len(run.t)
-    return Run(run.solution, run.t[:count], np.nan_to_num(run.y[:count]))
+    return replace(run, t=run.t[:count], y=np.nan_to_num(run.y[:count]))
 
 
 def _drawn_points(run: Run) -> list[str]:
@@ -191,7 +193,7 @@ def _digits(values: Array) -> int:
     return int(np.clip(3 - math.floor(math.log10(largest)), 0, 9)) if largest > 0.0 else 3
 
 
-def _speeds(span: float) -> dict[str, Any]:
+def speed_choices(span: float) -> dict[str, Any]:
     """The choice of speeds, with slower ones for very short runs."""
     speeds = [0.1, 0.25, 0.5, 1.0, 2.0]
     while 0.0 < span < 3.0 * speeds[0] and speeds[0] > 1e-6:
@@ -201,12 +203,12 @@ def _speeds(span: float) -> dict[str, Any]:
     return {"speeds": speeds, "speed": usual if span > 0.0 else 1.0}
 
 
-def _step_note(step: float, fps: float) -> str:
+def step_note(step: float, fps: float) -> str:
     """A note if the limit of frames made the step longer than requested."""
     return f"one frame every {1e3 * step:.3g} ms" if step * fps > 1.001 else ""
 
 
-def _status_note(run: Run) -> str:
+def status_note(run: Run) -> str:
     failed = not getattr(run.solution.status, "ok", True)
     return clean_text(str(run.solution.status), 240) if failed else ""
 
@@ -214,7 +216,7 @@ def _status_note(run: Run) -> str:
 # --- escaping --------------------------------------------------------------------------------
 
 
-def _json_for_script(value: Any) -> str:
+def json_for_script(value: Any) -> str:
     """JSON that is safe inside <script>: no markup character and nothing beyond ASCII."""
     text = json.dumps(value, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     for character in "<>&":
@@ -222,12 +224,16 @@ def _json_for_script(value: Any) -> str:
     return text
 
 
-def _attribute_text(text: str) -> str:
+def attribute_text(text: str) -> str:
     return html.escape(text, quote=True).encode("ascii", "xmlcharrefreplace").decode("ascii")
 
 
 def _script_hash(template: str) -> str:
     """The content policy names the page's one script by its hash, so that no other runs."""
-    script = template.split("<script>", 1)[1].split("</script>", 1)[0]
-    digest = hashlib.sha256(script.encode("utf-8")).digest()
+    return content_hash(template.split("<script>", 1)[1].split("</script>", 1)[0])
+
+
+def content_hash(text: str) -> str:
+    """A script or style as a content policy names it."""
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
     return "sha256-" + base64.b64encode(digest).decode("ascii")

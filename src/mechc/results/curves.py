@@ -31,11 +31,16 @@ def draw_curve(axes: Axes, t: Array, values: Array, colour: Any, **style: Any) -
 
 def draw_curves(axes: Axes, t: Array, values: Array, colours: Sequence[Any]) -> list[Any]:
     """The columns of ``values`` (n, curves), those that coincide in alternating dashes."""
-    styles = _alternating(_coincident(values))
+    styles = line_styles(values)
     return [
         draw_curve(axes, t, column, colour, linestyle=style)
         for column, colour, style in zip(values.T, colours, styles, strict=True)
     ]
+
+
+def line_styles(values: Array) -> list[Any]:
+    """Of each column "-" or (start, dashes): the dashes of those that coincide alternate."""
+    return _alternating(_coincident(values))
 
 
 def _coincident(values: Array) -> list[list[int]]:

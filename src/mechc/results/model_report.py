@@ -13,7 +13,7 @@ from mechc.results.sampling import clean_text
 from mechc.results.summary import html_table
 from mechc.system.system import System
 
-LAST_DIGITS = "outputs came from the first unit, whose last digits may differ (relative 1e-13)"
+LAST_DIGITS = "outputs come from the first unit, whose last digits may differ (relative 1e-13)"
 LONGEST = 4000  # characters of a cell
 Row = tuple[str, ...]
 Whole = Mapping[str, Any] | None  # operations with nothing fixed and all default outputs
@@ -27,7 +27,13 @@ STAGES = {
     "sensitivity": "Jacobians of the motion derived",
     "emit": "functions written",
     "first unit": "first unit compiled",
-    "compile": "the whole compiled",
+    "driver": "the driver of runs compiled",
+    "gauss8": "collocation compiled",
+    "dop853": "explicit pairs and lockstep compiled",
+    "radau5": "implicit method compiled",
+    "outputs": "outputs in lanes compiled",
+    "derivatives": "derivatives of runs compiled",
+    "whole": "the whole compiled for its capsule",
     "load": "loaded",
 }
 
@@ -217,7 +223,7 @@ def _build(system: System) -> ReportSection:
     known = [name for name in STAGES if name in seconds]
     facts = [(name, f"{seconds[name]:.3f} s, {STAGES[name]}") for name in known]
     if "first unit" in seconds:
-        facts.append(("until the whole was compiled", LAST_DIGITS))
+        facts.append(("until outputs in lanes are compiled", LAST_DIGITS))
     return ReportSection("the build", tuple(facts))
 
 

@@ -19,6 +19,7 @@ from mechc.results.sampling import (
     Run,
     ShownUnit,
     clean_text,
+    is_joint,
     plane_view,
     power_of_ten,
     pretty_name,
@@ -368,7 +369,8 @@ def _draw_links(axes: Axes, run: Run, view: PlaneView, row: int, colour: str, da
     lines = []
     for names in polylines:
         corners = np.array([view.path(name)[row] for name in names])
-        lines += axes.plot(corners[:, 0], corners[:, 1], **style)
+        marked = [place for place, name in enumerate(names) if is_joint(name)]
+        lines += axes.plot(corners[:, 0], corners[:, 1], markevery=marked, **style)
     return lines[0]
 
 

@@ -134,6 +134,11 @@ def shown_unit(model: ModelLike, name: str) -> ShownUnit:
     return ShownUnit(factor, clean_text(powers), _SHOWN.get(quantity.kind, "value"))
 
 
+def is_joint(name: str) -> bool:
+    """Whether a point is drawn with a mark: not those of curves, whose names begin with a dot."""
+    return not name.startswith(".")
+
+
 # --- the sampled run -------------------------------------------------------------------------
 
 
@@ -175,7 +180,7 @@ class Run:
     def traced(self) -> tuple[str, ...]:
         """The points whose path is drawn, each path once; those that closing holds have none."""
         moving = [name for name in self.picture.traced if name not in self._held]
-        return self._apart(moving) or self._corners[:MOST_CORNERS]
+        return self._apart(moving) or (self._corners or self._ends)[:MOST_CORNERS]
 
     def _apart(self, names: Sequence[str]) -> tuple[str, ...]:
         """Without the points that go with an earlier one, as the two ends that a loop joins do."""
@@ -192,7 +197,7 @@ class Run:
         """Points of links, placed by coordinates, that do not move while others do."""
         if self.model.constraints(self.y[:1], self.solution.params, self.t[:1]).shape[-1] == 0:
             return ()
-        names = self._linked - {*self.picture.ground}
+        names = {n for n in self._linked - {*self.picture.ground} if is_joint(n)}
         if not names:
             return ()
         travel = np.linalg.norm(np.ptp(self.positions, axis=0), axis=-1)
@@ -207,8 +212,14 @@ class Run:
     def _corners(self) -> tuple[str, ...]:
         """The points at which moving links meet."""
         lines = [{*line} for _, line in self.picture.skeleton]
-        meeting = {n for n in self._linked if sum(n in line for line in lines) > 1}
+        meeting = {n for n in self._linked if sum(n in line for line in lines) > 1 and is_joint(n)}
         return tuple(n for n in self.picture.point_names if n in meeting - {*self.ground})
+
+    @property
+    def _ends(self) -> tuple[str, ...]:
+        """The ends of links that no other link has, in space or not at rest."""
+        ends = {n for _, line in self.picture.skeleton for n in (line[0], line[-1]) if is_joint(n)}
+        return tuple(n for n in self.picture.point_names if n in ends - {*self.ground})
 
     @property
     def change_times(self) -> tuple[float, ...]:

@@ -224,6 +224,26 @@ class Solution(Trajectory):
 
         return animate(self, fps=fps)
 
+    def view(self, *, fps: float = 60.0) -> Any:
+        """The motion in space, as an object that displays itself and has ``save(path)``.
+
+        One page without network: solids, camera, plots and time line (docs/view.md).
+
+        Parameters
+        ----------
+        fps
+            Frames per second of simulated time; at most 1500 frames, between which the page
+            interpolates.
+
+        Raises
+        ------
+        MissingPackageError
+            If three.js is not installed: ``pip install 'mechc[view]'``.
+        """
+        from mechc.results.view.page import view
+
+        return view(self, fps=fps)
+
     def __repr__(self) -> str:
         return f"<mechc.Solution of {self.system.name}: {len(self)} states, {self.status.headline}>"
 

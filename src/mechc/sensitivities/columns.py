@@ -1,19 +1,22 @@
 """The columns of a sensitivity: what each name asked for is a derivative by.
 
 Every column is a direction: of the parameters (with those whose defaults follow), of the inputs'
-values, or of the start.
+values, of a value of a sampled signal, or of the start.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
 from mechc.inputs.bind import InputSlot
+from mechc.inputs.samples import sampled
+from mechc.sensitivities.samples import Samples, samples_of, width
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -26,31 +29,42 @@ class Columns:
     """Attributes
     ----------
     names
-        As asked for; ``"y0"`` has one column for each component of the state, others have one.
+        As asked for; ``"y0"`` has one column for each component of the state, an input that is a
+        signal one for each sample, others have one.
     places
         Name -> its column, or columns.
     parameters : (np, k)
         How the parameters change with each column.
     inputs : (ni, k)
         How the values of inputs do.
+    samples
+        The columns that are by values of signals.
     """
 
     names: tuple[str, ...]
     places: Mapping[str, int | slice]
     parameters: Array
     inputs: Array
+    samples: Samples | None = None
 
     @property
     def count(self) -> int:
         return int(self.parameters.shape[1])
 
-    @property
+    @cached_property
     def directions(self) -> Array:
         """Parameters and then inputs, (np + ni, k)."""
         return np.ascontiguousarray(np.vstack([self.parameters, self.inputs]))
 
+    @property
+    def shapes(self) -> Any:
+        """How inputs change as functions of time, for compiled code."""
+        return self.samples and self.samples.shapes
+
     def names_among(self, marked: Array) -> list[str]:
         """The names of which a column is marked, of (k,) flags."""
+        if not marked.any():
+            return []
         return [name for name in self.names if np.any(marked[self.places[name]])]
 
     def of(
@@ -59,10 +73,29 @@ class Columns:
         """An array's derivative along the columns, (n, rows, k); None where none changes it."""
         parts = [
             system.evaluate(name, y, values, t) @ directions
-            for name, directions in ((by_parameters, self.parameters), (by_inputs, self.inputs))
-            if directions.any() and name in system.scene.outputs
+            for name, directions in zip((by_parameters, by_inputs), self._changing, strict=True)
+            if directions is not None and name in system.scene.outputs
         ]
+        if self.samples is not None and by_inputs in system.scene.outputs:
+            slopes = system.evaluate(by_inputs, y, values, t)
+            parts.append(np.zeros((*slopes.shape[:-1], self.count)))
+            self.samples.add(slopes, t, parts[-1])
         return sum(parts[1:], parts[0]) if parts else None
+
+    def at_state(
+        self, system: System, by_parameters: str, by_inputs: str, y: Array, values: Array, t: float
+    ) -> Array | None:
+        """The same at one state (nx,): (rows, k)."""
+        if self.samples is None:
+            return self.of(system, by_parameters, by_inputs, y, values, t)
+        found = self.of(system, by_parameters, by_inputs, y[None], values, t)
+        return None if found is None else np.asarray(found[0])
+
+    @cached_property
+    def _changing(self) -> tuple[Array | None, Array | None]:
+        """Parameters and inputs; None where no column changes them."""
+        parameters, inputs = self.parameters, self.inputs
+        return parameters if parameters.any() else None, inputs if inputs.any() else None
 
 
 def columns_of(system: System, names: Sequence[str], values: Array, given: Any) -> Columns:
@@ -74,8 +107,8 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
         If the model was compiled without sensitivities.
     UnknownNameError
         For what is neither parameter, coordinate, speed nor input of the model.
-    MechcError
-        For an input that is no number.
+    MechcError, ValueOutOfBoundsError
+        For an input that is neither number nor signal, and for a sample that there is not.
     """
     if "differentiated" not in system.data:
         raise UnavailableOutputError(
@@ -83,22 +116,23 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
             "outputs=(..., 'sensitivities')"
         )
     places: dict[str, int | slice] = {}
-    count, width = 0, system.scene.width
-    for name in names:
-        places[name] = slice(count, count + width) if name == START else count
-        count += width if name == START else 1
+    count = 0
+    for name in dict.fromkeys(names):
+        several = system.scene.width if name == START else width(system, name)
+        places[name] = count if several is None else slice(count, count + several)
+        count += 1 if several is None else several
     along = np.zeros((len(system.parameters), count))
     pushed = np.zeros((int(system.scene.inputs), count))
     slopes = _default_slopes(system, values, given)
     for name, place in places.items():
         if name in system.parameters:
             along[system.parameters.index(name), place] = 1.0
-        elif name in system.inputs:
+        elif sampled(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
-        elif name != START:
+        elif name != START and sampled(system, name) is None:
             _refuse_unknown(system, name)
     along = _followed(along, slopes)
-    return Columns(tuple(places), places, along, pushed)
+    return Columns(tuple(places), places, along, pushed, samples_of(system, places))
 
 
 def _refuse_unknown(system: System, name: str) -> None:
@@ -141,7 +175,7 @@ def _input_place(system: System, name: str) -> int:
     held = system.driven.given.get(name)
     if not isinstance(held, (int, float, np.integer, np.floating)):
         raise MechcError(
-            f"the derivative by {name} needs a number for it: {name} is given as "
+            f"the derivative by {name} needs a number or a signal for it: {name} is given as "
             f"{type(held).__name__}"
         )
     place = 0

@@ -2,8 +2,8 @@
 
 An event g(t, y, p) = 0 moves by dt = -(g_y S + g_p) / g' with g' = g_t + g_y f.  A reset
 y+ = R(t, y) gives the columns at a fixed time after it S+ = R_y (S + f dt) + R_t dt - f+ dt (the
-saltation matrix; Leine & Nijmeijer 2004, chapter 7).  Expressions of SymPy are differentiated; of
-functions of Python differences are taken, good for some ten digits.
+saltation matrix; Leine & Nijmeijer 2004, chapter 7).  Expressions are differentiated; of functions
+of Python, and of resets that constraints change, differences are taken, good for some ten digits.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ import numpy as np
 
 from mechc.sensitivities.columns import Columns
 from mechc.simulation.events import Event, evaluated
+from mechc.simulation.expression_events import ResetExpressions
 from mechc.simulation.resets import changed_state
 from mechc.simulation.segments import Segments
 from mechc.system.parameters import Array
@@ -119,6 +120,9 @@ def _changed(
 ) -> Array:
     """The derivative of the state that a reset gives along one column; change: of parameters."""
     system, values = sol.system, sol.params
+    if isinstance(event.reset, ResetExpressions) and not system.scene.rows:
+        by_time, by_state, by_parameters = event.reset.slopes(t, y)
+        return np.asarray(by_state @ along + by_time * later + by_parameters @ change)
     sizes = np.maximum(np.abs(y), system.scale(values))
     most = max(
         float((np.abs(along) / sizes).max(initial=0.0)),

@@ -7,7 +7,8 @@ through the transposed of every operation that columns pass through, so both way
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
+from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run
 from mechc.simulation.segments import Segments, Until
@@ -54,18 +56,19 @@ class Backwards:
     system: System
     covector: Array
     gathered: Array
-    raw: Columns = field(init=False)
+    raw: Columns
+    names: Sequence[str]  # that are by samples
 
-    def __post_init__(self) -> None:
-        size = len(self.system.parameters)
-        unit = np.eye(len(self.gathered))
-        self.raw = Columns((), {}, unit[:size], unit[size:])
-
-    @property
-    def directions(self) -> Array:
-        """Of propagators: the state's components, then parameters and inputs."""
-        width = self.system.scene.width
-        return np.hstack([np.zeros((len(self.gathered), width)), np.eye(len(self.gathered))])
+    @cached_property
+    def every(self) -> Columns:
+        """Of propagators: the state's components, then parameters, inputs and samples."""
+        width, raw = self.system.scene.width, self.raw
+        size = len(raw.parameters) + len(raw.inputs)
+        parameters, inputs = (
+            np.hstack([np.zeros((len(part), width)), part]) for part in (raw.parameters, raw.inputs)
+        )
+        samples = raw.samples and raw.samples.behind(width + size)
+        return Columns((), {}, parameters, inputs, samples)
 
     @property
     def start(self) -> Array:
@@ -96,22 +99,40 @@ def gradient_of_run(
     t, y = sol._run.states()
     start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
-    way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(len(columns.parameters) +
-                    len(columns.inputs)))  # fmt: skip
+    raw = _raw(columns)
+    way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(raw.count), raw,
+                    columns.names if columns.samples else ())  # fmt: skip
     value = _begin(way, end)
     for run, stop in reversed(_parts(sol._run, sol._stop)):
         if isinstance(run, Jump):
             _back_over(way, run)
         else:
             value += _back(way, run, stop, _weights(integral))
-    total = (
-        start.T @ way.covector + np.vstack([columns.parameters, columns.inputs]).T @ way.gathered
-    )
+    total = start.T @ way.covector + _along(columns).T @ way.gathered
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan
         notes += said
     parts = {name: _own(total[place]) for name, place in columns.places.items()}
     return Gradient(parts, value, notes)
+
+
+def _raw(columns: Columns) -> Columns:
+    """One column for each parameter, value of an input, and sample."""
+    size = len(columns.parameters) + len(columns.inputs)
+    count = 0 if columns.samples is None else len(columns.samples.samples)
+    unit = np.eye(size, size + count)
+    samples = columns.samples and columns.samples.behind(size)
+    own = len(columns.parameters)
+    return Columns((), {}, unit[:own], unit[own:], samples)
+
+
+def _along(columns: Columns) -> Array:
+    """How these change along the columns asked for."""
+    samples = () if columns.samples is None else columns.samples.samples
+    own = np.zeros((len(samples), columns.count))
+    for row, sample in zip(own, samples, strict=True):
+        row[sample.column] = 1.0
+    return np.vstack([columns.parameters, columns.inputs, own])
 
 
 def _own(part: Any) -> Any:
@@ -170,12 +191,14 @@ def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, fl
     checked_run(way.system, run, way.sol.params)
     t = run.times(0)
     value, last = 0.0, len(t) - 1
+    if way.names and last > 0:
+        check_steps(way.system, way.names, t)
     if stop is not None and last > 0:
         forwards = 1.0 if t[-1] >= t[0] else -1.0
         last = max(int(np.searchsorted(forwards * t, forwards * stop)) - 1, 0)
         value += _back_within(way, run, last, stop, weights)
     sources, by_given, more = _integral(way, run, t, 0, last, t[last], weights)
-    way.covector, gathered = run.covary(0, max(last, 0), way.covector, sources)
+    way.covector, gathered = run.covary(0, max(last, 0), way.covector, sources, way.raw.shapes)
     way.gathered = way.gathered + gathered + by_given
     return value + more
 
@@ -187,10 +210,7 @@ def _back_over(way: Backwards, jump: Jump) -> None:
             f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
             "that a change may turn: there is no derivative"
         )
-    size, start = len(way.system.parameters), way.start
-    given = way.directions
-    every = Columns((), {}, given[:size], given[size:])
-    way.through(through_reset(way.sol, jump, every, start))
+    way.through(through_reset(way.sol, jump, way.every, way.start))
 
 
 def _back_within(
@@ -200,11 +220,12 @@ def _back_within(
     t = run.times(0)
     h = t[step + 1] - t[step]
     rule = rule_of(NAMES[int(run.methods()[step])])
-    ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
+    every, shapes = way.every.directions, way.every.shapes
+    ends, rates = run.vary(step, step + 1, every, way.start, rule.rates, shapes=shapes)
     s = np.array([(stop - t[step]) / h])
     columns = _between(rule, h, s, ends[0], ends[1], rates[0])
     y = way.sol._run.interpolate(np.array([stop]))
-    run.project_columns(np.array([stop]), y, way.directions, columns)
+    run.project_columns(np.array([stop]), y, every, columns, shapes)
     sources, by_given, value = _integral(way, run, t, step, step + 1, stop, weights)
     way.through(columns[0])
     if sources is not None:
@@ -252,9 +273,10 @@ def _integral_step(
     points = t[step] + part * (POINTS + 0.5)
     y = run.interpolate(points)
     rule = rule_of(NAMES[int(run.methods()[step])])
-    ends, rates = run.vary(step, step + 1, way.directions, way.start, rule.rates)
+    every, shapes = way.every.directions, way.every.shapes
+    ends, rates = run.vary(step, step + 1, every, way.start, rule.rates, shapes=shapes)
     columns = _between(rule, h, (points - t[step]) / h, ends[0], ends[1], rates[0])
-    run.project_columns(points, y, way.directions, columns)
+    run.project_columns(points, y, every, columns, shapes)
     value, total = 0.0, np.zeros(columns.shape[-1])
     for name, weight in weights.items():
         one, by_state, given = linear_output(sol, name, y, points, way.raw)

@@ -148,8 +148,7 @@ def _opening(sol: Trajectory, columns: Columns, t: float, y: Array) -> Array | N
     if not sol.system.scene.holonomic:
         return None
     names = ("constraints_by_parameters", "constraints_by_inputs")
-    found = columns.of(sol.system, *names, y[None], sol.params, t)
-    return None if found is None else found[0]
+    return columns.at_state(sol.system, *names, y, sol.params, t)
 
 
 def _weak_rows(sol: Trajectory, y: Array, t: float) -> Array:

@@ -101,8 +101,8 @@ def _close(
     if not free or not len(slopes):
         return ()
     names = ("constraints_by_parameters", "constraints_by_inputs")
-    opened = columns.of(system, *names, y[None], values, t)
-    gap = slopes @ found[:nq] + (0.0 if opened is None else opened[0])
+    opened = columns.at_state(system, *names, y, values, t)
+    gap = slopes @ found[:nq] + (0.0 if opened is None else opened)
     if _rank(slopes[:, free]) < len(free):
         moved = np.abs(gap).max(axis=0) > 0
         found[:, moved] = np.nan
@@ -164,6 +164,6 @@ def _velocity_change(
     """How J u + b changes with the configuration and the parameters, (nc, k)."""
     nq = len(system.coordinates)
     names = ("velocity_constraints_by_parameters", "velocity_constraints_by_inputs")
-    faster = columns.of(system, *names, y[None], values, t)
+    faster = columns.at_state(system, *names, y, values, t)
     pushed = system.evaluate("velocity_gradient", y, values, t) @ found[:nq]
-    return np.asarray(pushed if faster is None else pushed + faster[0])
+    return np.asarray(pushed if faster is None else pushed + faster)

@@ -18,6 +18,7 @@ from mechc.errors import MechcError
 from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.rules import rule_of
+from mechc.sensitivities.samples import check_steps
 from mechc.simulation.segments import Segments, Until
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -31,9 +32,14 @@ class Piece:
     """A compiled run with its columns: times (n + 1,) and columns (n + 1, nx, k) at its steps."""
 
     run: Any
-    directions: Array
+    columns: Columns
     t: Array
     ends: Array
+
+    @property
+    def directions(self) -> Array:
+        """Of the columns."""
+        return self.columns.directions
 
     @cached_property
     def methods(self) -> Array:
@@ -56,7 +62,7 @@ class Piece:
 
     def on_tangent_space(self, t: Array, y: Array, found: Array) -> Array:
         """Columns (m, nx, k) at times and states, moved onto the constraints, in place."""
-        self.run.project_columns(t, y, self.directions, found)
+        self.run.project_columns(t, y, self.directions, found, self.columns.shapes)
         return found
 
     def _alike(self, steps: Array) -> Iterator[tuple[int, int]]:
@@ -77,7 +83,8 @@ class Piece:
         """At times within steps first ... last - 1, by the dense output of their method."""
         rule = rule_of(NAMES[int(self.methods[first])])
         start = np.ascontiguousarray(self.ends[first])
-        _, rates = self.run.vary(first, last, self.directions, start, rule.rates)
+        shapes = self.columns.shapes
+        _, rates = self.run.vary(first, last, self.directions, start, rule.rates, shapes=shapes)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h
         weights = rule.weights(s) * h[:, None]
@@ -96,9 +103,12 @@ def follow(system: System, run: Any, values: Array, columns: Columns, start: Arr
         For a run that began at a change point, and for inputs that are functions of the state.
     """
     checked_run(system, run, values)
-    t, directions = run.times(0), columns.directions
-    ends, _ = run.vary(0, max(len(t) - 1, 0), directions, start)
-    return Piece(run, directions, t, ends)
+    t = run.times(0)
+    if columns.samples is not None and len(t) > 1:
+        check_steps(system, columns.names, t)
+    last = max(len(t) - 1, 0)
+    ends, _ = run.vary(0, last, columns.directions, start, shapes=columns.shapes)
+    return Piece(run, columns, t, ends)
 
 
 def on_tangent_space(
@@ -108,7 +118,8 @@ def on_tangent_space(
     while isinstance(run, (Segments, Until)):
         run = run.pieces[0] if isinstance(run, Segments) else run.piece
     checked_run(system, run, values)
-    moved: Array = run.vary(0, 0, columns.directions, start, project=True)[0][0]
+    given = columns.directions, start
+    moved: Array = run.vary(0, 0, *given, project=True, shapes=columns.shapes)[0][0]
     return moved
 
 
@@ -126,5 +137,5 @@ def checked_run(system: System, run: Any, values: Array) -> None:
             "are computed from there; begin beside it"
         )
     t, y = run.tail(1)
-    if len(t):  # inputs for which there are no derivatives raise
+    if len(t) and system.driven is not None:  # inputs for which there are no derivatives raise
         system.evaluate("state_jacobian", y[0], values, float(t[-1]))

@@ -33,6 +33,10 @@ class Event:
 
     Attributes
     ----------
+    function
+        A function of t and y (nq + nu,), or an expression of time, coordinates, speeds and
+        parameters: of SymPy, or a text of the grammar, ``"q - l/2"``; also with a direction,
+        ``"q > l/2"``.
     direction
         Positive: only where the function grows; negative: only where it falls; 0: both.
     terminal
@@ -43,12 +47,15 @@ class Event:
         continues.  They are put onto the constraints: coordinates to the nearest that close the
         loops, speeds by the impulse of the constraints through the mass matrix.  A reset that
         leaves the rate of the function with its sign is a switch: the zero is not found again.
+        Or a mapping of coordinates and speeds to expressions of the state before,
+        ``{"u": "-e*u"}``; all others stay.  Where all events of a run and their resets are
+        expressions they run in compiled code, in batches too.
     """
 
-    function: EventFunction
+    function: EventFunction | Any
     direction: float = 0.0
     terminal: bool | int = False
-    reset: Reset | None = None
+    reset: Reset | Any = None
 
     @classmethod
     def of(cls, given: Any) -> Event:
@@ -62,7 +69,8 @@ class Event:
         if isinstance(given, cls):
             if not (given.reset is None or callable(given.reset)):
                 raise ValueOutOfBoundsError(
-                    f"a reset is a function of t, q and u that returns q and u, not {given.reset!r}"
+                    "a reset is a function of t, q and u that returns q and u, or a mapping of "
+                    f"coordinates and speeds to expressions, not {given.reset!r}"
                 )
             return given
         if not callable(given):
@@ -91,6 +99,8 @@ class EventFinder:
     sizes
         The largest magnitude of each event's function met so far.
     """
+
+    steps = 50  # attempted between two searches
 
     def __init__(
         self, events: Sequence[Any], run: Any, width: int, first: int = 0, rtol: float = 0.0

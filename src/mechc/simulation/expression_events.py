@@ -1,120 +1,309 @@
-"""Events written as expressions of SymPy, turned into functions of t and y."""
+"""Events and resets as expressions, typed or of SymPy, turned into functions of t and y."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.errors import UnknownNameError
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.events import Event
-from mechc.system.names import name_of
+from mechc.simulation.stops import Stop, StopReset
+from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-EventFunction = Callable[[float, Array], float]
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
-def checked_events(given: Any, system: System, p: Array) -> list[Any]:
-    """Events, or one by itself, as a run takes them: expressions are functions of t and y."""
+class Compiler(NamedTuple):
+    """What is needed of the compiler.
+
+    Attributes
+    ----------
+    parse
+        ``parse(text, names)``: the expression that a text of the grammar is.
+    compile
+        ``compile(events, width, parameters)``: compiled functions of events, of which each is a
+        value, what its reset assigns, and a stop's restitution, over plain symbols; None where
+        there is no compiler.
+    """
+
+    parse: Callable[[str, Mapping[str, Any]], Any]
+    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None, Any]], int, int], Any]
+
+
+def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> list[Any]:
+    """Events, or one by itself, as a run takes them: expressions are functions of t and y.
+
+    Where all are expressions and one has a reset, they are compiled.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError, ExpressionError
+        For names that the model does not have, resets of what is no state, and texts that are not
+        of the grammar.
+    """
     if not isinstance(given, (tuple, list)) and _is_one(given):
         given = [given]
-    return [_as_function(event, system, p) for event in given]
+    reader = _Reader(system, p, compiler.parse)
+    events = [reader.event(event) for event in given]
+    if any(isinstance(e, Event) and isinstance(e.reset, COMPILED_RESETS) for e in events):
+        compile_all(events, system, compiler)
+    return events
+
+
+def compile_all(events: Sequence[Any], system: System, compiler: Compiler) -> Any:
+    """The compiled functions of events that are all expressions, else None; each is told them."""
+    if not all(is_compilable(event) for event in events) or system.reference.backend == "numpy":
+        return None
+    told = [
+        (e.function.expression, getattr(e.reset, "changes", None),
+         getattr(e.reset, "restitution", None))
+        for e in events
+    ]  # fmt: skip
+    unit = compiler.compile(told, system.scene.width, len(system.parameters))
+    for event in events:
+        event.function.unit = unit
+    return unit
+
+
+def is_compilable(event: Any) -> bool:
+    """Whether an event and its reset, if it has one, are expressions."""
+    return (
+        isinstance(event, Event)
+        and isinstance(event.function, ValueExpression)
+        and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
+    )
+
+
+def compiled_functions(events: Sequence[Any]) -> Any:
+    """What :func:`compile_all` made of these events; None if they were not compiled together."""
+    units = [getattr(getattr(event, "function", None), "unit", None) for event in events]
+    return units[0] if units and all(unit is units[0] for unit in units) else None
 
 
 def _is_one(given: Any) -> bool:
-    if callable(given) or isinstance(given, (Event, str)) or is_expression(given):
+    if callable(given) or isinstance(given, (Event, Stop, Mapping)) or is_expression(given):
         return True
     return not isinstance(given, Iterable)
 
 
-def _as_function(event: Any, system: System, p: Array) -> Any:
-    if is_expression(event):
-        difference, direction = _difference(event)
-        return Event(function_of(difference, system, p), direction)
-    if isinstance(event, Event) and is_expression(event.function):
-        difference, direction = _difference(event.function)
-        function = function_of(difference, system, p)
-        return replace(event, function=function, direction=event.direction or direction)
-    return event
-
-
-def _difference(expression: Any) -> tuple[Any, float]:
-    """What is zero at the event, and its direction: of ``q > 1`` q - 1, rising."""
-    direction = _DIRECTIONS.get(getattr(expression, "rel_op", ""))
-    if direction is None:
-        return expression, 0.0
-    return expression.lhs - expression.rhs, direction
-
-
 def is_expression(event: Any) -> bool:
-    """Whether it is a symbol or an expression of SymPy, not a function."""
-    return hasattr(event, "free_symbols") and hasattr(event, "xreplace")
+    """Whether it is a text, or a symbol or an expression of SymPy, not a function."""
+    return isinstance(event, str) or (hasattr(event, "free_symbols") and hasattr(event, "xreplace"))
 
 
-def function_of(expression: Any, system: System, p: Array) -> EventFunction:
-    """The function of t and y that an expression of time, state and parameters is.
+class _Reader:
+    """Reads the events of one model with parameters p (np,)."""
 
-    Raises
-    ------
-    UnknownNameError
-        For a symbol that the model does not have.
-    """
-    from sympy import Symbol, lambdify
-    from sympy.core.function import AppliedUndef
-
-    names = (*system.coordinates, *system.speeds)
-    constants = dict(zip(system.parameters, p.tolist(), strict=True))
-    atoms = expression.atoms(AppliedUndef)
-    held: dict[Any, float] = {}
-    state: list[Any] = []
-    places: list[int] = []
-    for symbol in sorted(atoms | expression.atoms(Symbol), key=str):
-        name = name_of(symbol)
-        if name in names:
-            state.append(symbol)
-            places.append(names.index(name))
-        elif name in constants:
-            held[symbol] = constants[name]
-        elif name != "t":
-            raise UnknownNameError("coordinate, speed or parameter", name, (*names, *constants))
-    compiled = lambdify([Symbol("t"), state], expression.xreplace(held), "numpy", cse=True)
-
-    def function(t: float, y: Array) -> float:
-        return float(compiled(t, y[places]))
-
-    function.slopes = _Slopes(expression, state, places, held, system)  # type: ignore[attr-defined]
-    return function
-
-
-class _Slopes:
-    """The derivatives of an expression by time, state (nq + nu,) and parameters (np,)."""
-
-    def __init__(
-        self, expression: Any, state: list[Any], places: list[int], held: Mapping[Any, float],
-        system: System,
-    ) -> None:  # fmt: skip
-        self.expression, self.state, self.places, self.held = expression, state, places, held
-        self.sizes = system.scene.width, len(system.parameters)
-        self.fixed = [system.parameters.index(name_of(symbol)) for symbol in held]
+    def __init__(self, system: System, p: Array, parse: Callable[..., Any]) -> None:
+        self.system, self.p, self.parse = system, p, parse
 
     @cached_property
-    def compiled(self) -> Any:
-        from sympy import Symbol, diff, lambdify
+    def names(self) -> dict[str, Any]:
+        """Name -> plain symbol: y0, y1, ... for the state, p0, ... for parameters, t for time."""
+        from sympy import Symbol
 
-        plain = {x: Symbol(f"y{k}") for k, x in enumerate(self.state)}  # functions of time
-        free = self.expression.xreplace(plain)
-        by = [Symbol("t"), *plain.values(), *self.held]
-        found = [diff(free, x).xreplace(self.held) for x in by]
-        return lambdify([Symbol("t"), list(plain.values())], found, "numpy", cse=True)
+        system = self.system
+        state = {n: f"y{k}" for k, n in enumerate((*system.coordinates, *system.speeds))}
+        every = {"t": "t", **{n: f"p{k}" for k, n in enumerate(system.parameters)}, **state}
+        return {name: Symbol(plain, real=True) for name, plain in every.items()}
 
-    def __call__(self, t: float, y: Array) -> tuple[float, Array, Array]:
-        by_time, *others = self.compiled(t, y[self.places])
-        by_state, by_parameters = (np.zeros(size) for size in self.sizes)
-        by_state[self.places] = others[: len(self.places)]
-        by_parameters[self.fixed] = others[len(self.places) :]
-        return float(by_time), by_state, by_parameters
+    def event(self, given: Any) -> Any:
+        if isinstance(given, Stop):
+            return self._stop(given)
+        if is_expression(given):
+            given = Event(given)
+        if not isinstance(given, Event):
+            return given
+        if is_expression(given.function):
+            expression, direction = self._difference(given.function)
+            function = ValueExpression(expression, self.p, self.system.scene.width)
+            given = replace(given, function=function, direction=given.direction or direction)
+        if isinstance(given.reset, Mapping):
+            given = replace(given, reset=self._reset(given.reset))
+        return given
+
+    def _difference(self, given: Any) -> tuple[Any, float]:
+        """What is zero at the event, and its direction: of ``q > 1`` q - 1, rising."""
+        if isinstance(given, str):
+            relation = next((sign for sign in _DIRECTIONS if sign in given), None)
+            if relation is None:
+                return self._plain(given), 0.0
+            left, right = given.split(relation, 1)
+            relation = relation + "=" if right.startswith("=") else relation
+            return self._plain(left) - self._plain(right.removeprefix("=")), _DIRECTIONS[relation]
+        direction = _DIRECTIONS.get(getattr(given, "rel_op", ""))
+        if direction is None:
+            return self._plain(given), 0.0
+        return self._plain(given.lhs - given.rhs), direction
+
+    def _stop(self, given: Stop) -> Event:
+        system = self.system
+        if not is_expression(given.gap) or hasattr(given.gap, "rel_op"):
+            raise ValueOutOfBoundsError(
+                "a gap is an expression of coordinates, of SymPy or as text, not "
+                f"{brief(given.gap)}"
+            )
+        gap = ValueExpression(self._plain(given.gap), self.p, system.scene.width)
+        kept = ValueExpression(self._plain(given.restitution), self.p, system.scene.width)
+        for name in (*system.speeds, *system.states):
+            symbol = self.names[name]
+            if gap.expression.has(symbol) or kept.expression.has(symbol):
+                raise ValueOutOfBoundsError(
+                    f"a gap and its restitution depend on coordinates, not on {name}"
+                )
+        if not 0.0 <= kept(0.0, np.zeros(system.scene.width)) <= 1.0:
+            raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
+        return Event(gap, -1.0, given.terminal, StopReset(gap, kept, system, self.p))
+
+    def _reset(self, given: Mapping[Any, Any]) -> ResetExpressions:
+        state = (*self.system.coordinates, *self.system.speeds)
+        changes = {}
+        for name, value in by_name(given, "a reset", "{'u': '-0.8*u'}").items():
+            if name in self.system.parameters:
+                raise ValueOutOfBoundsError(
+                    f"a reset changes coordinates, speeds and states; {name} is a parameter, which "
+                    "is one number for a run: make it a state, mechc.compile(..., states={x: 0})"
+                )
+            if name not in state:
+                raise UnknownNameError("coordinate or speed", name, state)
+            changes[state.index(name)] = self._plain(value)
+        return ResetExpressions(changes, self.p, len(self.system.coordinates), len(state))
+
+    def _plain(self, given: Any) -> Any:
+        """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
+        from sympy import Derivative, Symbol, SympifyError, sympify
+        from sympy.core.function import AppliedUndef
+
+        if isinstance(given, str):
+            return self.parse(given, self.names)
+        try:
+            expression = sympify(given, strict=True)
+        except SympifyError:
+            raise ValueOutOfBoundsError(
+                f"a reset gives numbers, texts or expressions of SymPy, not {brief(given)}"
+            ) from None
+        known, rest = {}, expression
+        for kind in (Derivative, AppliedUndef, Symbol):  # from the outside inwards
+            for atom in rest.atoms(kind):
+                name = name_of(atom)
+                if name not in self.names:
+                    raise UnknownNameError("coordinate, speed or parameter", name, self.names)
+                known[atom] = self.names[name]
+            rest = rest.xreplace(dict.fromkeys(known, 0))
+        return expression.xreplace(known)
+
+
+def _function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
+    """A function of t, y and p for expressions over plain symbols."""
+    from sympy import Symbol, lambdify
+
+    free = sorted({s for e in expressions for s in e.free_symbols}, key=str)
+    places = {kind: [s for s in free if s.name.startswith(kind)] for kind in "yp"}
+    at = {kind: [int(s.name[1:]) for s in found] for kind, found in places.items()}
+    arguments = [Symbol("t", real=True), places["y"], places["p"]]
+    compiled = lambdify(arguments, list(expressions), "numpy", cse=True)
+    return lambda t, y, p: compiled(t, y[at["y"]], p[at["p"]])
+
+
+def _derivatives(
+    values: Sequence[Any], width: int, parameters: int
+) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
+    """Of n values by t (n,), state (n, width) and parameters (n, np), as a function of t, y, p."""
+    from sympy import Symbol, diff
+
+    by = ["t", *(f"y{k}" for k in range(width)), *(f"p{k}" for k in range(parameters))]
+    symbols = [Symbol(name, real=True) for name in by]
+    entries = [(i, j, diff(value, x)) for i, value in enumerate(values)
+               for j, x in enumerate(symbols) if value.has(x)]  # fmt: skip
+    function = _function_of([entry for _, _, entry in entries])
+
+    def slopes(t: float, y: Array, p: Array) -> tuple[Array, Array, Array]:
+        table = np.zeros((len(values), len(by)))
+        for (i, j, _), value in zip(entries, function(t, y, p), strict=True):
+            table[i, j] = value
+        return table[:, 0], table[:, 1 : 1 + width], table[:, 1 + width :]
+
+    return slopes
+
+
+class ValueExpression:
+    """The function of t and y that an expression over plain symbols is.
+
+    Attributes
+    ----------
+    unit
+        Its compiled form, with the other events of the run; None if it was not compiled.
+    """
+
+    def __init__(self, expression: Any, p: Array, width: int) -> None:
+        self.expression, self.p, self.width = expression, p, width
+        self.unit: Any = None
+        self.__name__ = "expression"
+
+    def __call__(self, t: float, y: Array) -> float:
+        return self.at(t, y, self.p)
+
+    def at(self, t: float, y: Array, p: Array) -> float:
+        """Its value for parameters p (np,)."""
+        return float(self._compiled(t, y, p)[0])
+
+    @cached_property
+    def _compiled(self) -> Callable[..., Any]:
+        return _function_of([self.expression])
+
+    @cached_property
+    def _derivatives(self) -> Callable[..., Any]:
+        return _derivatives([self.expression], self.width, len(self.p))
+
+    def slopes(self, t: float, y: Array, p: Array | None = None) -> tuple[float, Array, Array]:
+        """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
+        by_time, by_state, by_parameters = self._derivatives(t, y, self.p if p is None else p)
+        return float(by_time[0]), by_state[0], by_parameters[0]
+
+
+class ResetExpressions:
+    """The reset of q and u that expressions over plain symbols are; see :class:`Event`.
+
+    Attributes
+    ----------
+    changes
+        Place in the state -> expression of its value after the event.
+    """
+
+    takes_parameters = True
+
+    def __init__(self, changes: Mapping[int, Any], p: Array, split: int, width: int) -> None:
+        self.changes = dict(sorted(changes.items()))
+        self.p, self.split, self.width = p, split, width
+        self.__name__ = "of expressions"
+
+    def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
+        """``p``: other parameters than those of the run."""
+        y = np.concatenate([q, u])
+        found = self._compiled(t, y, self.p if p is None else p)
+        y[list(self.changes)] = found
+        return y[: self.split], y[self.split :]
+
+    @cached_property
+    def _compiled(self) -> Callable[..., Any]:
+        return _function_of(list(self.changes.values()))
+
+    @cached_property
+    def _derivatives(self) -> Callable[..., Any]:
+        return _derivatives(list(self.changes.values()), self.width, len(self.p))
+
+    def slopes(self, t: float, y: Array) -> tuple[Array, Array, Array]:
+        """Of the state after it by time (nx,), state (nx, nx) and parameters (nx, np)."""
+        by_time, by_state = np.zeros(self.width), np.eye(self.width)
+        by_parameters, rows = np.zeros((self.width, len(self.p))), list(self.changes)
+        by_time[rows], by_state[rows], by_parameters[rows] = self._derivatives(t, y, self.p)
+        return by_time, by_state, by_parameters
+
+
+COMPILED_RESETS = (ResetExpressions, StopReset)

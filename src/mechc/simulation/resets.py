@@ -199,15 +199,17 @@ def changed_state(system: System, event: Event, t: float, state: Array, values: 
     FunctionFailedError, ValueError
         As :func:`onto_constraints`, and for a reset that fails.
     """
-    given = _given_by(event, t, state, len(system.coordinates))
+    given = _given_by(event, t, state, len(system.coordinates), values)
     return onto_constraints(system, t, given, values)
 
 
-def _given_by(event: Event, t: float, state: Array, split: int) -> Array:
+def _given_by(event: Event, t: float, state: Array, split: int, values: Array) -> Array:
     assert event.reset is not None
     name = getattr(event.reset, "__name__", repr(event.reset))
+    given = (t, state[:split].copy(), state[split:].copy())
     try:
-        q, u = event.reset(t, state[:split].copy(), state[split:].copy())
+        reset: Any = event.reset
+        q, u = reset(*given, *((values,) if hasattr(reset, "takes_parameters") else ()))
         found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
     except Exception as error:
         raise FunctionFailedError(

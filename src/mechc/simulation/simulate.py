@@ -25,6 +25,7 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
+from mechc.simulation.compiled_events import CompiledFinder, CompiledResets, compiled_finder
 from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.initialise import begin, leave_change_point
 from mechc.simulation.limits import LIMITED, explained
@@ -37,13 +38,13 @@ from mechc.simulation.settings import (
     checked_span,
 )
 from mechc.simulation.status import status_of
+from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 ENDED = (FINISHED, STOPPED_BY_EVENT)
 CHUNK = 2000  # attempted steps between checks of signals and progress
-EVENT_CHUNK = 50
 COARSE = 0.01  # of rtol: a warning if the spacing of an angle's doubles is larger
 FINEST = 1e-12  # below it, of this rtol
 Made = TypeVar("Made", bound=Trajectory)
@@ -97,13 +98,12 @@ def _driven(
     first: int = 0,
 ) -> Made:
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
-    finder = (
-        EventFinder(events, compiled, system.scene.width, first, policy.rtol) if events else None
-    )
+    finder = _finder(events, system, compiled, span, values, policy, first)
     resets = None
     if finder is not None and resets_of(events) and compiled.status == RUNNING:
         compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
-        resets = partial(Resets, system, values, policy, span[1], compiled, finder)
+        kind = CompiledResets if isinstance(finder, CompiledFinder) else Resets
+        resets = partial(kind, system, values, policy, span[1], compiled, finder)
     code, stop = _drive(compiled, span, finder, progress, resets)
     driven = system.driven
     if driven is not None and driven.failed:
@@ -141,6 +141,19 @@ def _driven(
     if driven is not None:
         driven.raise_failure(sol)
     return sol
+
+
+def _finder(
+    events: Sequence[Any], system: System, run: Segment, span: tuple[float, float], values: Array,
+    policy: Policy, first: int,
+) -> EventFinder | None:  # fmt: skip
+    """What looks for the events; in compiled code where they are compiled."""
+    if not events:
+        return None
+    compiled = compiled_finder(events, system, run, span, values, policy, first)
+    if any(isinstance(getattr(event, "reset", None), StopReset) for event in events):
+        refuse_stops(system, span, compiled is not None)
+    return compiled or EventFinder(events, run, system.scene.width, first, policy.rtol)
 
 
 def continued(
@@ -193,7 +206,7 @@ def _drive(
     begun: Callable[[], Resets] | None = None,
 ) -> tuple[int, float | None]:
     """Advance to the end; the final status code, and the time of a terminal event."""
-    steps = CHUNK if finder is None else EVENT_CHUNK
+    steps = CHUNK if finder is None else finder.steps
     try:
         resets = begun() if begun else None
         while True:

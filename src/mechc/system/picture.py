@@ -11,6 +11,26 @@ Positions = Callable[[Array, Array, "float | Array"], Array]
 
 
 @dataclass(frozen=True)
+class Solid:
+    """A shape of a picture in space.
+
+    Attributes
+    ----------
+    kind
+        ``"ball"``, ``"box"``, ``"cylinder"``, ``"wheel"``, ``"mesh"``; ``"inertia"``: the uniform
+        body with the same inertia; ``"mass"``: a particle.
+    sizes
+        Of parameters: in m; of ``"inertia"`` xx, yy, zz, xy, xz, yz per mass in m^2.
+    """
+
+    kind: str
+    label: str
+    axis: str
+    path: str
+    sizes: Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
 class Picture:
     """Attributes
     ----------
@@ -24,6 +44,17 @@ class Picture:
         The axes to the right and up, such as ("x", "-y"); None for the widest.
     points
         Positions in m of states, all parameters and times: (..., points, 3).
+    solids, placed
+        Of a picture in space: the solids, and of states, parameters and times the positions
+        (..., solids, 3) m and the matrices (..., solids, 3, 3) that turn their axes to the
+        inertial ones.
+    struts
+        Of a picture in space: ("spring" or "damper", label, names of the two points).
+    joints, acting
+        Of a picture in space: names of the joints, and of states, parameters and times the points
+        (..., joints, 3) m where their reactions act.
+    weight
+        Of parameters: the acceleration of free fall (3,) m/s^2; None where it is not known.
     """
 
     point_names: Sequence[str]
@@ -32,6 +63,12 @@ class Picture:
     traced: Sequence[str]
     view: tuple[str, str] | None
     points: Positions
+    solids: Sequence[Solid] = ()
+    placed: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
+    struts: Sequence[tuple[str, str, Sequence[str]]] = ()
+    weight: Callable[[Array], Array] | None = None
+    joints: Sequence[str] = ()
+    acting: Positions | None = None
 
     @property
     def is_complete(self) -> bool:

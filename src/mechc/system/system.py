@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from types import MappingProxyType
@@ -12,6 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
+from mechc.system.attitudes import unturned
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.parameters import Array, ParameterSet, doubles
@@ -73,8 +74,14 @@ class System(Description):
         self.dimensionless[first : len(self.coordinates)] = True
         self.default_coordinates = np.zeros(len(self.coordinates))
         self.default_coordinates[first:] = data.get("states", ())
+        self.quaternions = tuple(tuple(places) for places in data.get("quaternions", ()))
         self._no_lengths = np.ones(len(kinds)) if self.dimensionless.all() else None
         self._shapes: Mapping[str, list[int]] = data["shapes"]
+
+    def default_configurations(self, count: int, given: Iterable[str]) -> Array:
+        """Coordinates (count, nq) where none but those named are given."""
+        q = np.tile(self.default_coordinates, (count, 1))
+        return unturned(q, self.quaternions, [self.state_index(name) for name in given])
 
     @property
     def instruction_set(self) -> str:
@@ -111,10 +118,10 @@ class System(Description):
         return other
 
     kept: dict[Any, Any]
-    drawn: Callable[[System], Picture] | None = None
+    drawn: Callable[..., Picture] | None = None
     draws_more = False  # than the compiled points
 
-    def drawn_by(self, drawn: Callable[[System], Picture], *, more: bool = False) -> System:
+    def drawn_by(self, drawn: Callable[..., Picture], *, more: bool = False) -> System:
         """The same system with a picture made when it is asked for; ``more``: always by it."""
         other = self.replaced_scene(self.scene)
         other.drawn, other.draws_more = drawn, more
@@ -143,9 +150,9 @@ class System(Description):
         other.data = {**self.data, "start": dict(start)}
         return other
 
-    def wait(self) -> None:
-        """Return when it is compiled completely, and in the cache for other processes."""
-        _ = self.scene.lanes
+    def wait(self, *, batches: bool = True) -> None:
+        """Return when what runs, or also batches, need is in the cache for other processes."""
+        self.scene.wait(batches)
 
     @property
     def picture(self) -> Picture:
@@ -154,6 +161,16 @@ class System(Description):
             self.kept[Picture] = self._picture()
         found: Picture = self.kept[Picture]
         return found
+
+    @property
+    def picture_in_space(self) -> Picture:
+        """With solids, springs and dampers where the description is known; else ``picture``."""
+        if "space" not in self.kept:
+            found = None if self.drawn is None else self.drawn(self, in_space=True)
+            seen = found is not None and bool(found.skeleton or found.solids)
+            self.kept["space"] = found if seen else self.picture
+        kept: Picture = self.kept["space"]
+        return kept
 
     def _picture(self) -> Picture:
         own = Picture(

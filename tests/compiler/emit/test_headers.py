@@ -18,12 +18,13 @@ BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
 # Each may use those before it.
 LAYERS = (
     "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep",
-    "variational", "unit",
+    "variational", "adjoint", "unit",
 )  # fmt: skip
 # Compiled into the runtime, not into scenes.
 APART = {
-    "batch": {"abi", "batch"},
+    "batch": {"abi", "batch", "closing", "events"},
     "closing": {"abi", "closing"},
+    "events": {"abi", "closing", "events"},
 }
 COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
 

@@ -149,7 +149,7 @@ def test_what_was_compiled_once_is_found_without_deriving(monkeypatch, tmp_path)
 
     first = mechc.compile(damped(), **asked)
     assert first.capsule
-    assert len(cache.entries()) == 1
+    assert len(cache.scenes()) == 1
     monkeypatch.setattr(build, "_compiled", {})
     monkeypatch.setattr(build, "_built", lambda *_: pytest.fail("derived again"))
     again = mechc.compile(damped(), **asked)

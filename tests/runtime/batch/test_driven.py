@@ -4,6 +4,7 @@ import pickle
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -102,9 +103,31 @@ def test_batches_with_inputs_are_kept_in_files_and_pickled(pushed, tmp_path):
     np.testing.assert_array_equal(again.y, batch.y)
     np.testing.assert_array_equal(again.recipe.inputs.numbers["F"], forces)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(batch)).y, batch.y)
-    signal = mechc.Signal(TIMES, VALUES)
-    with pytest.raises(mechc.MechcError, match="takes no signals yet, and F is one"):
-        pushed.simulate_batch(1.0, STARTS, inputs={"F": signal}, out=tmp_path / "other")
+
+
+@pytest.mark.parametrize("kind", ["previous", "cubic", "interpolant"])
+def test_signals_are_kept_in_folders(pushed, tmp_path, kind):
+    """To the last bit; an interrupted call goes on, another signal is another request."""
+    pytest.importorskip("zarr")
+    signal = mechc.Signal(TIMES, VALUES, kind, outside="hold") if kind != "interpolant" else None
+    signal = signal or CubicSpline(TIMES, VALUES)
+    options = {"inputs": {"F": signal}, "rtol": 1e-6, "chunk": 2, "out": tmp_path / "kept"}
+    batch = pushed.simulate_batch(3.0, STARTS, {"k": 1.0}, inputs={"F": signal}, rtol=1e-6)
+    pushed.simulate_batch(3.0, STARTS, {"k": 1.0}, **options)
+    next((tmp_path / "kept" / "mechc").glob("*2*.json")).unlink()  # a chunk that was not finished
+    assert (pushed.simulate_batch(3.0, STARTS, {"k": 1.0}, **options).y == batch.y).all()
+    again = mechc.open(tmp_path / "kept", pushed)
+    np.testing.assert_array_equal(again.y, batch.y)
+    kept = again.recipe.inputs.signals["F"]
+    np.testing.assert_array_equal(kept(np.linspace(0, 3, 50)), batch.recipe.inputs.signals["F"](
+        np.linspace(0, 3, 50)))  # fmt: skip
+    options["inputs"] = {"F": mechc.Signal(TIMES, VALUES + 1e-9)}
+    with pytest.raises(mechc.MechcError, match="another request: signals"):
+        pushed.simulate_batch(3.0, STARTS, {"k": 1.0}, **options)
+    held = tmp_path / "kept" / "mechc" / "inputs.json"
+    held.write_text(held.read_text().replace('"smoothness": ', '"smoothness": 1'))
+    with pytest.raises(mechc.MechcError, match="is damaged"):
+        mechc.open(tmp_path / "kept", pushed)
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -120,6 +121,17 @@ def test_the_browser_is_opened_on_a_desktop_only(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":0")
     assert main([*REGULAR, "--t-end", "0.1", "--open"]) == 0
     assert [address.startswith("file:///") for address in opened] == [True]
+    page = "view" if find_spec("jupyter_threejs_sage") else "animation"
+    assert opened[0].endswith(f"/{page}.html")
+
+
+def test_the_view_is_written_where_it_is_asked_for(tmp_path, capsys):
+    pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
+    page = tmp_path / "made" / "view.html"
+    run_json(capsys, *REGULAR, "--t-end", "0.1", "--view", str(page))
+    assert "Content-Security-Policy" in page.read_text("utf-8")
+    assert main([*REGULAR, "--t-end", "0.1", "--json", "--view", str(tmp_path / "view.txt")]) == 2
+    assert ".html, .png, .gif or .mp4" in capsys.readouterr().err
 
 
 def test_list_names_the_library_and_when_it_is_compiled(capsys):

@@ -45,7 +45,7 @@ def test_an_entry_is_made_once_and_found_again(root):
         assert path == root / KEY / "scene.so"
         assert path.read_bytes() == b"code"
     assert make.made == 1
-    assert cache.entries() == [root / KEY]
+    assert cache.scenes() == {KEY: [root / KEY]}
 
 
 def test_only_the_owner_can_enter(root):
@@ -107,7 +107,7 @@ def test_a_failure_leaves_nothing_behind(root):
 
     with pytest.raises(RuntimeError):
         cache.entry(KEY, fail)
-    assert cache.entries() == []
+    assert cache.scenes() == {}
     assert {path.name for path in root.iterdir()} == {f"{KEY}.lock"}
 
 
@@ -215,8 +215,8 @@ def test_clearing_removes_entries_and_nothing_else(root):
 
 def test_clearing_takes_first_units_along(root):
     cache.entry(KEY, Maker())
-    cache.entry(cache.first_key(KEY), Maker())
-    assert cache.entries() == [root / KEY]
+    cache.entry(cache.part_key(KEY, "first"), Maker())
+    assert cache.scenes() == {KEY: [root / KEY, root / f"{KEY}.first"]}
     assert cache.clear() == 1
     assert list(root.iterdir()) == []
 
@@ -225,7 +225,7 @@ def test_clearing_takes_along_what_killed_processes_and_failures_left(root):
     cache.entry(KEY, Maker())
     other = KEY[::-1]
     (root / f".new-{other}-abc").mkdir()
-    (root / f".new-{cache.first_key(other)}-abc").mkdir()
+    (root / f".new-{cache.part_key(other, 'first')}-abc").mkdir()
     (root / f"{other}.lock").touch()
     cache.remembered("compiler", "one", lambda: KEY)
     (root / ".new-notes-abc").mkdir()
@@ -244,7 +244,7 @@ def test_a_note_saves_work_until_its_stamp_changes(root):
         assert cache.remembered("what", "one", lambda: next(values)) == KEY
     assert cache.remembered("what", "two", lambda: next(values)) == KEY[::-1]
     assert (root / "what.note").stat().st_mode & 0o077 == 0
-    assert cache.entries() == []
+    assert cache.scenes() == {}
 
 
 @pytest.mark.parametrize("damage", ["", "one", f"one {KEY[:-1]}", "one \xff", f"two {KEY}"])

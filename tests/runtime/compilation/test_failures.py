@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compilation import build, cache, entries, toolchain
+from mechc.compilation import build, cache, entries, parts, toolchain
 from mechc.compilation.cache import security as cache_folder
-from mechc.compilation.pending import Pending
+from mechc.compilation.parts import Pending
 from mechc.compilation.toolchain import processor
 from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
@@ -60,11 +60,11 @@ def compiler_script(folder, body):
 RUN = """
 import warnings
 import mechc
-from mechc.compilation import build, entries
+from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
 from tests.support.compilation import MadeOnRequest
 from tests.support.pendulums import pendulum
-build.Pending = MadeOnRequest
+parts.Pending = MadeOnRequest
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)
@@ -107,11 +107,11 @@ def test_processes_at_once_derive_and_compile_once(fresh):
 
 KANE = """
 import mechc
-from mechc.compilation import build, entries
+from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
 from tests.support.compilation import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
-build.Pending = MadeOnRequest
+parts.Pending = MadeOnRequest
 derived = []
 inner = build._built
 build._built = lambda *arguments: derived.append(1) or inner(*arguments)
@@ -167,8 +167,8 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     monkeypatch.undo()
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
-    monkeypatch.setattr(build, "Pending", Pending)
-    only_first = 'case "$*" in *scene_outputs_only.c*) exec gcc "$@";; esac; kill -9 $$'
+    monkeypatch.setattr(parts, "Pending", Pending)
+    only_first = 'case "$*" in *first_unit.c*) exec gcc "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))
     with pytest.raises(CompilerError, match="SIGKILL"):
@@ -202,7 +202,7 @@ def test_a_full_disk_is_told(fresh, monkeypatch):
         monkeypatch.setenv("MECHC_CACHE_DIR", str(folder / "cache"))
         with pytest.raises(CacheError, match=r"No space left .* set MECHC_CACHE_DIR"):
             rate(4.0)
-        assert cache.entries() == []
+        assert cache.scenes() == {}
         assert not list((folder / "cache").glob(".new-*"))
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     assert right(rate(4.0), 4.0)
@@ -294,7 +294,7 @@ def test_a_folder_that_forbids_programs_is_told(fresh, monkeypatch):
 
 def first_entry(gravity):
     """The folder of a pendulum's first unit, compiled and forgotten again."""
-    key = cache.first_key(mechc.compile(pendulum(gravity)).build["key"])
+    key = cache.part_key(mechc.compile(pendulum(gravity)).build["key"], "first")
     build._compiled.clear()
     return cache.cache_folder() / key
 

@@ -13,19 +13,25 @@ from sympy import Symbol
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
-from mechc.compilation import build, cache, entries, toolchain
-from mechc.compilation.pending import Pending
+from mechc.compilation import build, cache, entries, parts, toolchain
+from mechc.compilation.parts import Pending
 from mechc.compilation.toolchain import processor
 from mechc.errors import CompilerError, MechcError, UnknownNameError
 from tests.support import ROOT, scenes
 from tests.support.pendulums import pendulum
 
 
+def compiled_parts():
+    """Names of what is in the cache of the one scene that is compiled."""
+    (folders,) = cache.scenes().values()
+    return {folder.name.partition(".")[2] for folder in folders}
+
+
 @pytest.fixture
 def fresh(tmp_path, monkeypatch):
     """A cache folder of the test's own, and a process that remembers nothing."""
     monkeypatch.setenv("MECHC_CACHE_DIR", str(tmp_path / "cache"))
-    monkeypatch.setattr(build, "Pending", Pending)
+    monkeypatch.setattr(parts, "Pending", Pending)
     monkeypatch.setattr(build, "_compiled", {})
     return tmp_path
 
@@ -54,39 +60,39 @@ def test_one_that_was_compiled_moves_as_it_should():
     np.testing.assert_allclose(sol.y[-1], [0.0, 0.0], atol=1e-8)  # one exact period
     assert sol.energy_drift < 1e-10
     stages = {"read", "describe", "derive", "differentiate", "optimize", "sensitivity", "emit"}
-    assert set(model.build["seconds"]) == stages | {"first unit", "compile"}
+    assert set(model.build["seconds"]) == stages | {"first unit", "driver", "gauss8"}
     assert min(model.build["seconds"].values()) >= 0.0
-    assert "compile: " in model.report()
+    assert "gauss8: " in model.report()
 
 
 def test_it_can_be_used_before_all_of_it_is_compiled(fresh, monkeypatch):
     """Rates and outputs do not wait for the integrators; what integrates does."""
     begin = threading.Event()
-    make = entries.make_whole
-    monkeypatch.setattr(entries, "make_whole", lambda *args: (begin.wait(60), make(*args)))
+    make = entries.make_part
+    monkeypatch.setattr(entries, "make_part", lambda *args: (begin.wait(60), make(*args)))
     model = mechc.compile(pendulum(4.0))
     first = model.rhs(0.0, [0.3, 0.1]), model.energy([0.3, 0.1])
     assert first[0][1] == pytest.approx(-4.0 * np.cos(0.3), rel=1e-14)
-    assert cache.entries() == []
+    assert compiled_parts() == {"first"}
     with pytest.raises(UnknownNameError):
         model._evaluate("nothing", [0.3, 0.1], None, 0.0)
     begin.set()
     assert model.simulate(1.0, [0.3, 0.1]).status.ok
-    assert len(cache.entries()) == 1
+    assert compiled_parts() == {"first", "driver", "gauss8"}
     np.testing.assert_allclose(model.rhs(0.0, [0.3, 0.1]), first[0], rtol=1e-15)
 
 
 def test_a_program_that_never_integrates_is_found_again_too(fresh, monkeypatch):
-    """The first unit is kept; the whole is made when something needs it."""
-    make = entries.make_whole
-    monkeypatch.setattr(entries, "make_whole", lambda *_: time.sleep(60))
+    """The first unit is kept; other parts are made when something needs them."""
+    make = entries.make_part
+    monkeypatch.setattr(entries, "make_part", lambda *_: time.sleep(60))
     first = mechc.compile(pendulum(4.25))
     monkeypatch.setattr(build, "_compiled", {})
     monkeypatch.setattr(entries, "make_outputs_only", lambda *_: pytest.fail("compiled again"))
     again = mechc.compile(pendulum(4.25))
     np.testing.assert_array_equal(again.rhs(0.0, [0.3, 0.1]), first.rhs(0.0, [0.3, 0.1]))
     assert set(again.build["seconds"]) == {"read", "load"}
-    monkeypatch.setattr(entries, "make_whole", make)
+    monkeypatch.setattr(entries, "make_part", make)
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "elsewhere"))
     assert again.simulate(1.0, [0.3, 0.1]).status.ok
 
@@ -95,7 +101,7 @@ def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, m
     def fail(*_):
         raise CompilerError("out of cheese")
 
-    monkeypatch.setattr(entries, "make_whole", fail)
+    monkeypatch.setattr(entries, "make_part", fail)
     model = mechc.compile(pendulum(4.5))
     assert model.rhs(0.0, [0.0, 0.0])[1] == pytest.approx(-4.5)
     for _ in range(2):
@@ -107,8 +113,6 @@ def test_what_goes_wrong_in_the_background_is_raised_where_it_is_needed(fresh, m
 def test_a_forked_process_makes_its_own(fresh, monkeypatch):
     """The thread that compiles is not there in the child, which must not wait for it."""
     begin = threading.Event()
-    make = entries.make_whole
-    monkeypatch.setattr(entries, "make_whole", lambda *args: (begin.wait(60), make(*args)))
     pending = Pending(lambda: begin.wait(60))
     child = os.fork()
     if child == 0:
@@ -141,10 +145,10 @@ from mechc.compilation import build, entries
 from mechc.compilation.toolchain import processor
 from tests.support.pendulums import pendulum
 made = []
-inner = entries.make_whole
-entries.make_whole = lambda *arguments: (made.append(1), inner(*arguments))
+inner = entries.make_part
+entries.make_part = lambda *arguments: (made.append(1), inner(*arguments))
 model = mechc.compile(pendulum({gravity}))
-model.capsule  # waits for the whole of it
+model.system.wait(batches=False)
 print(len(made), float(model.rhs(0.0, [0.3, 0.1])[1]))
 """
 
@@ -170,12 +174,12 @@ def outcome(running):
 def test_processes_at_once_compile_once_and_later_ones_load(fresh):
     with process(3.0) as first, process(3.0) as second:
         cold = outcome(first), outcome(second)
-    assert sorted(made for made, _ in cold) == [0, 1]
+    assert sum(made for made, _ in cold) == 2, "the driver and gauss8, once each"
     with process(3.0) as third:
         made, rate = outcome(third)
     assert made == 0
     assert rate == cold[0][1] == cold[1][1] == pytest.approx(-3.0 * np.cos(0.3))
-    assert len(cache.entries()) == 1
+    assert len(cache.scenes()) == 1
 
 
 def test_a_damaged_shared_object_is_compiled_again_not_loaded(fresh, monkeypatch):
@@ -261,7 +265,7 @@ def test_a_compiler_that_fails_is_quoted(fresh, monkeypatch):
     assert "exit 3" in told
     assert f"{script} -std=gnu11 -O" in told
     assert "cc1: out of cheese" in told
-    assert cache.entries() == []
+    assert cache.scenes() == {}
 
 
 def test_a_compiler_that_cannot_be_run_is_told(fresh, monkeypatch):

@@ -70,6 +70,41 @@ def test_expressions_are_differentiated_by_parameters(bar):
     assert apart(sol.sensitivity.events[0].t["l_3"], extrapolated(times, 0.004)) < 1e-8
 
 
+@pytest.mark.parametrize("name", ["l", "q"])
+def test_a_reset_that_is_an_expression_is_differentiated(swing, name):
+    hit = mechc.Event("q - l/20", reset={"u": "-(1 - l/5)*u + q*t/10", "q": "q + 0"})
+    run = bounced(swing, name, hit, rtol=1e-13)
+    sol = bounced(swing, name, hit, rtol=1e-11, sensitivities=[name])(0.0)
+    assert len(sol.events[0].t) >= 2
+    wanted = extrapolated(lambda change: run(change).y[-1], 0.004)
+    assert apart(sol.sensitivity[name][-1], wanted) < 1e-9
+
+
+def test_through_a_compiled_reset_and_the_impulse_of_constraints(bar):
+    hit = mechc.Event("theta_0 - l_3/2", reset={"omega_0": "-l_3/7*omega_0"})
+
+    def end(change):
+        params = {"l_3": REGULAR["l_3"] + change}
+        return bar.simulate(1.0, START, params, events=hit, rtol=1e-13).y[-1]
+
+    sol = bar.simulate(1.0, START, REGULAR, events=hit, rtol=1e-11, sensitivities=["l_3"])
+    assert len(sol.segments) > 1
+    assert apart(sol.sensitivity["l_3"][-1], extrapolated(end, 0.004)) < 1e-8
+
+
+def test_through_the_impact_at_a_stop(bar):
+    stop = mechc.Stop("l_3/2 - theta_0", 0.6)
+
+    def run(change, **given):
+        params = {"l_3": REGULAR["l_3"] + change}
+        return bar.simulate(1.0, START, params, events=stop, rtol=1e-13, **given)
+
+    sol = run(0.0, sensitivities=["l_3"])
+    assert len(sol.segments) > 1
+    wanted = extrapolated(lambda change: run(change).y[-1], 0.004)
+    assert apart(sol.sensitivity["l_3"][-1], wanted) < 1e-8
+
+
 def test_resets_at_one_instant_have_no_derivative(swing):
     twice = [BOUNCE, mechc.Event(lambda t, y: y[0], direction=1, reset=lambda t, q, u: (q, -u))]
     sol = bounced(swing, "q", events=twice, sensitivities=["q"])(0.0)

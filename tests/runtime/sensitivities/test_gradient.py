@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from mechc_codegen.library.chains.rods import planar_chain
+from mechc_codegen.library.chains.windows import windows
 
 import mechc
 from tests.runtime.sensitivities.test_loops import REGULAR, START, bar
 from tests.runtime.sensitivities.test_run import GIVEN, T, swing
+from tests.support import scenes
 
 __all__ = ["bar", "swing"]  # compiled scenes of other tests
 pytestmark = pytest.mark.slow  # compiles much
@@ -35,6 +38,33 @@ def test_forward_and_backward_agree_to_rounding(bar, method):
         assert abs(of_all[name] - wanted) < 1e-10 * max(abs(wanted), 1.0)
     T_end = bar.kinetic_energy(sol.y[-1], sol.params)
     assert abs(of_end.value - (2.0 * sol["theta_1"][-1] - 0.1 * T_end)) < 1e-12 * abs(T_end)
+
+
+OTHERS = {
+    "tree": (lambda: planar_chain(4), {"q_0": 0.3}),
+    "tree with loops": (lambda: windows(2), None),
+    "speeds that are no rates": (
+        lambda: scenes.swing(guided=True),
+        {"x": 0.2, "phi": 0.3, "s": 0.1},
+    ),
+}
+
+
+@pytest.mark.usefixtures("less_optimised")
+@pytest.mark.parametrize("scene", OTHERS)
+def test_forward_and_backward_agree_in_every_form_of_the_equations(scene):
+    build, start = OTHERS[scene]
+    model = mechc.compile(build(), outputs=("sensitivities",))
+    y0 = model.assemble(start)
+    weights = np.cos(np.arange(len(y0)))
+    by = [*model.parameters, "y0"]
+    for method in ("gauss8", "dop853", "radau5"):
+        sol = model.simulate(0.7, y0, method=method, rtol=1e-6, sensitivities=by)
+        found = sol.gradient(end=weights, by=by)
+        for name in by:
+            wanted = weights @ sol.sensitivity[name][-1]
+            limit = 1e-11 * np.nanmax(np.abs(sol.sensitivity[name][-1]), initial=1.0)
+            np.testing.assert_allclose(found[name], wanted, rtol=0, atol=limit, err_msg=method)
 
 
 def test_an_array_is_the_derivative_by_the_end(bar):

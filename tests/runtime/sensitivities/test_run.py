@@ -137,7 +137,7 @@ def test_what_is_refused_is_named(swing):
     held = {"F": 0.3}
     with pytest.raises(mechc.UnknownNameError, match="mass"):
         swing.simulate(T, START, inputs=held, sensitivities=["mass"])
-    with pytest.raises(mechc.MechcError, match="by F needs a number"):
+    with pytest.raises(mechc.MechcError, match="by F needs a number or a signal"):
         swing.simulate(T, START, inputs={"F": lambda t: t}, sensitivities=["F"])
     with pytest.raises(mechc.MechcError, match="u is not given"):
         swing.simulate(T, {"q": 0.5}, inputs=held, sensitivities=["u"])

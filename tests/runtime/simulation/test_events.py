@@ -109,8 +109,8 @@ def test_reported_times_stop_at_a_terminal_event(model, start):
 def test_what_is_no_function_is_refused(model, start):
     with pytest.raises(ValueOutOfBoundsError, match=r"a function of t and y, .*not 3"):
         model.simulate(1, start, PARAMS, events=[3])
-    with pytest.raises(ValueOutOfBoundsError, match="not 'theta_0 > 1'"):
-        model.simulate(1, start, PARAMS, events="theta_0 > 1")
+    with pytest.raises(ValueOutOfBoundsError, match=r"not \{'theta_0': 1\}"):
+        model.simulate(1, start, PARAMS, events={"theta_0": 1})
     with pytest.raises(ValueOutOfBoundsError, match="not 3"):
         model.simulate(1, start, PARAMS, events=3)
 

@@ -16,6 +16,7 @@ from sympy.physics.mechanics import (
 )
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Mechanism
+from mechc_codegen.description.solid import Solid
 from mechc_codegen.library.parts import coordinates, fixed_point, located, parameter, speeds
 
 
@@ -83,7 +84,12 @@ def slider_crank() -> Mechanism:
         loads=((crank, T * r.z),),
         configuration_constraints=closure,
         points=(origin, pin, slider),
-        drawing=Drawing(links=(("links", ("O", "p", "s")),), ground=("O",), traced=("p", "s")),
+        drawing=Drawing(
+            links=(("links", ("O", "p", "s")),),
+            ground=("O",),
+            traced=("p", "s"),
+            solids=(Solid.box("slider", slider, r, (l[0] / 3, l[0] / 5, l[0] / 5)),),
+        ),
         start={"theta": 0.0, "omega": 0.0},
         preference=cos(phi),
     )

@@ -24,6 +24,7 @@ from sympy.physics.mechanics import (
 )
 
 from mechc_codegen.description.mechanism import Constraint, Drawing, Load, Mechanism, Parameter
+from mechc_codegen.description.solid import Solid
 from mechc_codegen.library.parts import (
     coordinates,
     fixed_point,
@@ -59,6 +60,7 @@ class Described(NamedTuple):
     height: Expr  # of the front wheel's lowest point, downwards
     slip: list[Expr]  # of the rear wheel: forwards, sideways
     slip_ahead: list[Expr]  # of the front wheel: forwards, sideways, downwards
+    wheels: tuple[Solid, ...]
 
 
 def whipple_bicycle() -> Mechanism:
@@ -93,9 +95,10 @@ def whipple_bicycle() -> Mechanism:
         ),
         points=made.points,
         drawing=Drawing(
-            links=(("bicycle", ("rear contact", "rear hub", "head", "front hub")),),
+            links=(("bicycle", ("rear hub", "head", "front hub")),),
             traced=("rear contact", "front hub"),
             view=("x", "-y"),  # from above
+            solids=made.wheels,
         ),
         start={name: 0.0 for name in NAMES if name != "pitch"}
         | {"rear_rate": -SPEED / R_REAR, "roll_rate": PUSH, "steer_rate": 0.0},
@@ -161,6 +164,10 @@ def described() -> Described:
         height=(nose.pos_from(touch) + r_front * down).dot(N.z),
         slip=[slip.dot(axis) for axis in (yaw.x, yaw.y)],
         slip_ahead=[slip_ahead.dot(axis) for axis in (yaw.x, yaw.y, yaw.z)],
+        wheels=(
+            Solid.wheel("rear wheel", hub, rear, r_rear, "y"),
+            Solid.wheel("front wheel", nose, front, r_front, "y"),
+        ),
     )  # fmt: skip
 
 

@@ -3,11 +3,12 @@
 
 #include <stddef.h>
 #include "inputs.h"
+#include "parts.h"
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 10
-#define MECHC_CAPSULE "mechc.model.8"
+#define MECHC_ABI 12
+#define MECHC_CAPSULE "mechc.model.9"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */
 typedef struct {
@@ -29,7 +30,8 @@ typedef struct {
     mechc_evaluate *evaluate;
 } mechc_output;
 
-/* One compilation of a scene for one instruction set. */
+/* One compilation of a scene for one instruction set; of a part of it the functions that it has, the
+ * others NULL. */
 typedef struct {
     const char *instruction_set;
     int lanes;
@@ -43,6 +45,8 @@ typedef struct {
        velocity residual found before. */
     int (*project)(double t, double *y, const double *p, const mechc_inputs *inputs, double *moved);
     size_t run_size;
+    /* By their numbers; of those without code in this part what is known of them, or NULL. */
+    const mechc_method *const *methods;
     void (*start)(mechc_run *run, const mechc_options *options);
     /* At most `steps` attempted steps; returns run->status. */
     int (*advance)(mechc_run *run, long steps);
@@ -67,6 +71,12 @@ typedef struct {
     int (*project_columns)(const mechc_projected_columns *columns);
 } mechc_unit;
 
+/* A part of a unit in a shared object of its own. */
+typedef struct {
+    int abi, parts;
+    const mechc_unit *unit;
+} mechc_part;
+
 typedef struct {
     int abi;
     const char *metadata; /* JSON */
@@ -75,4 +85,5 @@ typedef struct {
     void (*complete)(const unsigned char *given, double *p);
     const mechc_unit *(*select)(const char *instruction_set); /* NULL: the widest that runs here */
     int inputs; /* values that a run is given: see inputs.h */
+    const char *texts; /* that the parts of its unit are compiled from, JSON; or NULL */
 } mechc_model;

@@ -5,6 +5,8 @@
 #include "codes.h"
 #include "inputs.h"
 
+typedef struct mechc_method mechc_method; /* see run/method.h */
+
 typedef struct {
     double t0, t1;
     const double *y0;
@@ -20,6 +22,7 @@ typedef struct {
     int dense; /* keep the coefficients of the dense output */
     int on_change_point; /* mechc_change_point_policy */
     int may_stiffen; /* an explicit method may hand over to the implicit one */
+    const mechc_method *const *methods; /* by their numbers, or NULL: those of the unit */
     const int *stop; /* set by another thread: give up the step under way; NULL: never */
 } mechc_options;
 
@@ -51,6 +54,7 @@ typedef struct {
 /* The head of a run; private state follows it. */
 typedef struct {
     int status; /* mechc_status */
+    int wanted; /* the run goes on once the code of this method is among `methods`; -1: none */
     double t;
     mechc_stats stats;
     mechc_trajectory trajectory;

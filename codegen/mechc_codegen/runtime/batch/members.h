@@ -12,6 +12,7 @@
 #include "abi/codes.h"
 #include "abi/model.h"
 #include "batch/driven.h"
+#include "batch/pieces.h"
 #include "batch/reductions.h"
 
 #define MECHC_BATCH_PIECE 48 /* steps between reductions of the trajectory */
@@ -32,6 +33,7 @@ typedef struct {
     int quantities, stopping; /* whether one of them is terminal */
     const mechc_quantity *quantity;
     mechc_batch_inputs inputs;
+    mechc_batch_events events;
     /* Out, a row a member. */
     double *y, *t, *at_times, *reduced, *least;
     int *status;
@@ -43,7 +45,8 @@ typedef struct {
 /* A member under way. */
 typedef struct {
     mechc_run *run;
-    double *state, *scale;
+    double *state, *scale, *after;
+    mechc_pieces pieces;
     mechc_reducer reducer;
     mechc_slot_inputs inputs;
     int segment; /* of the span, between kinks of the inputs */
@@ -65,10 +68,12 @@ static int mechc_batch_slot_make(const mechc_batch *batch, mechc_batch_slot *slo
     slot->run = malloc(batch->unit->run_size);
     slot->state = malloc((size_t)batch->width * sizeof(double));
     slot->scale = malloc((size_t)batch->width * sizeof(double));
+    slot->after = malloc((size_t)batch->width * sizeof(double));
+    const int watched = mechc_pieces_make(&batch->events, batch->unit, &slot->pieces);
     const int made = mechc_reducer_make(&slot->reducer, batch->unit, batch->width,
                                         batch->quantities, batch->quantity);
     const int driven = mechc_slot_inputs_make(&batch->inputs, &slot->inputs);
-    return slot->run && slot->state && slot->scale && made && driven;
+    return slot->run && slot->state && slot->scale && slot->after && watched && made && driven;
 }
 
 static int mechc_batch_worker_make(const mechc_batch *batch, mechc_batch_worker *worker)
@@ -89,6 +94,8 @@ static void mechc_batch_worker_free(mechc_batch_worker *worker)
         free(worker->slot[i].run);
         free(worker->slot[i].state);
         free(worker->slot[i].scale);
+        free(worker->slot[i].after);
+        mechc_watch_free(&worker->slot[i].pieces.watch);
         mechc_reducer_free(&worker->slot[i].reducer);
         mechc_slot_inputs_free(&worker->slot[i].inputs);
     }
@@ -168,7 +175,7 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     const ptrdiff_t member = slot->member;
     const mechc_run *run = slot->run;
     const mechc_trajectory *steps = &run->trajectory;
-    const mechc_stats *stats = &run->stats;
+    const mechc_stats all = mechc_pieces_stats(&slot->pieces, &run->stats), *stats = &all;
     const int stopped = !isnan(slot->reducer.stop);
     const double t = stopped ? slot->reducer.stop : run->t;
     double *y = batch->y + member * batch->width;
@@ -189,8 +196,9 @@ static void mechc_batch_report(mechc_batch *batch, mechc_batch_slot *slot)
     counts[MECHC_COUNT_REJECTED] = stats->rejected;
     counts[MECHC_COUNT_RHS] = stats->rhs_evaluations;
     counts[MECHC_COUNT_CLOSURE] = stats->closure_iterations;
-    counts[MECHC_COUNT_CHANGE_POINTS] =
-        stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count;
+    counts[MECHC_COUNT_CHANGE_POINTS] = slot->pieces.crossings
+        + (stopped ? mechc_batch_crossings(batch, steps, t) : (long)steps->crossing_count);
+    mechc_pieces_report(&batch->events, &slot->pieces, member);
 }
 
 static long mechc_batch_attempts(const mechc_run *run)
@@ -207,14 +215,45 @@ static void mechc_batch_next_segment(const mechc_batch *batch, mechc_batch_slot 
                         mechc_slot_inputs_in(inputs, &slot->inputs, segment));
 }
 
+/* An event ended or reset the motion at `stop`; the status after it. */
+static int mechc_batch_jump(mechc_batch *batch, mechc_batch_slot *slot, double stop)
+{
+    mechc_watch *watch = &slot->pieces.watch;
+    const mechc_trajectory *steps = &slot->run->trajectory;
+    const int resets = mechc_event_resets(watch, watch->stopped_by);
+    mechc_batch_at_times(batch, slot, stop, !resets);
+    if (!resets) {
+        slot->reducer.stop = stop;
+        return MECHC_STOPPED_BY_EVENT;
+    }
+    batch->unit->interpolate(batch->options.method, steps, watch->p, watch->inputs, 1, &stop,
+                             slot->state);
+    memcpy(slot->after, slot->state, (size_t)batch->width * sizeof(double));
+    const int code = mechc_watch_reset(watch, stop, slot->after);
+    if (code != MECHC_RUNNING && code != MECHC_RESETS_ACCUMULATE) {
+        slot->reducer.stop = stop;
+        return code;
+    }
+    mechc_reducer_jump(&slot->reducer, stop, slot->state, slot->after);
+    const int status = mechc_pieces_next(&slot->pieces, slot->run, stop, slot->after, code,
+                                         mechc_batch_crossings(batch, steps, stop));
+    slot->taken = 0;
+    if (slot->run->trajectory.count < 1) return MECHC_NO_MEMORY;
+    if (status != MECHC_RUNNING) mechc_batch_at_times(batch, slot, stop, 1);
+    return status;
+}
+
 /* Reduce the steps that are kept; the status after them. */
 static int mechc_batch_take(mechc_batch *batch, mechc_batch_slot *slot)
 {
     mechc_trajectory *steps = &slot->run->trajectory;
-    double end = steps->t[steps->count - 1];
+    double end = steps->t[steps->count - 1], jump = NAN;
     int status = slot->run->status;
     slot->taken = mechc_batch_attempts(slot->run);
-    mechc_reducer_take(&slot->reducer, steps);
+    const int event = mechc_pieces_look(&batch->events, &slot->pieces, steps, &jump);
+    mechc_reducer_take(&slot->reducer, steps, jump);
+    if (event == MECHC_STOPPED_BY_EVENT) return mechc_batch_jump(batch, slot, jump);
+    if (event != MECHC_RUNNING) status = event;
     if (!isnan(slot->reducer.stop)) {
         end = slot->reducer.stop;
         status = MECHC_STOPPED_BY_EVENT;
@@ -264,6 +303,7 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
     batch->unit->start(slot->run, &options);
     options.inputs = mechc_batch_whole(batch, slot);
     mechc_reducer_begin(&slot->reducer, &options);
+    mechc_pieces_begin(&batch->events, &slot->pieces, &options, slot->run);
     slot->segment = batch->inputs.segments > 1 ? -1 : 0;
     if (slot->segment < 0) mechc_batch_next_segment(batch, slot);
     slot->member = member;

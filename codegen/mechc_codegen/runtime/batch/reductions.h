@@ -283,12 +283,11 @@ static void mechc_reduce_step(mechc_reducer *reducer, const mechc_trajectory *st
     else mechc_reduce_extreme(&probe, i, s, seen);
 }
 
-/* The fraction of a step up to the first terminal crossing in it; 1 without one. */
+/* The fraction of a step up to the first terminal crossing in it; `end` without one. */
 static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajectory *steps,
-                                    ptrdiff_t step)
+                                    ptrdiff_t step, double end)
 {
     const double start = steps->t[step], length = steps->t[step + 1] - start;
-    double end = 1.0;
     for (int i = 0; i < reducer->quantities; i++) {
         if (!reducer->quantity[i].terminal) continue;
         mechc_reduce_step(reducer, steps, step, i, end);
@@ -299,14 +298,40 @@ static double mechc_reduce_terminal(mechc_reducer *reducer, const mechc_trajecto
     return end;
 }
 
-/* Reduce the steps that are kept, up to a terminal crossing. */
-static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps)
+/* The fraction of a step before the time `until`, 1 where that is NaN. */
+static double mechc_reduce_before(const mechc_trajectory *steps, ptrdiff_t step, double until)
+{
+    const double *t = steps->t + step, share = (until - t[0]) / (t[1] - t[0]);
+    return share < 1.0 ? share : 1.0;
+}
+
+/* Reduce the steps that are kept, up to a terminal crossing, or to the time `until`. */
+static void mechc_reducer_take(mechc_reducer *reducer, const mechc_trajectory *steps, double until)
 {
     mechc_forget_samples(reducer);
     for (ptrdiff_t step = 0; step + 1 < steps->count && isnan(reducer->stop); step++) {
-        const double end = mechc_reduce_terminal(reducer, steps, step);
+        const double before = mechc_reduce_before(steps, step, until);
+        if (before <= 0.0) break;
+        const double end = mechc_reduce_terminal(reducer, steps, step, before);
         for (int i = 0; i < reducer->quantities; i++)
             if (!reducer->quantity[i].terminal) mechc_reduce_step(reducer, steps, step, i, end);
+    }
+}
+
+/* The state jumps: a level between the quantities before and after it is crossed. */
+static void mechc_reducer_jump(mechc_reducer *reducer, double t, const double *before,
+                               const double *after)
+{
+    for (int i = 0; i < reducer->quantities; i++) {
+        const mechc_quantity *quantity = reducer->quantity + i;
+        const mechc_probe probe = {reducer, quantity, NULL, 0, 1.0, 1.0};
+        double one, other;
+        if (quantity->reduction != MECHC_FIRST_CROSSING || reducer->known[i]) continue;
+        mechc_reduce_states(reducer, quantity, 1, &t, before, &one);
+        mechc_reduce_states(reducer, quantity, 1, &t, after, &other);
+        if (!mechc_crosses_level(&probe, one - quantity->level, other - quantity->level)) continue;
+        reducer->value[i] = t;
+        reducer->known[i] = 1;
     }
 }
 

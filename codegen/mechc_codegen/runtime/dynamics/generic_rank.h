@@ -49,7 +49,7 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
     step[j] = MECHC_NEARBY;
     memcpy(q, y, sizeof q);
     mechc_scalar_displace(t, q, given, step);
-    if (mechc_scalar_close_loops(t, q, given, &place, &unused) != MECHC_RUNNING) return 0;
+    if (mechc_close_loops(t, q, given, &place, &unused) != MECHC_RUNNING) return 0;
     for (int i = 0; i < MECHC_NQ; i++) farthest = mechc_max(farthest, fabs(q[i] - y[i]));
     return farthest <= MECHC_STILL_NEAR * MECHC_NEARBY ? mechc_rank_at(t, q, given) : 0;
 }
@@ -70,7 +70,7 @@ MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scal
     memcpy(moved, q, sizeof moved);
     mechc_scalar_displace(t, moved, given, step);
     memcpy(closed, moved, sizeof closed);
-    if (mechc_scalar_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
+    if (mechc_close_loops(t, closed, given, &place, &unused) != MECHC_RUNNING)
         return HUGE_VAL;
     for (int i = 0; i < MECHC_NQ; i++) most = mechc_max(most, fabs(closed[i] - moved[i]));
     return most;
@@ -113,7 +113,7 @@ MECHC_STATIC int mechc_manifold_at(double t, const double *q, const mechc_scalar
 MECHC_ONCE int mechc_count_rows(double t, const double *y, mechc_scalar_given *given)
 {
     mechc_scalar_place place;
-    mechc_scalar_locate(t, y, given, &place);
+    mechc_locate(t, y, given, &place);
     if (mechc_scalar_conditioning_at(&place) > MECHC_NO_ROW) return MECHC_NC;
     const int here = mechc_rank_at(t, y, given);
     int most = here;

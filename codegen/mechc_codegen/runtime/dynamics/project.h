@@ -12,10 +12,10 @@ MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given
     moved[0] = moved[1] = 0.0;
 #if MECHC_NH > 0
     double rounding;
-    mechc_scalar_locate(t, y, given, &place);
+    mechc_locate(t, y, given, &place);
     moved[0] = mechc_scalar_gap(&place, y, &rounding);
 #endif
-    const int status = mechc_scalar_close_loops(t, y, given, &place, &iterations);
+    const int status = mechc_close_loops(t, y, given, &place, &iterations);
 #if MECHC_NC > 0
     double residual[MECHC_NC];
     if (status == MECHC_RUNNING) {

@@ -9,7 +9,6 @@
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/trajectory.h"
-#include "stepping/attempt.h"
 #include "stepping/lockstep_fit.h"
 #include "stepping/stiffness.h"
 
@@ -116,7 +115,7 @@ MECHC_STATIC void mechc_lockstep_advance_runs(mechc_run **heads, int count, long
             together[fit++] = run;
             least = mechc_lockstep_left(run, least);
         } else {
-            mechc_advance_alone(run, steps);
+            run->driver->advance(run, steps);
         }
     }
     if (fit) mechc_lockstep_advance(together, fit, least);
@@ -125,12 +124,12 @@ MECHC_STATIC void mechc_lockstep_advance_runs(mechc_run **heads, int count, long
 MECHC_STATIC int mechc_lockstep_advance_run(mechc_run *head, long steps)
 {
     mechc_integration *run = (mechc_integration *)head;
-    while (head->status == MECHC_RUNNING && steps > 0) {
+    while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0) {
         const long most = mechc_lockstep_left(run, steps);
         if (most > 0 && mechc_fits_lockstep(run))
             steps -= mechc_lockstep_advance(&run, 1, most);
         else
-            steps -= mechc_advance_alone(run, steps);
+            steps -= run->driver->advance(run, steps);
     }
     return head->status;
 }

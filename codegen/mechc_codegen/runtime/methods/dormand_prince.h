@@ -3,6 +3,7 @@
 
 #include "dynamics/project.h"
 #include "methods/dormand_prince_tableaus.h"
+#include "methods/traits.h"
 #include "simd/bind_scalar.h"
 #include "dynamics/stage.h"
 #include "methods/explicit_step.h"
@@ -64,7 +65,7 @@ MECHC_STATIC double mechc_pair_error(mechc_integration *run, double h, const dou
     mechc_scalar_place at_end, *place = 0;
     if (mechc_only_kept_counts(run)) {
         place = &at_end;
-        mechc_scalar_locate(run->head.t + h, end, &run->given, place);
+        mechc_locate(run->head.t + h, end, &run->given, place);
     }
     const double first = mechc_pair_norm(run, tableau->error, h, end, place);
     if (!tableau->second_error) return sqrt(first);
@@ -108,37 +109,10 @@ MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const doubl
     mechc_scalar_explicit_dense(run->current->tableau, &step, end, count, rows);
 }
 
-#define MECHC_PAIR /* what both methods share */ \
-    .farthest = HUGE_VAL, .ignored = 1.0, .after_failure = 0.3, .step = mechc_pair_step, \
-    .error = mechc_pair_error, .factor = mechc_elementary_factor, \
+#define MECHC_PAIR_CODE /* what both methods share */ \
+    .step = mechc_pair_step, .error = mechc_pair_error, .factor = mechc_elementary_factor, \
     .shows_end = mechc_error_is_small, .limited = mechc_pair_limited, \
     .dense_stages = mechc_pair_dense_stages, .dense = mechc_pair_dense
 
-static const mechc_method mechc_dopri5 = {
-    .number = MECHC_DOPRI5,
-    .order = 5,
-    .last_rate = 6,
-    .dense_rows = 4,
-    .nodes = {6, mechc_dopri5_nodes},
-    .tableau = &mechc_dopri5_tableau,
-    .share = MECHC_SHARE_OF_MANY,
-    .growth = 10.0,
-    .horizon = 8.0,
-    MECHC_PAIR,
-};
-
-/* Its steps are the longest of an explicit method and keep the farthest from a crossing. */
-static const mechc_method mechc_dop853 = {
-    .number = MECHC_DOP853,
-    .order = 8,
-    .last_rate = 12,
-    .dense_rows = 7,
-    .nodes = {12, mechc_dop853_nodes},
-    .tableau = &mechc_dop853_tableau,
-    .share = MECHC_SHARE,
-    .growth = 6.0,
-    .holds_crossing = 1,
-    .horizon = 2.0,
-    .in_lockstep = 1,
-    MECHC_PAIR,
-};
+static const mechc_method mechc_dopri5 = {MECHC_DOPRI5_TRAITS, MECHC_PAIR_CODE};
+static const mechc_method mechc_dop853 = {MECHC_DOP853_TRAITS, MECHC_PAIR_CODE};

@@ -14,6 +14,7 @@
 
 #include "methods/gauss_stages.h"
 #include "methods/gauss_tableau.h"
+#include "methods/traits.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/rates.h"
@@ -23,7 +24,6 @@
 #include "singularities/weakest.h"
 #include "stepping/control.h"
 
-#define MECHC_GAUSS_GROWTH 2.0 /* the polynomial cannot be extrapolated farther */
 #define MECHC_GAUSS_ITERATIONS 40
 #define MECHC_GAUSS_LOOSEST 3e-7
 #define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
@@ -264,11 +264,7 @@ MECHC_STATIC double mechc_gauss_conditioning(const mechc_integration *run, doubl
     const mechc_gauss *g = mechc_gauss_of(run);
     if (MECHC_NC == MECHC_NH && run->monitor.rank == MECHC_NH)
         return sqrt(g->least[stage]);
-    mechc_scalar_place place;
-    mechc_weakest weakest;
-    mechc_place_at(run->head.t + mechc_gauss_nodes[stage] * h, q, &run->given, &place);
-    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank, &weakest);
-    return weakest.ratio;
+    return mechc_conditioning_at(run, run->head.t + mechc_gauss_nodes[stage] * h, q);
 #else
     (void)run, (void)h, (void)stage, (void)q;
     return 1.0;
@@ -401,26 +397,9 @@ MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
     g->last_step = g->last_factor = 0.0;
 }
 
-static const double mechc_gauss8_nodes[MECHC_STAGES + 2] = {
-    0, 0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751,
-    0.591717321247825, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681, 1.0,
-};
-
 static const mechc_method mechc_gauss8 = {
-    .number = MECHC_GAUSS8,
-    .order = 8,
-    .last_rate = MECHC_STAGES + 1,
-    .dense_rows = MECHC_GAUSS_DENSE,
-    .nodes = {MECHC_STAGES + 1, mechc_gauss8_nodes},
-    .share = MECHC_SHARE,
-    .growth = MECHC_GAUSS_GROWTH,
-    .farthest = MECHC_GAUSS_GROWTH,
-    .ignored = 1.0,
-    .after_failure = 0.7,
-    .root_error = 1,
+    MECHC_GAUSS8_TRAITS,
     .node = mechc_gauss_node,
-    .holds_crossing = 1,
-    .horizon = 1.3,
     .work_size = sizeof(mechc_gauss),
     .make = mechc_gauss_make,
     .enter = mechc_gauss_enter,

@@ -8,10 +8,11 @@
 #include "singularities/crossing.h"
 #include "singularities/monitor.h"
 
-typedef struct mechc_method mechc_method; /* in method.h */
+typedef struct mechc_driver mechc_driver;
 
 typedef struct {
     mechc_run head;
+    const mechc_driver *driver;
     const mechc_method *const *methods; /* by their numbers */
     const mechc_method *method;  /* in use */
     const mechc_method *current; /* of this step: that one, or the pair that bridges a crossing */
@@ -44,5 +45,12 @@ typedef struct {
     double last_step, last_factor; /* of the last step taken in lockstep: its length, and by which
                                       its error would have let it grow; 0: none */
 } mechc_integration;
+
+/* What other parts of the unit call of the driver's. */
+struct mechc_driver {
+    int (*rates_at)(mechc_integration *run, double t, double *y, double *rates);
+    double (*conditioning)(const mechc_integration *run, double t, const double *q);
+    long (*advance)(mechc_integration *run, long steps);
+};
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)

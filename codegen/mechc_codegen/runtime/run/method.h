@@ -71,12 +71,27 @@ MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *me
     memset(run->next_compensation, 0, sizeof run->next_compensation);
     mechc_widest_gap(over_crossings->nodes, &run->low, &run->best, &run->high);
     run->horizon = method->horizon;
+    if (!method->step) return 1; /* its code is not loaded yet */
     if (method->work_size && !*work) {
         if (!(*work = mechc_new_work(method))) return 0;
         method->make(run);
     }
     if (method->enter) method->enter(run);
     return 1;
+}
+
+/* Use the code of the method of this step, where it has been loaded since; 0 where it is still wanted
+ * or there is no memory. */
+MECHC_STATIC int mechc_use_loaded(mechc_integration *run)
+{
+    const int in_use = run->current == run->method;
+    const mechc_method *method = run->methods[run->current->number];
+    run->head.wanted = method->step ? -1 : (int)method->number;
+    if (!method->step) return 0;
+    run->current = method;
+    if (!in_use || mechc_use_method(run, method)) return 1;
+    run->head.status = MECHC_NO_MEMORY;
+    return 0;
 }
 
 MECHC_STATIC void mechc_free_work(mechc_integration *run)

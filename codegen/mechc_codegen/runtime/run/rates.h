@@ -5,6 +5,7 @@
  */
 #pragma once
 
+#include "abi/parts.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "singularities/monitor.h"
@@ -66,6 +67,7 @@ MECHC_RARE_ONCE int mechc_not_finite(const mechc_scalar_place *place, mechc_stat
 }
 
 /* Project y onto the constraints and take its rates. */
+#if MECHC_HAS(DRIVER)
 MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
 {
     mechc_scalar_place place;
@@ -86,3 +88,30 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
     return MECHC_RUNNING;
 }
+
+/* Of the configuration rows at a configuration, whatever rows are redundant. */
+MECHC_ONCE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
+{
+#if MECHC_NH > 0
+    mechc_scalar_place place;
+    mechc_weakest weakest;
+    mechc_place_at(t, q, &run->given, &place);
+    mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, run->monitor.rank,
+                       &weakest);
+    return weakest.ratio;
+#else
+    (void)run, (void)t, (void)q;
+    return 1.0;
+#endif
+}
+#else
+MECHC_INLINE int mechc_rates_at(mechc_integration *run, double t, double *y, double *rates)
+{
+    return run->driver->rates_at(run, t, y, rates);
+}
+
+MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
+{
+    return run->driver->conditioning(run, t, q);
+}
+#endif

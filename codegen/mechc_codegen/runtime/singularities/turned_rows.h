@@ -191,7 +191,7 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
     const double t = span->t + fraction * span->h;
     out->fraction = fraction;
     memcpy(out->q, closed, sizeof closed);
-    out->open = mechc_scalar_close_loops(t, closed, span->given, &place, &unused) != MECHC_RUNNING;
+    out->open = mechc_close_loops(t, closed, span->given, &place, &unused) != MECHC_RUNNING;
     if (!out->open) memcpy(out->q, closed, sizeof closed);
     mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
 }

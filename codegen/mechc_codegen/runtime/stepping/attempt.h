@@ -182,6 +182,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     const double t = run->head.t;
     double end[MECHC_NX], h;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
+    if (!run->current->step && !mechc_use_loaded(run)) return run->head.status;
     const int last = mechc_next_step(run, &h);
     if (run->monitor.bends && run->current->reach) {
         mechc_leave_to_pair(run, h);
@@ -215,6 +216,18 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
         const int most = head->stats.steps + head->stats.rejected >= run->max_steps;
         head->status = most ? MECHC_TOO_MANY_STEPS : mechc_attempt(run);
         made++;
-    } while (head->status == MECHC_RUNNING && made < steps && !mechc_fits_lockstep(run));
+    } while (head->status == MECHC_RUNNING && head->wanted < 0 && made < steps
+             && !mechc_fits_lockstep(run));
     return made;
 }
+
+MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
+{
+    while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0)
+        steps -= mechc_advance_alone((mechc_integration *)head, steps);
+    return head->status;
+}
+
+static const __attribute__((unused)) mechc_driver mechc_driver_of_run = {
+    mechc_rates_at, mechc_conditioning_at, mechc_advance_alone,
+};

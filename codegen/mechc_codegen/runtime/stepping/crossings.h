@@ -33,7 +33,7 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
         mechc_weakest weakest;
         by[j] = 1e-2;
         mechc_displace(run->head.t, run->y, span->given, by, q);
-        if (mechc_scalar_close_loops(run->head.t, q, span->given, &place, &unused)
+        if (mechc_close_loops(run->head.t, q, span->given, &place, &unused)
             != MECHC_RUNNING)
             continue;
         mechc_weakest_of(&place, 0, &weakest);
@@ -160,7 +160,7 @@ MECHC_STATIC int mechc_close_on_cubic(const mechc_span *span, double s, double *
              + span->h * s * r * (span->start_rates[i] * r - span->end_rates[i] * s);
     memcpy(closed, q, sizeof closed);
     if (mechc_scalar_stopped(span->given)
-        || mechc_scalar_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
+        || mechc_close_loops(span->t + s * span->h, closed, span->given, &place, &unused)
                != MECHC_RUNNING)
         return 1;
     memcpy(q, closed, sizeof closed);

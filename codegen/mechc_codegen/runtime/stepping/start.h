@@ -103,13 +103,16 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
     run->head.trajectory.dense_rows = dense ? run->most_dense : 0;
 }
 
-/* methods: by their numbers. */
+/* methods: by their numbers; a run that needs one without code says so in head->wanted. */
 MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *options,
-                                        const mechc_method *const *methods)
+                                        const mechc_method *const *methods,
+                                        const mechc_driver *driver)
 {
     mechc_integration *run = (mechc_integration *)head;
     memset(run, 0, sizeof *run);
     run->methods = methods;
+    run->driver = driver;
+    head->wanted = -1;
     mechc_take_options(run, options);
     const int made = mechc_use_method(run, methods[options->method]);
     mechc_count_dense_rows(run, options->dense);

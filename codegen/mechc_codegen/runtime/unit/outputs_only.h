@@ -1,11 +1,15 @@
 /* A scene's outputs only: state rates and outputs of one state after the other, no integrators.
  *
  * It is compiled in a fraction of the time of unit.h and serves until that is there.  The including
- * file has set MECHC_UNIT, MECHC_OUTPUTS_ONLY, and MECHC_LANES to 1. */
+ * file has set MECHC_UNIT, MECHC_OUTPUTS_ONLY, MECHC_LANES to 1, and MECHC_UNIT_LANES to those of the unit. */
 #pragma once
 
 #include "abi/model.h"
 #include "unit/scalar_outputs.h"
+
+#ifndef MECHC_UNIT_LANES
+#define MECHC_UNIT_LANES MECHC_LANES
+#endif
 
 typedef void mechc_scalar_output(double t, const double *q, const double *u,
                                  const mechc_scalar_given *given, double *out);
@@ -39,7 +43,7 @@ static void mechc_plain_give(const double *p, const mechc_inputs *inputs, mechc_
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
     .instruction_set = MECHC_QUOTE(MECHC_UNIT),
-    .lanes = MECHC_LANES,
+    .lanes = MECHC_UNIT_LANES, /* of the parts that follow */
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
     .given_size = sizeof(mechc_scalar_given),

@@ -1,24 +1,34 @@
-/* One scene compiled for one instruction set.  The including file has set MECHC_LANES and
- * MECHC_UNIT. */
+/* One scene compiled for one instruction set, or parts of it (abi/parts.h).  The including file has set
+ * MECHC_LANES and MECHC_UNIT. */
 #pragma once
 
 #include "abi/model.h"
 #include "abi/run.h"
+#include "dynamics/scalar_stage.h"
+#include "methods/methods.h"
+#if MECHC_HAS(DRIVER)
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
-#include "dynamics/scalar_stage.h"
-#include "lockstep/advance.h"
-#include "methods/methods.h"
 #include "run/dense_output.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "run/saved.h"
 #include "run/trajectory.h"
+#include "stepping/attempt.h"
 #include "stepping/start.h"
+#endif
+#if MECHC_HAS(EXPLICIT)
+#include "lockstep/advance.h"
+#endif
+#if MECHC_HAS(OUTPUTS)
 #include "unit/evaluate.h"
-#include "variational/covary.h"
+#endif
+#if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
+#include "adjoint/covary.h"
 #include "variational/project_columns.h"
+#endif
 
+#if MECHC_HAS(OUTPUTS)
 static void mechc_unit_rates(double t, const double *y, const mechc_given *given, double *out)
 {
     mechc_scalar_rates(t, y, (const mechc_scalar_given *)given, out);
@@ -28,7 +38,9 @@ static void mechc_unit_give(const double *p, const mechc_inputs *inputs, mechc_g
 {
     mechc_give(p, inputs, (mechc_scalar_given *)given);
 }
+#endif
 
+#if MECHC_HAS(DRIVER)
 static int mechc_unit_project(double t, double *y, const double *p, const mechc_inputs *inputs,
                               double *moved)
 {
@@ -39,7 +51,8 @@ static int mechc_unit_project(double t, double *y, const double *p, const mechc_
 
 MECHC_RARE void mechc_unit_start(mechc_run *run, const mechc_options *options)
 {
-    mechc_integration_start(run, options, mechc_methods);
+    const mechc_method *const *methods = options->methods ? options->methods : mechc_methods;
+    mechc_integration_start(run, options, methods, &mechc_driver_of_run);
 }
 
 static void mechc_unit_release(mechc_run *run)
@@ -55,30 +68,47 @@ static void mechc_unit_interpolate(int method, const mechc_trajectory *trajector
     (void)method; /* all have the same form of dense output */
     mechc_interpolate(trajectory, p, inputs, count, t, out);
 }
+#endif
 
 extern const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT);
 __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, MECHC_UNIT) = {
     .instruction_set = MECHC_QUOTE(MECHC_UNIT),
     .lanes = MECHC_LANES,
+    .methods = mechc_methods,
+#if MECHC_HAS(OUTPUTS)
     .output_count = (int)(sizeof mechc_output_list / sizeof mechc_output_list[0]),
     .outputs = mechc_output_list,
     .given_size = sizeof(mechc_scalar_given),
     .give = mechc_unit_give,
     .rates = mechc_unit_rates,
+#endif
+#if MECHC_HAS(DRIVER)
     .project = mechc_unit_project,
     .run_size = sizeof(mechc_integration),
     .start = mechc_unit_start,
-    .advance = mechc_lockstep_advance_run,
-    .advance_lockstep = mechc_lockstep_advance_runs,
     .release = mechc_unit_release,
     .interpolate = mechc_unit_interpolate,
     .extend = mechc_integration_extend,
     .saved_size = mechc_saved_size,
     .save = mechc_save,
     .restore = mechc_restore,
-#if MECHC_VARIATIONAL
+#endif
+#if MECHC_HAS(EXPLICIT)
+    .advance = mechc_lockstep_advance_run,
+    .advance_lockstep = mechc_lockstep_advance_runs,
+#elif MECHC_HAS(DRIVER)
+    .advance = mechc_advance_run,
+#endif
+#if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
     .vary = mechc_vary,
     .covary = mechc_covary,
     .project_columns = mechc_project_columns,
 #endif
 };
+
+#if MECHC_UNIT_PARTS != MECHC_ALL_PARTS /* found by name in a shared object of its own */
+extern const mechc_part mechc_part_of_unit;
+__attribute__((visibility("default"))) const mechc_part mechc_part_of_unit = {
+    MECHC_ABI, MECHC_UNIT_PARTS, &MECHC_JOIN(mechc_unit_, MECHC_UNIT),
+};
+#endif

@@ -6,7 +6,7 @@
 #pragma once
 
 #include "methods/gauss_tableau.h"
-#include "methods/radau.h"
+#include "methods/radau_tableau.h"
 #include "run/dense_output.h"
 #include "variational/columns.h"
 
@@ -61,10 +61,10 @@ typedef struct {
     double *slopes;
 } mechc_nodes_at_hand;
 
-/* The stages lie on the dense output. */
-MECHC_ONCE void mechc_take_nodes(int method, const mechc_rule *rule, const mechc_trajectory *record,
-                                 ptrdiff_t step, const mechc_given_twice *given,
-                                 const mechc_directions *d, mechc_nodes_at_hand *nodes)
+/* Times and states of the stages, which lie on the dense output. */
+MECHC_STATIC void mechc_place_nodes(int method, const mechc_rule *rule,
+                                    const mechc_trajectory *record, ptrdiff_t step,
+                                    const mechc_given_twice *given, mechc_nodes_at_hand *nodes)
 {
     const double *t = record->t + step, *y = record->y + step * MECHC_NX;
     const double *rows = record->dense + step * MECHC_NX * record->dense_rows;
@@ -79,7 +79,13 @@ MECHC_ONCE void mechc_take_nodes(int method, const mechc_rule *rule, const mechc
         along |= mechc_kept_states(method, given, count, nodes->t + a, nodes->y + a * MECHC_NX);
     }
     nodes->kept = mechc_any(along);
-    along = nodes->kept ? ~(mechc_mask){0} : (mechc_mask){0};
+}
+
+/* Derivatives of the rates at the stages placed; all are kept on the constraints or none is. */
+MECHC_ONCE void mechc_linearise_nodes(const mechc_rule *rule, const mechc_given_twice *given,
+                                      const mechc_directions *d, mechc_nodes_at_hand *nodes)
+{
+    const mechc_mask along = nodes->kept ? ~(mechc_mask){0} : (mechc_mask){0};
     for (int a = 0; a < rule->stages; a += MECHC_LANES) {
         const int left = rule->stages - a, count = left < MECHC_LANES ? left : MECHC_LANES;
         mechc_linearise_states(along, given, count, nodes->t + a, nodes->y + a * MECHC_NX, d,

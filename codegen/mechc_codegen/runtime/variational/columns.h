@@ -18,6 +18,8 @@ typedef struct {
     size_t block;
     mechc_change *changes;
     mechc_vector *lanes; /* of several states */
+    const mechc_shapes *shapes; /* or NULL */
+    mechc_vector *factors; /* of the shapes, at several times */
 } mechc_directions;
 
 #define MECHC_SQUARE ((MECHC_NX * MECHC_NX + MECHC_LANES - 1) / MECHC_LANES * MECHC_LANES)
@@ -26,6 +28,7 @@ MECHC_STATIC void mechc_free_directions(mechc_directions *d)
 {
     free(d->changes);
     free(d->lanes);
+    free(d->factors);
 }
 
 MECHC_STATIC mechc_vector *mechc_new_vectors(size_t count)
@@ -35,7 +38,8 @@ MECHC_STATIC mechc_vector *mechc_new_vectors(size_t count)
 }
 
 /* 0 without memory. */
-MECHC_STATIC int mechc_take_directions(const double *given, int columns, mechc_directions *d)
+MECHC_STATIC int mechc_take_directions(const double *given, int columns,
+                                       const mechc_shapes *shapes, mechc_directions *d)
 {
     d->columns = columns;
     d->width = (columns + MECHC_LANES - 1) / MECHC_LANES;
@@ -43,7 +47,9 @@ MECHC_STATIC int mechc_take_directions(const double *given, int columns, mechc_d
     d->count = 0;
     d->changes = malloc((size_t)(MECHC_NB * columns + 1) * sizeof(mechc_change));
     d->lanes = mechc_new_vectors(d->block);
-    if (!d->changes || !d->lanes) return 0;
+    d->shapes = shapes;
+    d->factors = mechc_new_vectors(shapes ? (size_t)shapes->count : 0);
+    if (!d->changes || !d->lanes || !d->factors) return 0;
     for (int i = 0; i < MECHC_NB; i++)
         for (int k = 0; k < columns; k++)
             if (given[i * columns + k] != 0.0)
@@ -81,12 +87,25 @@ MECHC_INLINE void mechc_empty_groups(const mechc_directions *d, int first, int l
     }
 }
 
-/* Derivatives at `count` <= MECHC_LANES states, rows `first` ... NX - 1 of MECHC_SLOPES, along the
- * columns. */
-MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, int count,
-                                      const mechc_directions *d, double *out)
+/* The factors of the shapes at `count` <= MECHC_LANES times. */
+MECHC_STATIC void mechc_take_factors(const mechc_directions *d, const double *t, int count)
+{
+    const mechc_shapes *shapes = d->shapes;
+    double *const factors = (double *)d->factors;
+    for (int lane = 0; lane < MECHC_LANES; lane++)
+        for (int n = 0; n < shapes->count; n++)
+            shapes->factors->evaluate(shapes->factors, n, n + 1, t[lane < count ? lane : count - 1],
+                                      0, 0, factors + n * MECHC_LANES + lane);
+}
+
+/* Derivatives at `count` <= MECHC_LANES times and states, rows `first` ... NX - 1 of MECHC_SLOPES, along the
+ * columns; without times those of the shapes are left out. */
+MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, const double *t,
+                                      int count, const mechc_directions *d, double *out)
 {
     const int wide = d->width * MECHC_LANES, square = MECHC_SQUARE / MECHC_LANES;
+    const int shaped = d->shapes && t ? d->shapes->count : 0;
+    if (shaped) mechc_take_factors(d, t, count);
     for (int i = first; i < MECHC_NX; i++) {
         mechc_vector *const row = d->lanes + MECHC_SQUARE + i * wide;
         const mechc_vector *const from = slopes + i * MECHC_SLOPES + MECHC_NX;
@@ -95,6 +114,8 @@ MECHC_INLINE void mechc_along_columns(const mechc_vector *slopes, int first, int
         for (int k = 0; k < d->columns; k++) row[k] = mechc_spread(0.0);
         for (const mechc_change *c = d->changes; c < d->changes + d->count; c++)
             row[c->column] += c->value * from[c->place];
+        for (int n = 0; n < shaped; n++)
+            row[d->shapes->columns[n]] += d->factors[n] * from[d->shapes->places[n]];
     }
     mechc_empty_groups(d, first * MECHC_NX / MECHC_LANES, square, count, out);
     mechc_empty_groups(d, square + first * d->width, square + MECHC_NX * d->width, count, out);
@@ -125,7 +146,7 @@ MECHC_ONCE void mechc_linearise_states(mechc_mask along, const mechc_given_twice
     if (kept) mechc_keep_lanes(given, t, count, along, state);
     mechc_vector_linearise(time, state, &given->vector, along, rate, block);
     if (rates) mechc_empty_lanes(rate, count, MECHC_NX, rates);
-    mechc_along_columns(block, first, count, d, slopes);
+    mechc_along_columns(block, first, t, count, d, slopes);
 }
 
 /* Those of the projection of the ends of the steps from `first` on. */
@@ -135,8 +156,10 @@ MECHC_STATIC void mechc_end_tangents(const mechc_given_twice *given,
 {
 #if MECHC_NC > 0
     mechc_vector block[MECHC_NX * MECHC_SLOPES];
-    mechc_tangents_in_lanes(given, record, first, count, block);
-    mechc_along_columns(block, 0, count, d, tangents);
+    double t[MECHC_LANES];
+    mechc_ends_in_lanes(record, first, count, t);
+    mechc_tangents_in_lanes(given, record, first, count, t, block);
+    mechc_along_columns(block, 0, t, count, d, tangents);
 #else
     (void)given, (void)record, (void)first, (void)count, (void)d, (void)tangents;
 #endif

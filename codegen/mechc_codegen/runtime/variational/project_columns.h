@@ -16,7 +16,7 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected
     mechc_fill_lanes(v->t + first, count, 1, &time);
     mechc_fill_lanes(v->y + first * MECHC_NX, count, MECHC_NX, state);
     mechc_vector_tangent(time, state, &w->given.vector, block);
-    mechc_along_columns(block, 0, count, d, w->tangents);
+    mechc_along_columns(block, 0, v->t + first, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
         double *columns = v->columns + (first + n) * MECHC_NX * d->columns;
         mechc_load_columns(w, columns);
@@ -27,10 +27,11 @@ MECHC_STATIC void mechc_project_in_lanes(mechc_varying *w, const mechc_projected
 #endif
 
 /* MECHC_RUNNING or MECHC_MEMORY_LIMIT. */
-MECHC_RARE int mechc_project_columns(const mechc_projected_columns *v)
+MECHC_ONCE int mechc_project_columns(const mechc_projected_columns *v)
 {
 #if MECHC_NC > 0
-    mechc_varying *w = mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->count);
+    mechc_varying *w =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->count, v->shapes);
     if (!w) return MECHC_MEMORY_LIMIT;
     for (ptrdiff_t first = 0; first < v->states; first += MECHC_LANES) {
         const ptrdiff_t left = v->states - first;

@@ -216,7 +216,9 @@ MECHC_ONCE int mechc_propagate(const mechc_rule *rule, const mechc_trajectory *r
     mechc_weigh_nodes(g);
     mechc_combine_nodes(rule, g);
 #if MECHC_NC > 0
-    mechc_tangents_in_lanes(given, record, first, count, g->tangent);
+    double ends[MECHC_LANES];
+    mechc_ends_in_lanes(record, first, count, ends);
+    mechc_tangents_in_lanes(given, record, first, count, ends, g->tangent);
     mechc_project_nodes(g);
 #endif
     return 1;

@@ -84,15 +84,20 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
 }
 
 #if MECHC_NC > 0
+/* Times of the ends of the steps from `first` on. */
+MECHC_INLINE void mechc_ends_in_lanes(const mechc_trajectory *record, ptrdiff_t first, int count,
+                                      double *t)
+{
+    for (int n = 0; n < count; n++)
+        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], 1.0);
+}
+
 /* Derivatives of the projection of the ends of the steps from `first` on. */
 MECHC_ONCE void mechc_tangents_in_lanes(const mechc_given_twice *given,
                                         const mechc_trajectory *record, ptrdiff_t first, int count,
-                                        mechc_vector *tangents)
+                                        const double *t, mechc_vector *tangents)
 {
     mechc_vector time, state[MECHC_NX];
-    double t[MECHC_LANES];
-    for (int n = 0; n < count; n++)
-        t[n] = mechc_within(record->t[first + n], record->t[first + n + 1], 1.0);
     mechc_fill_lanes(t, count, 1, &time);
     mechc_fill_lanes(record->y + (first + 1) * MECHC_NX, count, MECHC_NX, state);
     mechc_vector_tangent(time, state, &given->vector, tangents);

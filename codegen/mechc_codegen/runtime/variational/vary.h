@@ -45,14 +45,14 @@ MECHC_STATIC void mechc_free_varying(mechc_varying *w)
 /* NULL without memory. */
 MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, const double *p,
                                               const mechc_inputs *inputs, const double *directions,
-                                              int columns)
+                                              int columns, const mechc_shapes *shapes)
 {
     const size_t size = (sizeof(mechc_varying) + 63) / 64 * 64;
     const size_t most = MECHC_VARIED_NODES * MECHC_NX;
     mechc_varying *w = aligned_alloc(64, size);
     if (!w) return 0;
     memset(w, 0, size);
-    const int taken = mechc_take_directions(directions, columns, &w->directions);
+    const int taken = mechc_take_directions(directions, columns, shapes, &w->directions);
     const size_t width = (size_t)w->directions.width;
     const size_t block = w->directions.block / MECHC_LANES;
     w->stages.slopes = (double *)mechc_new_vectors(MECHC_MOST_RATES * MECHC_LANES * block);
@@ -150,7 +150,7 @@ MECHC_STATIC int mechc_vary_propagated(mechc_varying *w, const mechc_variation *
     const mechc_directions *d = &w->directions;
     mechc_propagation *g = &w->propagation;
     if (!mechc_propagate(&w->rules[0], v->trajectory, step, count, &w->given, g)) return 0;
-    mechc_along_columns(g->whole, 0, count, d, w->tangents);
+    mechc_along_columns(g->whole, 0, 0, count, d, w->tangents);
     for (int n = 0; n < count; n++) {
         mechc_move_columns(w, n);
         mechc_end_step(w, v, step + n);
@@ -169,11 +169,14 @@ MECHC_STATIC int mechc_vary_nodes(mechc_varying *w, const mechc_variation *v, in
     const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
     const mechc_directions *d = &w->directions;
     int whole = 1;
-    if (method == MECHC_GAUSS8 && !v->rates && mechc_vary_propagated(w, v, step, count)) return 1;
+    const int constant = !d->shapes; /* so are the changes along columns, within a step */
+    if (method == MECHC_GAUSS8 && constant && !v->rates && mechc_vary_propagated(w, v, step, count))
+        return 1;
     mechc_end_tangents(&w->given, v->trajectory, step, count, d, w->tangents);
     for (int n = 0; n < count; n++, step++) {
         const double h = v->trajectory->t[step + 1] - v->trajectory->t[step];
-        mechc_take_nodes(method, rule, v->trajectory, step, &w->given, d, &w->nodes);
+        mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
+        mechc_linearise_nodes(rule, &w->given, d, &w->nodes);
         whole &= mechc_collocation_of(rule, w->nodes.kept, d->width)(
             rule, &w->nodes, h, d, w->tangents + n * d->block, w->before, w->room, w->rows,
             w->after, mechc_rates_of(v, step, rule->stages));
@@ -193,7 +196,7 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
     mechc_vector time = mechc_spread(at), state[MECHC_NX], block[MECHC_NX * MECHC_SLOPES];
     mechc_fill_lanes(record->y + v->first * MECHC_NX, 1, MECHC_NX, state);
     mechc_vector_tangent(time, state, &w->given.vector, block);
-    mechc_along_columns(block, 0, 1, d, w->tangents);
+    mechc_along_columns(block, 0, &at, 1, d, w->tangents);
     mechc_move_columns(w, 0);
     mechc_store_columns(w, v->ends);
     memcpy(w->before, w->after, (size_t)(MECHC_NX * d->width) * sizeof *w->before);
@@ -202,12 +205,13 @@ MECHC_STATIC void mechc_project_start(mechc_varying *w, const mechc_variation *v
 #endif
 }
 
-/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular. */
-MECHC_RARE int mechc_vary(const mechc_variation *v)
+/* MECHC_RUNNING, MECHC_MEMORY_LIMIT, or MECHC_NOT_FINITE where a step's equations are singular.
+ * Not marked as rare: all that it alone calls would be compiled for size. */
+MECHC_ONCE int mechc_vary(const mechc_variation *v)
 {
     const unsigned char *methods = v->trajectory->methods;
-    mechc_varying *w =
-        mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions, v->columns);
+    mechc_varying *w = mechc_new_varying(v->trajectory, v->p, v->inputs, v->directions,
+                                         v->columns, v->shapes);
     if (!w) return MECHC_MEMORY_LIMIT;
     int whole = 1;
     mechc_load_columns(w, v->ends);

@@ -34,9 +34,10 @@ from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
-_FIRST, _NOTE = ".first", ".note"
+_PART, _NOTE = r"\.[a-z0-9]+", ".note"
 _KEY = re.compile(r"[0-9a-f]{64}")
-_OURS = re.compile(rf"(?:\.new-)?([0-9a-f]{{64}}(?:\{_FIRST})?)(?:\.lock|-.*)?")
+_OF_SCENE = re.compile(rf"([0-9a-f]{{64}})(?:{_PART})?")
+_OURS = re.compile(rf"(?:\.new-)?([0-9a-f]{{64}}(?:(?!\.lock){_PART})?)(?:\.lock|-.*)?")
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -108,16 +109,18 @@ def is_key(text: object) -> bool:
     return isinstance(text, str) and _KEY.fullmatch(text) is not None
 
 
-def entries() -> list[Path]:
-    """Folders of all entries, and no other files."""
-    root = cache_folder()
-    found = root.iterdir() if root.is_dir() else ()
-    return sorted(p for p in found if _KEY.fullmatch(p.name) and p.is_dir())
+def scenes() -> dict[str, list[Path]]:
+    """The folders of each scene of which anything is compiled, by its key."""
+    root, found = cache_folder(), dict[str, list[Path]]()
+    for path in sorted(root.iterdir() if root.is_dir() else ()):
+        if (match := _OF_SCENE.fullmatch(path.name)) and path.is_dir():
+            found.setdefault(match[1], []).append(path)
+    return found
 
 
-def first_key(key: str) -> str:
-    """The key of an entry's first unit."""
-    return f"{key}{_FIRST}"
+def part_key(key: str, part: str) -> str:
+    """The key of the entry of a part of a scene."""
+    return f"{key}.{part}"
 
 
 def clear() -> int:
@@ -125,7 +128,7 @@ def clear() -> int:
 
     Waits for entries that another process is making.
     """
-    found, root = entries(), cache_folder()
+    found, root = scenes(), cache_folder()
     keys = _keys(root)
     if keys:
         refuse_foreign(root)

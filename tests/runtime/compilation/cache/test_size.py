@@ -38,7 +38,7 @@ def test_what_was_not_used_for_longest_goes_first(root):
         used(root, key, 10_000 + 1000 * age)
     assert cache.find(KEYS[2])  # a use of the oldest
     cache.entry(KEYS[3], make)
-    assert {path.name for path in cache.entries()} == {KEYS[0], KEYS[2], KEYS[3]}
+    assert {*cache.scenes()} == {KEYS[0], KEYS[2], KEYS[3]}
     assert f"{KEYS[1]}.lock" not in names(root)
 
 
@@ -46,7 +46,7 @@ def test_what_was_just_made_stays_however_large(root, monkeypatch):
     cache.entry(KEYS[0], make)
     monkeypatch.setenv("MECHC_CACHE_SIZE", "0")
     cache.entry(KEYS[1], make)
-    assert cache.entries() == [root / KEYS[1]]
+    assert [*cache.scenes()] == [KEYS[1]]
 
 
 def test_what_another_process_is_at_stays(root, monkeypatch):
@@ -55,9 +55,9 @@ def test_what_another_process_is_at_stays(root, monkeypatch):
     with (root / f"{KEYS[0]}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         cache.entry(KEYS[1], make)
-        assert {path.name for path in cache.entries()} == {KEYS[0], KEYS[1]}
+        assert {*cache.scenes()} == {KEYS[0], KEYS[1]}
     cache.entry(KEYS[2], make)
-    assert cache.entries() == [root / KEYS[2]]
+    assert [*cache.scenes()] == [KEYS[2]]
 
 
 def test_locks_and_rests_without_an_entry_go_and_other_files_stay(root):

@@ -1,0 +1,106 @@
+"""The solids of a picture in space: those that were given, and what the bodies' inertia says.
+
+Input: the places of a mechanism and its drawing.  Output: shapes at points and frames, with the
+expressions of their sizes.  A body of which no solid is given has the one with its inertia: for it
+the entries are those of the central inertia, divided by the mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from sympy import Expr
+from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
+from sympy.physics.vector import Dyadic, Vector
+
+from mechc_codegen.description.solid import Solid
+from mechc_codegen.description.terms import is_rigid
+from mechc_codegen.drawing.places import Places
+from mechc_codegen.errors import MechanismError
+
+UPPER = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A solid at a placed point: ``kind`` as of :class:`Solid`, ``"inertia"`` or ``"mass"``."""
+
+    kind: str
+    label: str
+    at: Point
+    frame: ReferenceFrame
+    entries: tuple[Expr, ...] = ()
+    axis: str = "z"
+    path: str = ""
+
+
+def shapes(places: Places, solids: Iterable[Solid]) -> list[Shape]:
+    """Every solid that can be placed.
+
+    Raises
+    ------
+    MechanismError
+        If a given solid has a point or frame that is not placed, or sizes that are not known.
+    """
+    given = [_given(places, solid) for solid in solids]
+    taken = {places.same.get(shape.at, shape.at) for shape in given}
+    bodies = [b for b in places.bodies if places.same.get(b.masscenter) not in (None, *taken)]
+    return [*given, *filter(None, (_of_body(places, body) for body in bodies))]
+
+
+def _given(places: Places, solid: Solid) -> Shape:
+    frame = solid.frame or places.mechanism.frame
+    if not places.is_placed(solid.at) or places.group_of(frame) is None:
+        raise MechanismError(
+            f"solid {solid.label}: it is not known where {solid.at.name} or {frame.name} is; "
+            f"locate and orient them from {places.mechanism.origin.name} and "
+            f"{places.mechanism.frame.name}"
+        )
+    if not all(places.is_constant(size) for size in solid.sizes):
+        raise MechanismError(f"solid {solid.label}: its sizes may contain parameters only")
+    return Shape(
+        solid.kind, solid.label, solid.at, frame, solid.sizes, solid.axis, solid.path
+    )  # fmt: skip
+
+
+def _of_body(places: Places, body: RigidBody | Particle) -> Shape | None:
+    if not is_rigid(body):
+        return Shape("mass", body.name, body.masscenter, places.mechanism.frame)
+    inertia = body.central_inertia
+    frame = _own_frame(inertia) or body.frame
+    if inertia == 0 or places.group_of(frame) is None:
+        return None
+    matrix = inertia.to_matrix(frame)
+    entries = tuple(matrix[row, column] / body.mass for row, column in UPPER)
+    if not all(map(places.is_constant, entries)):
+        return None
+    return Shape("inertia", body.name, body.masscenter, frame, entries)
+
+
+def _own_frame(inertia: Dyadic) -> ReferenceFrame | None:
+    """The one frame that a dyadic is written in: that of a wheel may be its holder's."""
+    vectors = [v for _, *pair in inertia.args for v in pair] if inertia != 0 else []
+    frames = {frame for vector in vectors for _, frame in vector.args}
+    return frames.pop() if len(frames) == 1 else None
+
+
+def weight(places: Places) -> tuple[Expr, Expr, Expr] | None:
+    """Components of the acceleration of free fall in the inertial frame, if there is one."""
+    mechanism = places.mechanism
+    given = [] if mechanism.gravity is None else [mechanism.gravity]
+    centres = {body.masscenter: body for body in places.bodies}
+    given += [_per_mass(v, centres[p].mass) for p, v in mechanism.loads if p in centres]
+    for vector in given:
+        if vector != 0 and {frame for _, frame in vector.args} == {mechanism.frame}:
+            x, y, z = vector.to_matrix(mechanism.frame)
+            if all(map(places.is_constant, (x, y, z))):
+                return x, y, z
+    return None
+
+
+def _per_mass(force: Vector, mass: Expr) -> Vector:
+    """A force over a mass; zero where the mass remains, since it is no weight then."""
+    found = Vector([((matrix / mass), frame) for matrix, frame in force.args])
+    entries = [entry for matrix, _ in found.args for entry in matrix]
+    return Vector(0) if any(e.has(*mass.free_symbols) for e in entries) else found

@@ -1,0 +1,101 @@
+"""Lookup tables in C: their data, and a function for each derivative that a program contains.
+
+Input: expressions.  Output: C text.  Invariant: lanes call the function that a single double does,
+so both have the same bits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from math import perm
+from textwrap import fill
+
+from sympy import Expr
+
+from mechc_codegen.description.tables import Lookup, TableData
+
+_PIECE = """\
+/* The last piece that begins at x or below; the first one for all that is below. */
+MECHC_ONCE int mechc_piece(const double *starts, int count, double x)
+{
+    int low = 0, high = count;
+    while (high - low > 1) {
+        const int middle = (low + high) / 2;
+        if (x >= starts[middle])
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+"""
+
+
+def lookups(expressions: Iterable[Expr]) -> list[type[Lookup]]:
+    """The functions of tables in expressions, sorted by name."""
+    found = {type(each) for e in expressions for each in e.atoms(Lookup)}
+    return sorted(found, key=lambda each: str(each.__name__))
+
+
+def table_text(functions: Sequence[type[Lookup]]) -> str:
+    """Data and functions, once in a unit; nothing without tables."""
+    if not functions:
+        return ""
+    tables = {each.table.digest: each.table for each in functions}
+    parts = [_PIECE, *map(_data, tables.values()), *map(_function, functions)]
+    return "\n".join(["#ifndef MECHC_LOOKUP", "#define MECHC_LOOKUP", *parts, "#endif\n"])
+
+
+def _data(table: TableData) -> str:
+    name = f"table_{table.digest}"
+    rows = [(f"{name}_{axis}", starts) for axis, starts in zip("xy", table.starts, strict=False)]
+    return "".join(_array(*row) for row in (*rows, (f"{name}_c", table.coefficients)))
+
+
+def _array(name: str, values: Sequence[float]) -> str:
+    listed = fill(", ".join(map(repr, values)), 96, break_long_words=False)
+    return f"static const double {name}[{len(values)}] = {{\n{listed}\n}};\n"
+
+
+def _function(function: type[Lookup]) -> str:
+    table, name = function.table, f"table_{function.table.digest}"
+    axes = "xy"[: len(table.starts)]
+    lines = [line for k, axis in enumerate(axes) for line in _located(table, k, axis)]
+    place = " + ".join(_strides(table, axes))
+    lines.append(f"const double *const c = {name}_c + {place};")
+    lines.append(f"return {_polynomial(table, function.orders, axes)};")
+    arguments = ", ".join(f"double {axis}" for axis in axes)
+    body = "\n".join(f"    {line}" for line in lines)
+    return f"MECHC_ONCE double {function.__name__}({arguments})\n{{\n{body}\n}}\n"
+
+
+def _located(table: TableData, k: int, axis: str) -> Iterator[str]:
+    name, starts, period = f"table_{table.digest}_{axis}", table.starts[k], table.periods[k]
+    if period is not None:
+        first = repr(starts[0])
+        yield f"{axis} -= {period!r} * floor(({axis} - {first}) / {period!r});"
+    yield f"const int piece_{axis} = mechc_piece({name}, {len(starts)}, {axis});"
+    yield f"const double h_{axis} = {axis} - {name}[piece_{axis}];"
+
+
+def _strides(table: TableData, axes: str) -> Iterator[str]:
+    width = (table.degree + 1) ** len(axes)
+    for k, axis in enumerate(axes):
+        inner = 1
+        for starts in table.starts[k + 1 :]:
+            inner *= len(starts)
+        yield f"piece_{axis} * {width * inner}"
+
+
+def _polynomial(table: TableData, orders: Sequence[int], axes: str, first: int = 0) -> str:
+    """By Horner's rule in the first argument, of polynomials in the others."""
+    if not axes:
+        return f"c[{first}]"
+    inner = (table.degree + 1) ** (len(axes) - 1)
+    text = ""
+    for n in range(table.degree, orders[0] - 1, -1):
+        factor = _polynomial(table, orders[1:], axes[1:], first + n * inner)
+        weight = perm(n, orders[0])
+        term = factor if weight == 1 else f"{weight}.0 * {factor}"
+        text = f"({text} * h_{axes[0]} + {term})" if text else f"({term})"
+    return text

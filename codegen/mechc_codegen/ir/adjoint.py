@@ -1,0 +1,100 @@
+"""Stage 4c: Program -> Program that holds the derivatives of one number by everything given.
+
+Input: a program with sensitivities.  Output: the same with c . (R, S, q') differentiated by the
+state, parameters and inputs, where c are numbers that the function is given, R and S vanish at the
+motion's accelerations and multipliers, and q' stands there unless it is u.  Invariant: reverse
+accumulation from statement to statement (Griewank & Walther 2008, ch. 3), so that the work is a
+small multiple of what R itself takes, however many parameters there are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sympy import Expr, S, Symbol
+
+from mechc_codegen.derive.equations import Output
+from mechc_codegen.ir.program import (
+    Assign,
+    Program,
+    Statement,
+    slice_statements,
+    symbols_of,
+)
+from mechc_codegen.ir.sensitivity import merged, residual, slope, with_common_named
+
+NAME = "residual_adjoint"
+
+
+def add_adjoint(program: Program) -> Program:
+    """Add ``residual_adjoint``; its numbers c are the symbols' ``covector``."""
+    symbols = program.symbols
+    values = [*residual(program), *_coordinate_rates(program)]
+    covector = tuple(Symbol(f"c{k}", real=True) for k in range(len(values)))
+    inputs = [value.symbol for value in program.input_values()]
+    given = (*symbols.q, *symbols.u, *symbols.parameters, *inputs)
+    reverse = _Reverse(program, given)
+    elements = reverse.derivatives(values, covector)
+    labels = tuple(f"{NAME}[{k}]" for k in range(len(given)))
+    added = Output(NAME, "derivative of c . (R, S, q')", elements, (len(given),), labels)
+    statements, (named,) = with_common_named(reverse.statements, [added], "b")
+    outputs = (*program.outputs, named)
+    whole = replace(program, symbols=replace(symbols, covector=covector), outputs=outputs)
+    return merged(whole, statements).verify()
+
+
+def _coordinate_rates(program: Program) -> Sequence[Expr]:
+    """Empty where q' = u."""
+    found = [o.elements for o in program.outputs if o.name == "coordinate_rates"]
+    return found[0] if found and found[0] != program.symbols.u else ()
+
+
+class _Reverse:
+    """How a weighed sum changes with each symbol, from the last statement to the first."""
+
+    def __init__(self, program: Program, given: Sequence[Symbol]) -> None:
+        self.program, self.given = program, given
+        self.statements: list[Assign] = []
+        self._terms: dict[Symbol, list[Expr]] = {}
+        self._followed: set[Symbol] = set(given)
+
+    def derivatives(self, values: Sequence[Expr], weights: Sequence[Symbol]) -> tuple[Expr, ...]:
+        """Of sum_k weights[k] values[k] by all that is given."""
+        body = slice_statements(self.program.body, symbols_of(values))
+        used = symbols_of(values) | symbols_of(s.value for s in body)
+        order = [*slice_statements(self.program.hoisted, used), *body]
+        self._follow(order)
+        for value, weight in zip(values, weights, strict=True):
+            self._hand_on(value, weight)
+        for statement in reversed(order):
+            self._hand_on(statement.value, self._name(self._through(statement)))
+        return tuple(self._sum(symbol) for symbol in self.given)
+
+    def _follow(self, order: Sequence[Statement]) -> None:
+        for statement in order:
+            if statement.value.free_symbols & self._followed:
+                self._followed.update(statement.targets)
+
+    def _hand_on(self, value: Expr, change: Expr) -> None:
+        """By the symbols of a value, from the change by the value itself."""
+        if change == 0:
+            return
+        for symbol in sorted(value.free_symbols & self._followed, key=str):
+            self._terms.setdefault(symbol, []).append(change * slope(value, symbol))
+
+    def _through(self, statement: Statement) -> Expr:
+        if isinstance(statement, Assign):
+            return self._sum(statement.target)
+        sine, cosine = statement.targets
+        return cosine * self._sum(sine) - sine * self._sum(cosine)
+
+    def _sum(self, symbol: Symbol) -> Expr:
+        return sum(self._terms.pop(symbol, ()), S.Zero)
+
+    def _name(self, value: Expr) -> Expr:
+        if value.is_Atom or (-value).is_Atom:
+            return value
+        named = Symbol(f"b{len(self.statements)}", real=True)
+        self.statements.append(Assign(named, value))
+        return named

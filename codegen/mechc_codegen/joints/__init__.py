@@ -1,0 +1,1 @@
+"""Joints besides those of ``sympy.physics.mechanics``, and couplings between joints."""

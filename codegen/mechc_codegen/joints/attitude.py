@@ -1,0 +1,143 @@
+"""Joints whose attitude is a quaternion: :class:`BallJoint` and :class:`FreeJoint`.
+
+Four coordinates q = (q0, q1, q2, q3) and three speeds, the angular velocity w of the child relative
+to the parent, in the axes of the child's interframe:
+
+    q' = N(q) w,  2 N = [[-q1, -q2, -q3], [q0, -q3, q2], [q3, q0, -q1], [-q2, q1, q0]].
+
+N is orthogonal to q, so |q| is an invariant of the motion and no constraint is needed.  The
+rotation matrix is that of q/|q|, of which every multiple of q is the same attitude: an error of the
+norm has no effect on the motion, and there is no configuration in which the joint is singular.
+(Shabana 2013, Dynamics of Multibody Systems, section 2.6; Wittenburg 2008, section 2.2.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sympy import Expr, ImmutableDenseMatrix, Matrix, S, Symbol, sqrt
+from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics.joint import Joint as SymPyJoint
+from sympy.physics.vector import ReferenceFrame, Vector
+
+AXES = ("x", "y", "z")
+
+
+def quaternion_rates(q: Sequence[Expr], w: Sequence[Expr]) -> list[Expr]:
+    """The rates of a quaternion, N(q) w with w in the axes of the turned frame."""
+    return [
+        (-q[1] * w[0] - q[2] * w[1] - q[3] * w[2]) / 2,
+        (q[0] * w[0] - q[3] * w[1] + q[2] * w[2]) / 2,
+        (q[3] * w[0] + q[0] * w[1] - q[1] * w[2]) / 2,
+        (-q[2] * w[0] + q[1] * w[1] + q[0] * w[2]) / 2,
+    ]
+
+
+class BallJoint(SymPyJoint):  # type: ignore[misc]
+    """A ball joint whose attitude is a quaternion: regular in every configuration.
+
+    Takes the arguments of SymPy's joints: ``name, parent, child, coordinates, speeds,
+    parent_point, child_point, parent_interframe, child_interframe``.
+
+    Four coordinates, by default ``q0_NAME ... q3_NAME``, without unit, q0 = cos(angle/2), which
+    start at 1, 0, 0, 0; three speeds, ``wx_NAME, wy_NAME, wz_NAME``, the angular velocity of the
+    child relative to the parent in the axes of the child's interframe (rad/s).  The quaternion need
+    not have length one: all its multiples, except zero, are one attitude.
+    """
+
+    coordinate_units: tuple[str, ...] = ("1",) * 4
+    speed_units: tuple[str, ...] = ("rad/s",) * 3
+
+    def __str__(self) -> str:
+        name = type(self).__name__
+        return f"{name}: {self.name}  parent: {self.parent}  child: {self.child}"
+
+    @property
+    def quaternion(self) -> tuple[Expr, ...]:
+        """The four coordinates of the attitude."""
+        return tuple(self.coordinates)[-4:]
+
+    @property
+    def angular_velocity(self) -> Vector:
+        """Of the child relative to the parent."""
+        return _vector(tuple(self.speeds)[-3:], self.child_interframe)
+
+    def _generate_coordinates(self, given: Any) -> Matrix:
+        return self._named(given, [f"q{k}" for k in range(4)], "q")
+
+    def _generate_speeds(self, given: Any) -> Matrix:
+        return self._named(given, [f"w{axis}" for axis in AXES], "u")
+
+    def _named(self, given: Any, names: Sequence[str], kind: str) -> Matrix:
+        """Those given, others by name; checked as SymPy checks its own."""
+        own = [dynamicsymbols(f"{name}_{self.name}") for name in names]
+        given = own if given is None else [x or y for x, y in zip(given, own, strict=False)]
+        return self._fill_coordinate_list(given, len(own), kind)
+
+    def _generate_kdes(self) -> Matrix:
+        rates = quaternion_rates(self.quaternion, tuple(self.speeds)[-3:])
+        return Matrix(
+            [
+                rate - q.diff(dynamicsymbols._t)
+                for q, rate in zip(self.quaternion, rates, strict=True)
+            ]
+        )
+
+    def _orient_frames(self) -> None:
+        """By plain symbols first: of functions SymPy would derive angular velocities."""
+        plain = [Symbol(f"_q{k}") for k in range(4)]
+        length = sqrt(sum((x**2 for x in plain), S.Zero))
+        turned = ReferenceFrame("_turned")
+        turned.orient_quaternion(ReferenceFrame("_still"), [x / length for x in plain])
+        matrix = next(iter(turned._dcm_dict.values()))
+        of_time = dict(zip(plain, self.quaternion, strict=True))
+        self.child_interframe._dcm(
+            self.parent_interframe, ImmutableDenseMatrix(matrix.T).xreplace(of_time)
+        )
+
+    def _set_angular_velocity(self) -> None:
+        self.child_interframe.set_ang_vel(self.parent_interframe, self.angular_velocity)
+
+    def _set_linear_velocity(self) -> None:
+        self.child_point.set_pos(self.parent_point, 0)
+        self.parent_point.set_vel(self._parent_frame, 0)
+        self.child_point.set_vel(self._child_frame, 0)
+        self.child.masscenter.v2pt_theory(self.parent_point, self._parent_frame, self._child_frame)
+
+
+class FreeJoint(BallJoint):
+    """No joint at all: the child moves freely, its attitude a quaternion.
+
+    Takes the arguments of SymPy's joints.  Seven coordinates: ``x_NAME, y_NAME, z_NAME``, the
+    position of the child's point from the parent's in the axes of the parent's interframe (m), and
+    the quaternion of :class:`BallJoint`.  Six speeds: ``vx_NAME, vy_NAME, vz_NAME``, the rates of
+    the position (m/s), and the angular velocity as in :class:`BallJoint`.
+    """
+
+    coordinate_units = ("m",) * 3 + BallJoint.coordinate_units
+    speed_units = ("m/s",) * 3 + BallJoint.speed_units
+
+    def _generate_coordinates(self, given: Any) -> Matrix:
+        return self._named(given, [*AXES, *(f"q{k}" for k in range(4))], "q")
+
+    def _generate_speeds(self, given: Any) -> Matrix:
+        return self._named(given, [f"{kind}{axis}" for kind in "vw" for axis in AXES], "u")
+
+    def _generate_kdes(self) -> Matrix:
+        time, moving = dynamicsymbols._t, zip(self.coordinates[:3], self.speeds[:3], strict=True)
+        return Matrix([*(u - q.diff(time) for q, u in moving), *super()._generate_kdes()])
+
+    def _set_linear_velocity(self) -> None:
+        place = _vector(self.coordinates[:3], self.parent_interframe)
+        velocity = _vector(self.speeds[:3], self.parent_interframe)
+        self.child_point.set_pos(self.parent_point, place)
+        self.parent_point.set_vel(self._parent_frame, 0)
+        self.child_point.set_vel(self._child_frame, 0)
+        self.child_point.set_vel(self._parent_frame, velocity)
+        self.child.masscenter.v2pt_theory(self.child_point, self._parent_frame, self._child_frame)
+
+
+def _vector(components: Sequence[Expr], frame: ReferenceFrame) -> Vector:
+    axes = (frame.x, frame.y, frame.z)
+    return sum((c * axis for c, axis in zip(components, axes, strict=True)), Vector(0))

@@ -1,0 +1,16 @@
+/* The parts of a unit.  Each may be a shared object of its own, `mechc_part`, compiled when it is first
+ * needed; compiled together they are the whole unit. */
+#pragma once
+
+#define MECHC_PART_DRIVER 1      /* runs, but no method; projection, dense output */
+#define MECHC_PART_COLLOCATION 2 /* gauss8 */
+#define MECHC_PART_EXPLICIT 4    /* dopri5 and dop853, runs in lockstep */
+#define MECHC_PART_IMPLICIT 8    /* radau5 */
+#define MECHC_PART_OUTPUTS 16    /* outputs of many states in lanes, rates as C calls them */
+#define MECHC_PART_DERIVATIVES 32 /* of runs */
+#define MECHC_ALL_PARTS 63
+
+#ifndef MECHC_UNIT_PARTS
+#define MECHC_UNIT_PARTS MECHC_ALL_PARTS
+#endif
+#define MECHC_HAS(part) ((MECHC_UNIT_PARTS & MECHC_PART_##part) != 0)

@@ -1,0 +1,88 @@
+/* Covectors backwards over the steps of a run: the adjoint of the steps as they were taken, the
+ * transposed of variational/vary.h, operation by operation.
+ *
+ * Its cost does not grow with the number of parameters.  Sanz-Serna (2016), SIAM Review 58.
+ */
+#pragma once
+
+#include "adjoint/elimination.h"
+#include "adjoint/gauss.h"
+#include "adjoint/pairs.h"
+
+#if MECHC_VARIATIONAL
+/* What was added at the start of a step. */
+MECHC_INLINE void mechc_add_source(const mechc_covariation *v, ptrdiff_t step)
+{
+    const double *source = v->sources + (step - v->first) * MECHC_NX;
+    for (int k = 0; v->sources && k < MECHC_NX; k++) v->covector[k] += source[k];
+}
+
+/* A step by collocation; 0 where its equations are singular or without memory. */
+MECHC_STATIC int mechc_nodes_back(mechc_covarying *w, const mechc_covariation *v, int method,
+                                  ptrdiff_t step, double h)
+{
+    const mechc_rule *rule = &w->rules[method == MECHC_RADAU5];
+    mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->nodes);
+    if (method == MECHC_GAUSS8 && mechc_gauss_back(w, v, &w->nodes, h)) return 1;
+    if (!w->blocks) w->blocks = mechc_new_blocks(v);
+    if (!w->blocks) return 0;
+    mechc_place_nodes(method, rule, v->trajectory, step, &w->given, &w->blocks->nodes);
+    return mechc_eliminated_back(w->blocks, rule, h, v->covector, v->gradient);
+}
+
+/* Steps first ... first + count - 1 by one method, the last first. */
+MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation *v, int method,
+                                    ptrdiff_t first, int count)
+{
+    const mechc_trajectory *record = v->trajectory;
+    const mechc_tableau *tableau = mechc_pair_tableau(method);
+    const int pair = mechc_is_pair(method);
+    if (pair) mechc_take_stages_back(w, tableau, method, record, first, count);
+#if MECHC_NC > 0
+    mechc_ends_in_lanes(record, first, count, w->ends);
+    mechc_tangents_in_lanes(&w->given, record, first, count, w->ends, w->tangents);
+#endif
+    for (int n = count - 1; n >= 0; n--) {
+        const double h = record->t[first + n + 1] - record->t[first + n];
+        mechc_before_projection(w, v, n);
+        if (pair) mechc_pair_back(w, v, tableau, n, h);
+        else if (!mechc_nodes_back(w, v, method, first + n, h)) return 0;
+        mechc_add_source(v, first + n);
+    }
+    return 1;
+}
+
+/* NULL without memory. */
+MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
+{
+    mechc_covarying *w = aligned_alloc(64, (sizeof *w + 63) / 64 * 64);
+    if (!w) return 0;
+    memset(w->gathered, 0, sizeof w->gathered);
+    w->blocks = 0;
+    mechc_give_twice(v->trajectory, v->p, v->inputs, &w->given);
+    mechc_gauss_rule(&w->rules[0]);
+    mechc_radau_rule(&w->rules[1]);
+    return w;
+}
+
+/* As mechc_vary. */
+MECHC_ONCE int mechc_covary(const mechc_covariation *v)
+{
+    const unsigned char *methods = v->trajectory->methods;
+    mechc_covarying *w = mechc_new_covarying(v);
+    if (!w) return MECHC_MEMORY_LIMIT;
+    int whole = 1;
+    for (ptrdiff_t last = v->last; whole && last > v->first;) {
+        int count = 1;
+        while ((last - count) % MECHC_LANES && last - count > v->first
+               && methods[last - count - 1] == methods[last - 1])
+            count++;
+        whole = mechc_covary_alike(w, v, methods[last - 1], last - count, count);
+        last -= count;
+    }
+    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
+    mechc_free_varying(w->blocks);
+    free(w);
+    return whole ? MECHC_RUNNING : MECHC_NOT_FINITE;
+}
+#endif

@@ -1,0 +1,60 @@
+/* A covector on its way back over the steps of a run. */
+#pragma once
+
+#include "variational/vary.h"
+#include "simd/bind_scalar.h"
+#include "adjoint/pullback.h"
+#include "simd/bind_vector.h"
+#include "adjoint/pullback.h"
+#include "simd/unbind.h"
+
+#if MECHC_VARIATIONAL
+/* Of the steps at hand: their method's rule, their states at the stages. */
+typedef struct {
+    mechc_given_twice given;
+    mechc_rule rules[2]; /* of Gauss and Radau */
+    mechc_varying *blocks; /* work space where Jacobians are needed, or NULL */
+    double t[MECHC_MOST_RATES * MECHC_LANES], y[MECHC_MOST_RATES * MECHC_LANES * MECHC_NX];
+    mechc_nodes_at_hand nodes;
+    mechc_mask kept[MECHC_MOST_RATES];
+    double ends[MECHC_LANES]; /* times */
+    mechc_vector tangents[MECHC_AT_LEAST_ONE(MECHC_NC > 0 ? MECHC_NX * MECHC_SLOPES : 0)];
+    mechc_scalar_solved_state one;
+    mechc_vector_solved_state lanes[MECHC_BLOCKS];
+    mechc_vector gathered[MECHC_AT_LEAST_ONE(MECHC_NB)]; /* by parameters and inputs */
+} mechc_covarying;
+
+/* What a state at time t adds by shapes, of its derivatives by parameters and inputs. */
+MECHC_STATIC void mechc_gather_shapes(const mechc_covariation *v, double t, const double *slopes)
+{
+    const mechc_shapes *shapes = v->shapes;
+    for (int n = 0; shapes && n < shapes->count; n++) {
+        double factor;
+        shapes->factors->evaluate(shapes->factors, n, n + 1, t, 0, 0, &factor);
+        v->gradient[shapes->columns[n]] += factor * slopes[shapes->places[n]];
+    }
+}
+
+MECHC_INLINE void mechc_add_slopes(const mechc_covariation *v, double t, const double *slopes)
+{
+    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += slopes[k];
+    mechc_gather_shapes(v, t, slopes);
+}
+
+/* From behind the projection of the end of a step, the n-th of those at hand, to before it. */
+MECHC_STATIC void mechc_before_projection(const mechc_covarying *w, const mechc_covariation *v,
+                                          int n)
+{
+#if MECHC_NC > 0
+    double after[MECHC_NX], slopes[MECHC_SLOPES] = {0.0};
+    memcpy(after, v->covector, sizeof after);
+    for (int i = 0; i < MECHC_NX; i++)
+        for (int k = 0; k < MECHC_SLOPES; k++)
+            slopes[k] += after[i] * w->tangents[i * MECHC_SLOPES + k][n];
+    memcpy(v->covector, slopes, sizeof after);
+    mechc_add_slopes(v, w->ends[n], slopes + MECHC_NX);
+#else
+    (void)w, (void)v, (void)n;
+#endif
+}
+#endif

@@ -1,0 +1,117 @@
+/* A step by collocation, backwards, by elimination: for stiff steps, and where the iteration of
+ * gauss.h does not converge.  The transposed equations of its stages are formed from Jacobians.
+ */
+#pragma once
+
+#include "adjoint/covector.h"
+
+#if MECHC_VARIATIONAL
+/* The equations K^T z = w; unknown i of stage a has the place a size + i.  nq: coordinates where
+ * q' = u is integrated twice, else 0. */
+typedef struct {
+    const mechc_rule *rule;
+    const mechc_nodes_at_hand *nodes;
+    const mechc_directions *d;
+    double h;
+    int nq, size;
+    double w[MECHC_VARIED_NODES * MECHC_NX], z[MECHC_VARIED_NODES * MECHC_NX];
+} mechc_eliminated;
+
+/* Work space with a column by each parameter and input, and those of the shapes. */
+MECHC_STATIC mechc_varying *mechc_new_blocks(const mechc_covariation *v)
+{
+    double *unit = calloc((size_t)(MECHC_NB * v->columns + 1), sizeof *unit);
+    if (!unit) return 0;
+    for (int i = 0; i < MECHC_NB; i++) unit[i * (v->columns + 1)] = 1.0;
+    mechc_varying *blocks =
+        mechc_new_varying(v->trajectory, v->p, v->inputs, unit, v->columns, v->shapes);
+    free(unit);
+    return blocks;
+}
+
+/* to <- to + sum_i z_i row_i, of `count` rows from row `first` of a block: by the state, and by
+ * parameters and inputs. */
+MECHC_INLINE void mechc_by_state(const double *block, int first, int count, const double *z,
+                                 double *to)
+{
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < MECHC_NX; k++) to[k] += z[i] * block[(first + i) * MECHC_NX + k];
+}
+
+MECHC_INLINE void mechc_by_given(const double *block, int first, int count, const double *z,
+                                 const mechc_directions *d, double *to)
+{
+    const double *rows = block + MECHC_SQUARE + first * d->width * MECHC_LANES;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < d->columns; k++) to[k] += z[i] * rows[i * d->width * MECHC_LANES + k];
+}
+
+MECHC_INLINE const double *mechc_block_of(const mechc_eliminated *c, int a)
+{
+    return c->nodes->slopes + a * c->d->block;
+}
+
+/* Row b size + k of the matrix, and its right side in the vector behind it. */
+MECHC_INLINE void mechc_transposed_row(const mechc_eliminated *c, int b, int k, int own,
+                                       mechc_vector *row)
+{
+    double *entries = (double *)row;
+    row[own - 1] = row[own] = mechc_spread(0.0);
+    for (int a = 0; a < c->rule->stages; a++)
+        for (int i = 0; i < c->size; i++) {
+            const double *slopes = mechc_block_of(c, a) + (c->nq + i) * MECHC_NX;
+            const double twice = k < c->nq ? c->rule->second[a][b] * slopes[k] : 0.0;
+            entries[a * c->size + i] =
+                -c->h * (c->rule->first[a][b] * slopes[c->nq + k] + c->h * twice);
+        }
+    entries[b * c->size + k] += 1.0;
+    row[own][0] = c->w[b * c->size + k];
+}
+
+MECHC_STATIC int mechc_solve_transposed(mechc_eliminated *c, mechc_vector *room,
+                                        mechc_vector **rows)
+{
+    const int count = c->rule->stages * c->size;
+    const int own = (count + MECHC_LANES - 1) / MECHC_LANES;
+    for (int n = 0; n < count; n++) {
+        rows[n] = room + n * (own + 1);
+        mechc_transposed_row(c, n / c->size, n % c->size, own, rows[n]);
+    }
+    if (!mechc_eliminate(rows, count, own, own + 1, 1)) return 0;
+    for (int k = 0; k < count; k++) c->z[k] = rows[k][own][0];
+    return 1;
+}
+
+MECHC_INLINE void mechc_weigh_end(mechc_eliminated *c, const double *covector)
+{
+    const mechc_rule *rule = c->rule;
+    const int end = rule->stages;
+    for (int b = 0; b < rule->stages; b++)
+        for (int k = 0; k < c->size; k++) {
+            const double twice = k < c->nq ? c->h * rule->second[end][b] * covector[k] : 0.0;
+            c->w[b * c->size + k] = c->h * (rule->first[end][b] * covector[c->nq + k] + twice);
+        }
+}
+
+/* One step whose nodes are placed; 0 where its equations are singular. */
+MECHC_STATIC int mechc_eliminated_back(mechc_varying *blocks, const mechc_rule *rule, double h,
+                                       double *covector, double *gradient)
+{
+    const mechc_directions *d = &blocks->directions;
+    mechc_nodes_at_hand *const nodes = &blocks->nodes;
+    const int nq = mechc_integrates_twice(rule, nodes->kept) ? MECHC_NQ : 0, size = MECHC_NX - nq;
+    mechc_eliminated c = {rule, nodes, d, h, nq, size, {0}, {0}};
+    mechc_linearise_nodes(rule, &blocks->given, d, nodes);
+    mechc_weigh_end(&c, covector);
+    if (!mechc_solve_transposed(&c, blocks->room, blocks->rows)) return 0;
+    for (int k = 0; k < nq; k++) covector[nq + k] += h * covector[k];
+    for (int a = 0; a < rule->stages; a++) {
+        double by_state[MECHC_NX] = {0.0};
+        mechc_by_state(mechc_block_of(&c, a), nq, size, c.z + a * size, by_state);
+        for (int k = 0; k < MECHC_NX; k++) covector[k] += by_state[k];
+        for (int k = 0; k < nq; k++) covector[nq + k] += h * rule->nodes[a] * by_state[k];
+        mechc_by_given(mechc_block_of(&c, a), nq, size, c.z + a * size, d, gradient);
+    }
+    return 1;
+}
+#endif

@@ -1,0 +1,60 @@
+/* Steps of an explicit pair, backwards: the transposed of variational/explicit.h, stage by
+ * stage.  The stages of several steps are taken again in the lanes.
+ */
+#pragma once
+
+#include "adjoint/covector.h"
+
+#if MECHC_VARIATIONAL
+/* States of the stages of `count` steps from `first` on. */
+MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau *tableau,
+                                         int method, const mechc_trajectory *record,
+                                         ptrdiff_t first, int count)
+{
+    mechc_pair_stages stages;
+    for (int i = 0; i < tableau->stages; i++) {
+        mechc_vector time, state[MECHC_NX], rates[MECHC_NX];
+        double *t = w->t + i * MECHC_LANES, *y = w->y + i * MECHC_LANES * MECHC_NX;
+        mechc_pair_states(tableau, record, first, count, i, &stages);
+        mechc_fill_lanes(stages.t, count, 1, &time);
+        mechc_fill_lanes(stages.y, count, MECHC_NX, state);
+        w->kept[i] = mechc_keeps(method, state, time, &w->given);
+        if (mechc_any(w->kept[i])) mechc_keep_lanes(&w->given, stages.t, count, w->kept[i], state);
+        mechc_vector_solve_state(time, state, &w->given.vector, &w->lanes[0], rates);
+        mechc_empty_lanes(rates, count, MECHC_NX, stages.rates[i]);
+        mechc_empty_lanes(state, count, MECHC_NX, y);
+        memcpy(t, stages.t, sizeof stages.t);
+    }
+}
+
+/* Stage i of step n of those at hand. */
+MECHC_INLINE void mechc_stage_back(mechc_covarying *w, int i, int n, const double *z,
+                                   double *slopes)
+{
+    const int place = i * MECHC_LANES + n;
+    double rates[MECHC_NX];
+    mechc_scalar_solve_state(w->t[place], w->y + place * MECHC_NX, &w->given.scalar, &w->one,
+                             rates);
+    mechc_scalar_prepare_pullback(&w->given.scalar, w->kept[i][n] != 0, &w->one);
+    mechc_scalar_pull_back(&w->one, &w->given.scalar, z, slopes);
+}
+
+MECHC_STATIC void mechc_pair_back(mechc_covarying *w, const mechc_covariation *v,
+                                  const mechc_tableau *tableau, int n, double h)
+{
+    const int count = tableau->stages;
+    const double *weights = tableau->matrix + count * MECHC_MOST_RATES;
+    double rates[MECHC_MOST_RATES][MECHC_NX], slopes[MECHC_SLOPES];
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < MECHC_NX; k++) rates[i][k] = h * weights[i] * v->covector[k];
+    for (int i = count - 1; i >= 0; i--) {
+        const double *row = tableau->matrix + i * MECHC_MOST_RATES;
+        mechc_stage_back(w, i, n, rates[i], slopes);
+        for (int k = 0; k < MECHC_NX; k++) v->covector[k] += slopes[k];
+        mechc_add_slopes(v, w->t[i * MECHC_LANES + n], slopes + MECHC_NX);
+        for (int j = 0; j < i; j++)
+            for (int k = 0; row[j] != 0.0 && k < MECHC_NX; k++)
+                rates[j][k] += h * row[j] * slopes[k];
+    }
+}
+#endif

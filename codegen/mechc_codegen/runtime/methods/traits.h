@@ -1,0 +1,72 @@
+/* What the driver knows of a method, whether or not its code is loaded. */
+#pragma once
+
+#include <math.h>
+#include "abi/codes.h"
+#include "methods/dormand_prince_tableaus.h"
+#include "methods/gauss_tableau.h"
+#include "methods/radau_tableau.h"
+#include "run/method.h"
+#include "stepping/control.h"
+
+#define MECHC_GAUSS_GROWTH 2.0 /* the polynomial cannot be extrapolated farther */
+
+#define MECHC_DOPRI5_TRAITS \
+    .number = MECHC_DOPRI5, \
+    .order = 5, \
+    .last_rate = 6, \
+    .dense_rows = 4, \
+    .nodes = {6, mechc_dopri5_nodes}, \
+    .tableau = &mechc_dopri5_tableau, \
+    .share = MECHC_SHARE_OF_MANY, \
+    .growth = 10.0, \
+    .horizon = 8.0, \
+    .farthest = HUGE_VAL, \
+    .ignored = 1.0, \
+    .after_failure = 0.3
+
+/* Its steps are the longest of an explicit method and keep the farthest from a crossing. */
+#define MECHC_DOP853_TRAITS \
+    .number = MECHC_DOP853, \
+    .order = 8, \
+    .last_rate = 12, \
+    .dense_rows = 7, \
+    .nodes = {12, mechc_dop853_nodes}, \
+    .tableau = &mechc_dop853_tableau, \
+    .share = MECHC_SHARE, \
+    .growth = 6.0, \
+    .holds_crossing = 1, \
+    .horizon = 2.0, \
+    .in_lockstep = 1, \
+    .farthest = HUGE_VAL, \
+    .ignored = 1.0, \
+    .after_failure = 0.3
+
+#define MECHC_RADAU5_TRAITS \
+    .number = MECHC_RADAU5, \
+    .order = 4, \
+    .last_rate = MECHC_RADAU_STAGES, \
+    .dense_rows = 3, \
+    .nodes = {MECHC_RADAU_STAGES, mechc_radau5_nodes}, \
+    .tableau = &mechc_radau5_tableau, \
+    .share = MECHC_SHARE, \
+    .growth = 10.0, \
+    .farthest = HUGE_VAL, \
+    .ignored = 1.2, /* the factors of the iteration's matrix are kept */ \
+    .after_failure = 0.3, \
+    .horizon = 8.0
+
+#define MECHC_GAUSS8_TRAITS \
+    .number = MECHC_GAUSS8, \
+    .order = 8, \
+    .last_rate = MECHC_STAGES + 1, \
+    .dense_rows = MECHC_GAUSS_DENSE, \
+    .nodes = {MECHC_STAGES + 1, mechc_gauss8_nodes}, \
+    .share = MECHC_SHARE, \
+    .growth = MECHC_GAUSS_GROWTH, \
+    .farthest = MECHC_GAUSS_GROWTH, \
+    .ignored = 1.0, \
+    .after_failure = 0.7, \
+    .root_error = 1, \
+    .holds_crossing = 1, \
+    .horizon = 1.3

@@ -1,0 +1,97 @@
+"""Events as expressions: typed ones read, and all of a run compiled into one small unit."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mechc.compilation import cache, toolchain
+from mechc.compilation.compiler import errors_of_compiler
+from mechc.compilation.one_at_a_time import one_at_a_time
+from mechc.compilation.toolchain.processor import environment
+from mechc.errors import CacheError
+from mechc.native._events import EventFunctions
+
+SOURCE = "events.c"
+FLAGS = ("-std=gnu11", "-O2", "-fno-math-errno", "-ffp-contract=off", "-fvisibility=hidden")
+MOST_KNOWN = 256
+_compiled: dict[str, EventFunctions] = {}
+_known: dict[Any, EventFunctions | None] = {}  # by the expressions
+
+
+@one_at_a_time
+def typed_expression(text: str, names: Mapping[str, Any]) -> Any:
+    """The expression of these names that a text is.
+
+    Raises
+    ------
+    ExpressionError
+        If it is not of the grammar.
+    """
+    from mechc_codegen.description.parsing.parser import parse_expression
+
+    errors_of_compiler()
+    return parse_expression(text, names)
+
+
+@one_at_a_time
+def event_functions(
+    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any]], width: int, parameters: int
+) -> EventFunctions | None:
+    """Compiled values, slopes and resets of events, from the cache where they are known.
+
+    None for functions that have no form in C, and without a C compiler.
+    """
+    told = tuple((value, reset and tuple(reset.items()), e) for value, reset, e in events)
+    asked = (told, width, parameters)
+    if asked not in _known:
+        if len(_known) >= MOST_KNOWN:
+            _known.clear()
+        _known[asked] = _made(events, width, parameters)
+    return _known[asked]
+
+
+def _made(
+    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any]], width: int, parameters: int
+) -> EventFunctions | None:
+    from mechc_codegen.emit.event_unit import EventExpressions, event_unit
+
+    errors = errors_of_compiler()
+    if toolchain.find_compiler() is None:
+        return None
+    try:
+        text = event_unit([EventExpressions(*event) for event in events], width, parameters)
+    except errors["MechanismError"]:
+        return None
+    return _loaded(text)
+
+
+def _loaded(text: str) -> EventFunctions:
+    from mechc_codegen.extension.flags import RUNTIME
+
+    header = (RUNTIME / "events" / "functions.h").read_text("utf-8")
+    deciding = "\n".join([text, header, *FLAGS, *environment()])
+    key = hashlib.sha256(deciding.encode()).hexdigest()
+    if key not in _compiled:
+        try:
+            _compiled[key] = EventFunctions(cache.entry(key, lambda folder: _make(text, folder)))
+        except ImportError as error:
+            cache.discard(key)
+            raise CacheError(f"the compiled events cannot be loaded: {error}") from None
+    return _compiled[key]
+
+
+def _make(text: str, folder: Path) -> None:
+    from mechc_codegen.extension.flags import RUNTIME
+
+    work = folder / "work"
+    work.mkdir()
+    (work / SOURCE).write_text(text, "utf-8")
+    toolchain.compile_shared(work, SOURCE, FLAGS, (str(RUNTIME),), folder / cache.SHARED_OBJECT)
+    shutil.rmtree(work)
+
+
+COMPILER = (typed_expression, event_functions)  # what events need of this folder

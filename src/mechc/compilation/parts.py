@@ -1,0 +1,129 @@
+"""The parts of a scene's unit, each a shared object that is compiled when it is first needed.
+
+Rates and outputs are compiled first, in a fraction of the time of the integrators.  What most runs
+begin with is compiled in the background meanwhile, and calls that need it wait.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from mechc.compilation import cache, entries
+from mechc.compilation.from_scene import Seconds
+from mechc.native._driver import PARTS, Scene, part_of, texts_of
+
+FIRST, WHOLE = "first", "whole"
+
+
+class Pending:
+    """An object that is made in the background; a request for it waits.
+
+    If it was not begun at once, it is made when requested.  In a forked process, which has no such
+    thread, it is made again; so it is at the next request after a failure.
+    """
+
+    def __init__(self, make: Callable[[], Any], *, at_once: bool = True) -> None:
+        self._make, self._process = make, os.getpid()
+        self._made: Any = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="mechc compiler", daemon=True)
+        self._begun = at_once
+        if at_once:
+            self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            self._made = self._make()
+        except BaseException as error:
+            self._error = error
+
+    def if_made(self) -> Any:
+        """The object, or None."""
+        return self._made
+
+    def result(self) -> Any:
+        """The object; an error of its making is raised here."""
+        if self._begun and self._process == os.getpid():
+            self._thread.join()
+            self._begun, error = False, self._error
+            self._error = None
+            if error is not None:
+                raise error
+        if self._made is None:
+            self._made = self._make()
+        return self._made
+
+
+class Parts:
+    """What makes the parts of one scene for a :class:`mechc.native._driver.Scene`.
+
+    ``seconds`` of every part compiled here are recorded.
+    """
+
+    def __init__(self, key: str, seconds: Seconds) -> None:
+        self.key, self.seconds = key, seconds
+        self.build: Any = None  # where it was derived in this process
+        self._texts: Callable[[], str] | None = None
+        self._begun: dict[str, Pending] = {}
+        self._lock = threading.Lock()
+
+    def scene(self, first: Any) -> Scene:
+        """The scene of a first unit."""
+        self._texts = lambda: texts_of(first)
+        return Scene(first, None, self)
+
+    def begin(self, name: str) -> Pending:
+        """Make a part in the background, where that was not begun before."""
+        with self._lock:
+            if name not in self._begun:
+                self._begun[name] = Pending(lambda: self._made(name))
+            return self._begun[name]
+
+    def parts(self, bits: int) -> list[Any]:
+        """The capsules of these parts; those that are missing are compiled side by side."""
+        names = [name for name, bit in PARTS.items() if bits & bit]
+        kept = {name: self._found(name) for name in names}
+        begun = {name: self.begin(name) for name in names if kept[name] is None}
+        return [begun[name].result() if name in begun else kept[name] for name in names]
+
+    def if_made(self, bit: int) -> Any:
+        """The capsule of a part; None until it is made, in the background, or if that fails."""
+        (name,) = (name for name, each in PARTS.items() if each == bit)
+        return self._found(name) or self.begin(name).if_made()
+
+    def whole(self) -> Any:
+        """The capsule of the model with all parts of its unit."""
+        return entries.made(self.key, self._maker(WHOLE))
+
+    def _found(self, name: str) -> Any:
+        if name in self._begun:
+            return None
+        return entries.found(cache.part_key(self.key, name), part_of)
+
+    def _made(self, name: str) -> Any:
+        return entries.made(cache.part_key(self.key, name), self._maker(name), part_of)
+
+    def _maker(self, name: str) -> Callable[[Path], None]:
+        def make(folder: Path) -> None:
+            started = time.perf_counter()
+            if name == WHOLE:
+                entries.make_whole(self._built(), folder)
+            else:
+                entries.make_part(self._built(), name, folder)
+            self.seconds[name] = time.perf_counter() - started
+
+        return make
+
+    def _built(self) -> Any:
+        """The texts that parts are compiled from; a first unit holds them."""
+        from mechc_codegen.extension.build import Build
+
+        if self.build is None:
+            assert self._texts is not None
+            self.build = Build.from_json(self._texts())
+        return self.build

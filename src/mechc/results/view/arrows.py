@@ -1,0 +1,40 @@
+"""Reaction forces of joints as arrows, of a model that was compiled with them.
+
+Input: a Run.  Output: plain values for JSON, a force in N and its point for each frame.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from mechc.results.sampling import Run, clean_text
+from mechc.results.view.motion import encoded
+from mechc.system.parameters import Array
+
+USUAL: Final = 90.0  # percentile of all forces that has the usual length: peaks are cut
+
+
+def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
+    """The forces by which the parents of joints act on their children."""
+    shown, model = run.picture, run.model
+    names = list(getattr(model, "joint_names", ()))
+    if not names or names != list(shown.joints) or shown.acting is None:
+        return []
+    reactions: Any = model
+    forces = np.asarray(reactions.reactions(run.y, run.solution.params, run.t).force, dtype=float)
+    points = run.evaluate(shown.acting) - middle
+    if not np.isfinite(points).all():
+        return []
+    forces = np.nan_to_num(forces, posinf=0.0, neginf=0.0)
+    usual = float(np.percentile(np.linalg.norm(forces, axis=-1), USUAL))
+    return [
+        {
+            "label": clean_text(f"reaction in {name}"),
+            "at": encoded(points[:, k]),
+            "force": encoded(forces[:, k]),
+            "usual": usual,
+        }
+        for k, name in enumerate(names)
+    ]

@@ -1,0 +1,63 @@
+"""The curves beside the motion: coordinates by their units, and energies.
+
+Input: a sampled Run.  Output: panels as plain values for JSON.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.results.curves import line_styles
+from mechc.results.sampling import Run, clean_text, pretty_name, shown_unit
+from mechc.results.view.motion import encoded
+from mechc.system.parameters import Array
+
+MOST_LINES: Final = 24
+TITLES: Final = {"angle": "Angles", "position": "Positions", "value": "Coordinates"}
+
+
+def panels(run: Run) -> list[dict[str, Any]]:
+    """Coordinates, a panel for each unit, and the energies where they are known."""
+    return [*_coordinates(run), *_energies(run)]
+
+
+def _coordinates(run: Run) -> list[dict[str, Any]]:
+    found: dict[str, dict[str, Any]] = {}
+    for column, name in enumerate(run.model.coordinates):
+        unit = shown_unit(run.model, name)
+        title = TITLES.get(unit.quantity, "Coordinates")
+        panel = found.setdefault(unit.label, {"title": title, "unit": unit.label, "columns": {}})
+        panel["columns"][pretty_name(name)] = unit.factor * run.y[:, column]
+    return [_panel(**panel) for panel in found.values()]
+
+
+def _energies(run: Run) -> list[dict[str, Any]]:
+    model = run.model
+    try:
+        energies = {
+            "kinetic": run.evaluate(model.kinetic_energy),
+            "potential": run.evaluate(model.potential_energy),
+            "total": run.evaluate(model.energy),
+        }
+    except MechcError:
+        return []
+    return [_panel("Energy", "J", energies)]
+
+
+def _panel(title: str, unit: str, columns: dict[str, Array]) -> dict[str, Any]:
+    """Lines by their names; those that coincide have dashes that alternate."""
+    shown = list(columns.items())[:MOST_LINES]
+    values = np.nan_to_num(np.stack([column for _, column in shown], axis=-1))
+    lines = [
+        {"name": clean_text(name), "values": encoded(column), "dash": _dash(style)}
+        for (name, _), column, style in zip(shown, values.T, line_styles(values), strict=True)
+    ]
+    return {"title": title, "unit": unit, "lines": lines, "untold": len(columns) - len(shown)}
+
+
+def _dash(style: Any) -> list[float]:
+    """Start, length and gap in widths of a line; nothing for a whole line."""
+    return [] if style == "-" else [style[0], *style[1]]

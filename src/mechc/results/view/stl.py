@@ -1,0 +1,64 @@
+"""The triangles of an STL file, binary or text; files of users are untrusted.
+
+Source of the format: 3D Systems, StereoLithography Interface Specification (1989).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.results.untrusted import printable, read_regular
+from mechc.system.parameters import Array
+
+MOST_TRIANGLES: Final = 200_000
+HEADER: Final = 84  # bytes of a binary file before its triangles
+RECORD: Final = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("colour", "<u2")])
+LARGEST: Final = 300 * MOST_TRIANGLES  # bytes of a text
+
+
+def read_stl(path: str) -> Array:
+    """Corners of the triangles, (triangles, 3, 3) in the units of the file.
+
+    Raises
+    ------
+    MechcError
+        If the file is missing, too large, or no STL file.
+    """
+    try:
+        content = read_regular(Path(path), LARGEST)
+    except FileNotFoundError:
+        raise MechcError(f"there is no file {printable(path)}") from None
+    corners = _binary(content) if _is_binary(content) else _text(content)
+    if corners is None or not len(corners) or not np.isfinite(corners).all():
+        raise MechcError(f"{printable(path)} is damaged: it has no triangles of STL")
+    if len(corners) > MOST_TRIANGLES:
+        raise MechcError(
+            f"{printable(path)} has {len(corners)} triangles, {MOST_TRIANGLES} at most are drawn"
+        )
+    return corners
+
+
+def _is_binary(content: bytes) -> bool:
+    """By its length, which is that of its count of triangles; texts begin with "solid"."""
+    count = int.from_bytes(content[80:HEADER], "little")
+    return len(content) >= HEADER and len(content) == HEADER + count * RECORD.itemsize
+
+
+def _binary(content: bytes) -> Array:
+    return np.frombuffer(content, RECORD, offset=HEADER)["corners"].astype(float)
+
+
+def _text(content: bytes) -> Array | None:
+    words = content.split()
+    at = [k for k, word in enumerate(words) if word == b"vertex"]
+    if words[:1] != [b"solid"] or len(at) % 3 or not at or at[-1] + 3 >= len(words):
+        return None
+    try:
+        numbers = [float(word) for k in at for word in words[k + 1 : k + 4]]
+    except ValueError:
+        return None
+    return np.array(numbers).reshape(-1, 3, 3)

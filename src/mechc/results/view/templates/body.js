@@ -1,0 +1,185 @@
+// The mechanism: rods and joints of the links, pivots on the ground, solids.
+const parts = [];  // what moves: {move(at)}
+const picked = [];  // meshes that have a name
+const painted = [];  // {mesh, index}: link colours
+const steel = [], earth = [];
+
+function addMesh(shape, name, index) {
+  const mesh = new THREE.Mesh(shape, material(0x888888));
+  mesh.matrixAutoUpdate = true;
+  world.add(mesh);
+  if (name) { mesh.userData.name = name; picked.push(mesh); }
+  if (index !== undefined) { painted.push({ mesh: mesh, index: index }); }
+  return mesh;
+}
+const struts = new Set(motion.struts.map(function (strut) { return pairOf(strut.points[0], strut.points[1]); }));
+const inferred = [];  // translucent bodies
+
+function pairOf(a, b) { return Math.min(a, b) + " " + Math.max(a, b); }
+function addLinks() {
+  motion.links.forEach(function (link, index) {
+    for (let i = 1; i < link.points.length; i += 1) { addRod(link, index, link.points[i - 1], link.points[i]); }
+    if (link.points.length === 1 && !named(link.label)) { addBall(link.label, index, link.points[0], 2.4 * unit); }
+  });
+}
+function addRod(link, index, a, b) {
+  if (struts.has(pairOf(a, b))) { return; }
+  const mesh = addMesh(shapes.rod, link.label, index), from = new THREE.Vector3(), to = new THREE.Vector3();
+  parts.push({ move: function (at) { stretch(mesh, place(a, at, from), place(b, at, to), unit); } });
+}
+function named(label) { return motion.solids.some(function (solid) { return solid.name === label; }); }
+function addBall(name, index, point, radius) {
+  const mesh = addMesh(shapes.ball, name, index);
+  mesh.scale.setScalar(radius);
+  parts.push({ move: function (at) { place(point, at, mesh.position); } });
+  return mesh;
+}
+function addJoints() {
+  const joints = new Set(motion.ground), singles = new Set();
+  motion.struts.forEach(function (strut) { strut.points.forEach(function (p) { joints.add(p); }); });
+  motion.links.forEach(function (link) {
+    (link.points.length > 1 ? link.points : []).forEach(function (p) { joints.add(p); });
+    if (link.points.length === 1) { singles.add(link.points[0]); }
+  });
+  const bare = motion.links.length === 0;
+  motion.points.forEach(function (name, point) {
+    const marked = motion.traced.indexOf(point) >= 0;
+    if (!(joints.has(point) || bare || marked) || singles.has(point)) { return; }
+    steel.push(addJoint(name, point, joints.has(point)));
+  });
+}
+function addJoint(name, point, isJoint) {
+  if (!motion.flat || !isJoint) { return addBall(name, undefined, point, (isJoint ? 1.45 : 1.2) * unit); }
+  const mesh = addMesh(shapes.disc, name);  // a pin across the plane
+  mesh.quaternion.setFromUnitVectors(UP, new THREE.Vector3(0, 0, 1));
+  mesh.scale.set(1.55 * unit, 3.2 * unit, 1.55 * unit);
+  parts.push({ move: function (at) { place(point, at, mesh.position); } });
+  return mesh;
+}
+function addGround() {
+  motion.ground.forEach(function (point) {
+    const stand = addMesh(shapes.stand, motion.points[point] + " (ground)");
+    const slab = addMesh(shapes.box, motion.points[point] + " (ground)");
+    const turn = world.quaternion.clone().invert(), down = new THREE.Vector3(0, -1, 0).applyQuaternion(turn);
+    stand.quaternion.copy(turn); slab.quaternion.copy(turn);
+    stand.scale.set(2.4 * unit, 4 * unit, motion.flat ? 1.2 * unit : 2.4 * unit);
+    slab.scale.set(7 * unit, 0.8 * unit, motion.flat ? 3.2 * unit : 7 * unit);
+    earth.push(stand, slab);
+    parts.push({ move: function (at) {
+      place(point, at, stand.position);
+      slab.position.copy(stand.position).addScaledVector(down, 4.4 * unit);
+      stand.position.addScaledVector(down, 2 * unit);
+    } });
+  });
+}
+
+// -- springs, dampers, solids -----------------------------------------------------------------
+function addStruts() {
+  motion.struts.forEach(function (strut) {
+    const from = new THREE.Vector3(), to = new THREE.Vector3(), middle = new THREE.Vector3();
+    const isSpring = strut.kind === "spring";
+    const mesh = addMesh(isSpring ? springShape() : shapes.rod, strut.label);
+    const rod = isSpring ? null : addMesh(shapes.rod, strut.label);
+    steel.push(mesh);
+    if (rod) { earth.push(rod); }
+    parts.push({ move: function (at) {
+      place(strut.points[0], at, from); place(strut.points[1], at, to);
+      if (isSpring) { stretch(mesh, from, to, 1.7 * unit); return; }
+      middle.lerpVectors(from, to, 0.55);
+      stretch(mesh, from, middle, 1.3 * unit);
+      stretch(rod, from, to, 0.5 * unit);
+    } });
+  });
+}
+function addSolids() {
+  motion.solids.forEach(function (solid, k) {
+    if (solid.inferred && solid.kind === "disc" && solid.sizes[0] < 2 * unit && motion.links.length) { return; }
+    const index = colourIndex(solid, k), made = solidParts(solid, index), group = new THREE.Group();
+    made.forEach(function (mesh) { group.add(mesh); });
+    world.add(group);
+    if (solid.inferred) {
+      inferred.push(group);
+      made.forEach(function (mesh) { Object.assign(mesh.material, { transparent: true, opacity: 0.42, depthWrite: false }); });
+    }
+    parts.push({ move: function (at) { placeSolid(k, at, group.position, group.quaternion); } });
+  });
+}
+function colourIndex(solid, k) {
+  const same = motion.links.findIndex(function (link) { return link.label === solid.name; });
+  return same >= 0 ? same : motion.links.length + k;
+}
+function solidParts(solid, index) {
+  const s = solid.sizes, name = solid.label;
+  const shape = { ball: "ballTurning", mass: "ball", disc: "discTurning", box: "box" }[solid.kind];
+  if (solid.kind === "wheel") { return wheelParts(s[0], name, index); }
+  if (solid.kind === "mesh") {
+    const surface = new THREE.BufferGeometry();
+    surface.setAttribute("position", new THREE.BufferAttribute(solid.corners, 3));
+    surface.computeVertexNormals();
+    const mesh = addMesh(surface, name, index);
+    mesh.material.side = THREE.DoubleSide;
+    return [mesh];
+  }
+  const mesh = addMesh(shapes[shape], name, index);
+  mesh.material.vertexColors = shape.endsWith("Turning");
+  if (solid.kind === "box") { mesh.scale.fromArray(s); }
+  else if (solid.kind === "disc") { mesh.scale.set(s[0], Math.max(s[1], 0.04 * s[0]), s[0]); }
+  else { mesh.scale.setScalar(solid.kind === "mass" ? 2.4 * unit : s[0]); }
+  return [mesh];
+}
+function wheelParts(radius, name, index) {
+  if (!shapes.tyre) {
+    shapes.tyre = new THREE.TorusBufferGeometry(0.95, 0.05, 10, 56);
+    shapes.tyre.rotateX(Math.PI / 2);
+  }
+  const tyre = addMesh(shapes.tyre, name), hub = addMesh(shapes.disc, name, index), found = [tyre, hub];
+  tyre.scale.setScalar(radius);
+  hub.scale.set(0.09 * radius, 0.2 * radius, 0.09 * radius);
+  steel.push(tyre);
+  for (let k = 0; k < 6; k += 1) {
+    const spoke = addMesh(shapes.rod, name, index), angle = Math.PI * k / 6;
+    spoke.quaternion.setFromUnitVectors(UP, new THREE.Vector3(Math.cos(angle), 0, Math.sin(angle)));
+    spoke.scale.set(0.012 * radius, 1.88 * radius, 0.012 * radius);
+    found.push(spoke);
+  }
+  return found;
+}
+function showInferred(on) {
+  inferred.forEach(function (group) { group.traverse(function (part) { part.visible = on; }); });
+  redraw();
+}
+function moveBodies(at) {
+  for (let i = 0; i < parts.length; i += 1) { parts[i].move(at); }
+}
+const colourCount = motion.links.length + motion.solids.length;
+function paintBodies() {
+  painted.forEach(function (item) { item.mesh.material.color.set(colourOf(item.index, colourCount)); });
+  steel.forEach(function (mesh) { mesh.material.color.set(mixed(look.ink, look.paper, look.name === "dark" ? 0.12 : 0.4)); });
+  earth.forEach(function (mesh) { mesh.material.color.set(mixed(look.quiet, look.paper, 0.35)); });
+}
+themeUsers.push(paintBodies);
+
+// -- names on hover ---------------------------------------------------------------------------
+const caster = new THREE.Raycaster(), pointer = new THREE.Vector2();
+let pending = null;
+canvas.addEventListener("pointermove", function (event) {
+  const first = pending === null;
+  pending = event.buttons ? null : event;
+  if (event.buttons) { hideTip(); } else if (first) { requestAnimationFrame(nameUnder); }
+});
+canvas.addEventListener("pointerleave", function () { pending = null; hideTip(); });
+function hideTip() { found("tip").hidden = true; }
+function nameUnder() {
+  if (!pending || !renderer) { pending = null; return; }
+  const box = canvas.getBoundingClientRect(), x = pending.clientX - box.left, y = pending.clientY - box.top;
+  pending = null;
+  pointer.set(2 * x / box.width - 1, 1 - 2 * y / box.height);
+  caster.setFromCamera(pointer, camera);
+  const hit = caster.intersectObjects(picked.filter(function (mesh) { return mesh.visible; }))[0];
+  if (!hit) { hideTip(); return; }
+  const tip = found("tip");
+  tip.textContent = hit.object.userData.name;
+  tip.hidden = false;
+  tip.style.left = Math.min(x + 14, box.width - tip.offsetWidth - 8) + "px";
+  tip.style.top = Math.min(y + 14, box.height - tip.offsetHeight - 8) + "px";
+}

@@ -1,0 +1,27 @@
+"""The text of three.js, which draws the scene: shipped by the package jupyter-threejs-sage."""
+
+from __future__ import annotations
+
+from importlib import resources
+from typing import Final
+
+from mechc.errors import MissingPackageError
+
+PACKAGE: Final = "jupyter_threejs_sage"
+BUILD: Final = "static/r130/three.min.js"
+
+
+def three_js() -> str:
+    """The script, with its licence at the top, which defines ``THREE`` and its orbit controls.
+
+    Raises
+    ------
+    MissingPackageError
+        If the package is not installed.
+    """
+    try:
+        return resources.files(PACKAGE).joinpath(BUILD).read_text("utf-8")
+    except (ModuleNotFoundError, FileNotFoundError):
+        raise MissingPackageError(
+            "a view in space is drawn by three.js: pip install 'mechc[view]'"
+        ) from None

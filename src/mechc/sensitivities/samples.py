@@ -1,0 +1,120 @@
+"""Columns by the values of sampled signals: ``"F[3]"`` is value 3 of the signal F, ``"F"`` all.
+
+With one value more by 1 a signal changes by its cardinal function: the signal of the same kind
+that is 1 at this sample and 0 at the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mechc.errors import MechcError
+from mechc.inputs.samples import cardinal, index_of, input_of, places_of_values, sampled
+from mechc.inputs.signals import Signal
+from mechc.native._inputs import Caller, Inputs, Shapes
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One value of a signal: its column and its cardinal function, and the places of the input's
+    values among all, each with its order of derivative."""
+
+    column: int
+    pieces: tuple[Array, Array]
+    places: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The columns that are by values of signals; ``parameters``: how many stand before inputs."""
+
+    samples: tuple[Sample, ...]
+    parameters: int
+
+    @cached_property
+    def shapes(self) -> Shapes:
+        """The same, for compiled code."""
+        each = [(k, s.column, *place) for k, s in enumerate(self.samples) for place in s.places]
+        signals, columns, places, orders = zip(*each, strict=True)
+        sources = list(zip(signals, orders, strict=True))
+        pieces = [sample.pieces for sample in self.samples]
+        factors = Inputs(pieces, sources, Caller([None] * len(each), 0, 0), -np.inf, np.inf)
+        placed = np.array(places, np.intc) + np.intc(self.parameters)
+        return Shapes(factors, placed, np.array(columns, np.intc), len(self.samples))
+
+    def add(self, slopes: Array, t: Any, found: Array) -> None:
+        """What the slopes (n, rows, inputs) at times t make of the columns, to (n, rows, k)."""
+        times = np.broadcast_to(np.asarray(t, dtype=np.float64), slopes.shape[:1])
+        for sample in self.samples:
+            for place, order in sample.places:
+                factors = _value(*sample.pieces, times, order)
+                found[..., sample.column] += slopes[..., place] * factors[:, None]
+
+    def behind(self, first: int) -> Samples:
+        """The same with columns of their own, from ``first`` on."""
+        moved = (replace(s, column=first + k) for k, s in enumerate(self.samples))
+        return replace(self, samples=tuple(moved))
+
+
+def samples_of(system: System, places: Mapping[str, int | slice]) -> Samples | None:
+    """Those among the columns; None where there are none.
+
+    Raises
+    ------
+    MechcError
+        For a signal that was made of an interpolant: its values are no samples of its own.
+    """
+    found: list[Sample] = []
+    for name, place in places.items():
+        signal = sampled(system, name)
+        if signal is None:
+            continue
+        which = range(len(signal.times)) if isinstance(place, slice) else [index_of(system, name)]
+        first = place.start if isinstance(place, slice) else place
+        entries = places_of_values(system, input_of(name, system))
+        for k, index in enumerate(which):
+            found.append(Sample(first + k, cardinal(signal, index), entries))
+    return Samples(tuple(found), len(system.parameters)) if found else None
+
+
+def width(system: System, name: str) -> int | None:
+    """How many columns a name has that is all values of a signal; None for other names."""
+    signal = sampled(system, name)
+    return len(signal.times) if signal is not None and name in system.inputs else None
+
+
+def ends_of_steps(signal: Signal, t0: float, t1: float) -> Array:
+    """The knots within a run, at which its steps must end for the derivatives by samples."""
+    knots = signal.pieces[0]
+    low, high = sorted((t0, t1))
+    return np.asarray(knots[(knots > low) & (knots < high)])
+
+
+def check_steps(system: System, names: Sequence[str], times: Array) -> None:
+    """Raise :class:`MechcError` where steps, which end at these times, pass over samples."""
+    for name in names:
+        signal = sampled(system, name)
+        if signal is None:
+            continue
+        for knot in ends_of_steps(signal, times[0], times[-1]):
+            if np.abs(times - knot).min() > 8 * np.spacing(max(abs(knot), np.abs(times).max())):
+                raise MechcError(
+                    f"the run steps over samples of {input_of(name, system)}, at {knot:.9g} s, "
+                    f"where its derivative by {name} has a kink: give the signal as "
+                    "mechc.Signal(..., breaks='samples')"
+                )
+
+
+def _value(knots: Array, coefficients: Array, t: Array, order: int) -> Array:
+    piece = np.maximum(np.searchsorted(knots, t, side="right") - 1, 0)
+    since, value = t - knots[piece], np.zeros(t.shape)
+    for n in range(coefficients.shape[1] - 1, order - 1, -1):
+        value = value * since + np.prod(np.arange(n, n - order, -1.0)) * coefficients[piece, n]
+    return value

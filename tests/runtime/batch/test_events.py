@@ -1,0 +1,102 @@
+"""Events with resets in a batch: every member is the run that `simulate` makes."""
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from tests.support.impacts import G, points_on_a_line
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+
+
+BOUNCE = mechc.Event("q_0 < 0", reset={"u_0": "-u_0*(1 - m/10)"})
+EVENTS = [BOUNCE, mechc.Event("u_0", direction=-1)]
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "dopri5", "radau5"])
+def test_ten_thousand_members_have_the_bits_of_simulate(ball, method):
+    count, times = 10_000, np.linspace(0.0, 3.0, 7)
+    starts = np.column_stack([np.linspace(0.5, 2.0, count), np.linspace(0.0, 1.0, count)])
+    masses = np.linspace(0.5, 1.5, count)
+    batch = ball.simulate_batch(
+        3.0, starts, {"m": masses}, events=EVENTS, method=method, t_eval=times, progress=False
+    )
+    assert (batch.event_counts[:, 0] > 1).all()
+    for k in (0, 1, 4999, 7777, count - 1):
+        given = {"params": {"m": masses[k]}, "events": EVENTS, "method": method}
+        one = ball.simulate(3.0, starts[k], **given)
+        np.testing.assert_array_equal(batch.y[k], one.y[-1])
+        np.testing.assert_array_equal(batch.y_eval[k], one(times))
+        assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
+        assert [record.t[-1] for record in one.events] == batch.event_latest[k].tolist()
+        assert one.stats["steps"] == batch.steps[k]
+
+
+def test_a_member_does_not_depend_on_the_others_or_the_threads(ball):
+    starts = np.column_stack([np.linspace(0.1, 3.0, 300), np.zeros(300)])
+    given = {"events": EVENTS, "method": "dop853", "progress": False}
+    first = ball.simulate_batch(2.0, starts, threads=1, **given)
+    for other in (
+        ball.simulate_batch(2.0, starts, threads=4, chunk=37, **given),
+        ball.simulate_batch(2.0, starts[::-1].copy(), **given),
+    ):
+        step = 1 if (other.y0 == first.y0).all() else -1
+        np.testing.assert_array_equal(other.y[::step], first.y)
+        np.testing.assert_array_equal(other.event_counts[::step], first.event_counts)
+
+
+def test_reductions_go_on_over_jumps(ball):
+    """Of a ball that falls from 1 m and keeps 0.9 of its speed, until t = 1 s, in flight."""
+    batch = ball.simulate_batch(
+        1.0, [1.0, 0.0], events=BOUNCE, rtol=1e-12, progress=False,
+        reduce=["max(u_0)", "min(u_0)", "mean(q_0)", "first(u_0 > 0)", "first(u_0 > 5)",
+                "final(u_0)", "min(q_0)"],
+    )  # fmt: skip
+    hit, speed = np.sqrt(2 / G), np.sqrt(2 * G)
+    rest = 1.0 - hit
+    area = 1.0 * hit - G * hit**3 / 6 + 0.9 * speed * rest**2 / 2 - G * rest**3 / 6
+    assert batch["max(u_0)"][0] == pytest.approx(0.9 * speed, abs=1e-12)
+    assert batch["min(u_0)"][0] == pytest.approx(-speed, abs=1e-12)
+    assert batch["mean(q_0)"][0] == pytest.approx(area, abs=1e-12)
+    assert batch["first(u_0 > 0)"][0] == pytest.approx(hit, abs=1e-12)
+    assert np.isnan(batch["first(u_0 > 5)"][0])
+    assert batch["final(u_0)"][0] == pytest.approx(0.9 * speed - G * rest, abs=1e-12)
+    assert batch["min(q_0)"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_ends_of_members_have_the_status_of_simulate(ball):
+    third = mechc.Event("q_0", direction=-1, reset={"u_0": "-0.9*u_0"}, terminal=3)
+    stop = mechc.Event("q_0 < 0.5", terminal=True)
+    short = mechc.Event("q_0", direction=-1, reset={"u_0": "-0.3*u_0"})
+    nan = mechc.Event("q_0 - 0.5", reset={"u_0": "log(-q_0)"})
+    y0 = [[1.0, 0.0], [2.0, 0.0]]
+    for event in (third, stop, short):
+        batch = ball.simulate_batch(5.0, y0, events=event, progress=False, t_eval=[0.1, 5.0])
+        for k, start in enumerate(y0):
+            one = ball.simulate(5.0, start, events=event)
+            assert batch.status(k).code == one.status.code
+            np.testing.assert_array_equal(batch.y[k], one.y[-1])
+            assert batch.t[k] == one.t[-1]
+    failed = ball.simulate_batch(5.0, y0, events=nan, progress=False)
+    assert failed.status(0).code == "event failed"
+    assert failed.t[0] == pytest.approx(np.sqrt(1 / G))
+    limited = ball.simulate_batch(50.0, y0, events=BOUNCE, max_steps=20, progress=False)
+    assert limited.status(0).code == "too many steps"
+
+
+def test_what_a_batch_with_events_cannot_have_is_refused(ball, tmp_path):
+    y0 = [[1.0, 0.0]]
+    by_python = mechc.Event(lambda t, y: y[0], reset=lambda t, q, u: (q, -u))
+    for given, error, words in (
+        ({"events": by_python}, ValueOutOfBoundsError, "expressions"),
+        ({"events": [lambda t, y: y[0]]}, ValueOutOfBoundsError, "expressions"),
+        ({"events": BOUNCE, "until": "q_0 < 0"}, ValueOutOfBoundsError, "terminal"),
+        ({"events": BOUNCE, "out": tmp_path / "x"}, ValueOutOfBoundsError, "out="),
+        ({"events": "q_9"}, MechcError, "q_9"),
+    ):
+        with pytest.raises(error, match=words):
+            ball.simulate_batch(1.0, y0, progress=False, **given)

@@ -1,0 +1,180 @@
+"""Lookup tables: against SciPy's splines, in C and NumPy, with exact derivatives."""
+
+import numpy as np
+import pytest
+import sympy as sm
+from scipy.interpolate import CubicSpline, RectBivariateSpline
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    PinJoint,
+    Point,
+    PrismaticJoint,
+    ReferenceFrame,
+    RigidBody,
+    dynamicsymbols,
+    inertia,
+)
+
+import mechc
+from mechc.errors import ValueOutOfBoundsError
+
+X, Y = np.linspace(0.0, 3.0, 8) ** 1.2, np.linspace(-1.0, 1.0, 6)
+CURVE = np.sin(2 * X)
+SURFACE = np.cos(np.multiply.outer(X, Y)) + X[:, None]
+q, u = dynamicsymbols("q u")
+k = sm.Symbol("k")
+
+
+def inside(count, seed=1):
+    rng = np.random.default_rng(seed)
+    return rng.uniform(X[0], X[-1], count), rng.uniform(-1, 1, count)
+
+
+def test_values_are_those_of_scipys_splines():
+    x, y = inside(50)
+    beyond = np.linspace(-0.5, X[-1] + 0.5, 41)
+    curve, surface = mechc.Table(X, CURVE), mechc.Table(X, Y, SURFACE)
+    np.testing.assert_allclose(curve(beyond), CubicSpline(X, CURVE)(beyond), rtol=0, atol=1e-14)
+    known = RectBivariateSpline(X, Y, SURFACE).ev(x, y)
+    np.testing.assert_allclose(surface(x, y), known, rtol=1e-14)
+    np.testing.assert_allclose(surface(X[:, None], Y), SURFACE, rtol=1e-15)
+    lines = mechc.Table(X, CURVE, kind="linear")
+    np.testing.assert_allclose(lines(x), np.interp(x, X, CURVE), rtol=0, atol=1e-15)
+    assert isinstance(curve(0.3), float)
+
+
+def test_beyond_the_samples():
+    held = mechc.Table(X, Y, SURFACE, outside=("hold", "extend"))
+    x, y = inside(5)
+    np.testing.assert_array_equal(held(x - 10, y), held(np.full(5, X[0]), y))
+    np.testing.assert_array_equal(held(x + 10, y), held(np.full(5, X[-1]), y))
+    closed = np.append(CURVE[:-1], CURVE[0])
+    around = mechc.Table(X, closed, outside="repeat")
+    known = CubicSpline(X, closed, bc_type="periodic")
+    np.testing.assert_allclose(around(x + 5 * X[-1]), known(x), rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ([0, 1, 2], [0, 1, 2]), ([0, 1, 1, 2], [0, 1, 2, 3]), ([0, 1, 2, 3], [0, 1, np.nan, 2]),
+        ([0, 1, 2, 3], [0, 1, 2]), (X, Y, SURFACE.T), (X,), ("abcd", X),
+    ],
+)  # fmt: skip
+def test_samples_that_are_none_are_refused(given):
+    with pytest.raises(ValueOutOfBoundsError):
+        mechc.Table(*given)
+
+
+def test_one_period_ends_where_it_begins():
+    with pytest.raises(ValueOutOfBoundsError, match="last value equal to its first"):
+        mechc.Table(X, CURVE, outside="repeat")
+
+
+@pytest.fixture(scope="module")
+def described():
+    """A mass whose load is read from both tables, with their derivatives as outputs."""
+    curve, surface = mechc.Table(X, CURVE), mechc.Table(X, Y, SURFACE)
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", q * N.x)
+    P.set_vel(N, u * N.x)
+    kane = KanesMethod(N, [q], [u], kd_eqs=[q.diff() - u])
+    kane.kanes_equations([Particle("mass", P, 2)], [(P, -k * surface(q, u) * N.x - curve(q) * N.x)])
+    across = surface(q, u)
+    outputs = {
+        "slope": curve(q).diff(q), "bend": curve(q).diff(q, 2), "third": curve(q).diff(q, 3),
+        "fourth": curve(q).diff(q, 4), "mixed": across.diff(q).diff(u),
+        "by_u": across.diff(u, 2), "chained": curve(q**2 / 3).diff(q),
+    }  # fmt: skip
+    return kane, outputs
+
+
+@pytest.fixture(scope="module")
+def model(described):
+    outputs = ("sensitivities", described[1])
+    return mechc.compile(described[0], defaults={k: 3.0}, outputs=outputs)
+
+
+def test_derivatives_are_exact_in_compiled_code(model):
+    x, y = inside(40, seed=2)
+    states = np.column_stack([x, y])
+    curve, surface = CubicSpline(X, CURVE), RectBivariateSpline(X, Y, SURFACE)
+    known = {
+        "slope": curve(x, 1), "bend": curve(x, 2), "third": curve(x, 3), "fourth": 0 * x,
+        "mixed": surface.ev(x, y, 1, 1), "by_u": surface.ev(x, y, 0, 2),
+        "chained": curve(x**2 / 3, 1) * 2 * x / 3,
+    }  # fmt: skip
+    for name, values in known.items():
+        np.testing.assert_allclose(model.output(name, states), values, rtol=1e-11, atol=1e-11)
+
+
+def test_without_a_compiler_the_values_are_the_same(described, model):
+    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],), backend="numpy")
+    states = np.random.default_rng(4).uniform(-2, 5, (20, 2))
+    for name in described[1]:
+        values = other.output(name, states)
+        np.testing.assert_allclose(model.output(name, states), values, rtol=1e-13, atol=1e-13)
+        np.testing.assert_allclose(other.output(name, states[0]), values[0], rtol=1e-13)
+
+
+@pytest.mark.slow
+def test_motions_and_their_derivatives(described, model):
+    """The same in a batch to the last bit, along NumPy's steps, and by differences of starts."""
+    sol = model.simulate(5.0, [0.5, 0.1], rtol=1e-11)
+    assert sol.status.ok
+    other = mechc.compile(described[0], defaults={k: 3.0}, outputs=(described[1],), backend="numpy")
+    slow = other.simulate(5.0, [0.5, 0.1], rtol=1e-10)
+    np.testing.assert_allclose(slow.y[-1], sol.y[-1], atol=1e-8)
+    starts = np.array([[0.5, 0.1], [1.5, -0.3], [2.0, 0.0], [0.7, 0.2], [1.0, 0.5]])
+    batch = model.simulate_batch(5.0, starts, t_eval=[5.0], rtol=1e-11)
+    for start, states in zip(starts, batch.y, strict=True):
+        single = model.simulate(5.0, start, t_eval=[5.0], rtol=1e-11)
+        np.testing.assert_array_equal(np.ravel(states), single.y[-1])
+    derived = model.simulate(5.0, [0.5, 0.1], rtol=1e-11, sensitivities=["k"])
+    step = 1e-4
+    sides = [model.simulate(5.0, [0.5, 0.1], {k: 3 + d}, rtol=1e-12).y[-1] for d in (-step, step)]
+    difference = (sides[1] - sides[0])[0] / (2 * step)
+    np.testing.assert_allclose(
+        derived.sensitivity_of("q", "k")[-1], difference, rtol=1e-5, atol=1e-6
+    )
+
+
+@pytest.mark.slow
+def test_a_cam_by_samples_over_many_turns():
+    """A table that repeats is the lift; the follower is where its samples' spline says."""
+    turn = np.linspace(0.0, 2 * np.pi, 25)
+    rise = 0.02 * (1 - np.cos(turn)) + 0.004 * np.sin(2 * turn)
+    rise[-1] = rise[0]
+    lift = mechc.Table(turn, rise, outside="repeat")
+    ground, disc, follower = (RigidBody(name, mass=1.0) for name in ("ground", "disc", "follower"))
+    disc.central_inertia = inertia(disc.frame, 0, 0, 0.05)
+    pin = PinJoint("pin", ground, disc, joint_axis=ground.z)
+    slide = PrismaticJoint(
+        "slide", ground, follower, parent_point=0.1 * ground.y, joint_axis=ground.y
+    )
+    contact = mechc.Coupling.cam("contact", pin, slide, lift(pin.coordinates[0]))
+    mechanism = mechc.from_joints("cam", [pin, slide, contact], gravity=-9.81 * ground.y)
+    model = mechc.compile(mechanism, outputs=("energy",))
+    sol = model.simulate(3.0, model.assemble({"q_pin": 0.1}, {"u_pin": 20.0}), rtol=1e-9)
+    assert sol.status.ok
+    assert sol["q_pin"][-1] > 8 * np.pi
+    known = CubicSpline(turn, rise, bc_type="periodic")(sol["q_pin"])
+    np.testing.assert_allclose(sol["q_slide"], known, atol=1e-13)
+    assert np.ptp(sol.energy) < 1e-7 * sol.energy.max()
+
+
+def test_a_function_of_state_is_what_a_table_says():
+    """street(q), undefined in the description, in a System's or a method's loads."""
+    street = sm.Function("street")
+    N, O = ReferenceFrame("N"), Point("O")
+    O.set_vel(N, 0)
+    P = O.locatenew("P", q * N.x)
+    P.set_vel(N, u * N.x)
+    kane = KanesMethod(N, [q], [u], kd_eqs=[q.diff() - u])
+    kane.kanes_equations([Particle("mass", P, 2)], [(P, street(q).diff(q) * N.x)])
+    table = mechc.Table(X, CURVE)
+    bound = mechc.compile(kane, inputs={street(q): table}, outputs=())
+    known = CubicSpline(X, CURVE)(1.3, 1) / 2
+    assert bound.rhs(0.0, [1.3, 0.2])[1] == pytest.approx(known, rel=1e-13)

@@ -1,0 +1,80 @@
+"""Events and resets as texts and expressions of SymPy: what they mean, and what is refused."""
+
+import numpy as np
+import pytest
+from sympy import Max, Symbol, asinh
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from mechc.compilation.event_unit import COMPILER
+from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.simulation.expression_events import Compiler, checked_events, compiled_functions
+from tests.support.impacts import points_on_a_line
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+
+
+def read(ball, *events):
+    p = np.array([2.0])
+    return checked_events(list(events), ball.system, p, Compiler(*COMPILER))
+
+
+def test_texts_and_expressions_mean_the_same(ball):
+    q, u, m, t = *dynamicsymbols("q_0 u_0"), Symbol("m"), dynamicsymbols._t
+    state = np.array([0.3, -1.5])
+    for given, value, direction in (
+        ("q_0 - m/2", -0.7, 0.0),
+        (q - m / 2, -0.7, 0.0),
+        ("q_0 > m/2", -0.7, 1.0),
+        (q < m / 2, -0.7, -1.0),
+        ("u_0 + t <= 0", -1.1, -1.0),
+        (u + t, -1.1, 0.0),
+        (Max(q, u), 0.3, 0.0),
+    ):
+        (event,) = read(ball, given)
+        assert event.function(0.4, state) == pytest.approx(value)
+        assert event.direction == direction
+
+
+def test_slopes_are_the_derivatives(ball):
+    (event,) = read(ball, mechc.Event("q_0*m + u_0**2*t", reset={"u_0": "-u_0/m + q_0*t"}))
+    t, y = 0.4, np.array([0.3, -1.5])
+    by_time, by_state, by_parameters = event.function.slopes(t, y)
+    assert by_time == pytest.approx(2.25)
+    np.testing.assert_allclose(by_state, [2.0, -1.2])
+    np.testing.assert_allclose(by_parameters, [0.3])
+    by_time, by_state, by_parameters = event.reset.slopes(t, y)
+    np.testing.assert_allclose(by_time, [0.0, 0.3])
+    np.testing.assert_allclose(by_state, [[1.0, 0.0], [0.4, -0.5]])
+    np.testing.assert_allclose(by_parameters, [[0.0], [-1.5 / 4]])
+    q, u = event.reset(t, y[:1], y[1:])
+    assert (q[0], u[0]) == (0.3, pytest.approx(0.75 + 0.12))
+
+
+def test_what_has_no_form_in_c_runs_in_python(ball):
+    q = dynamicsymbols("q_0")
+    plain = mechc.Event(asinh(q) - 0.5, reset={"u_0": "-u_0"})
+    assert compiled_functions(read(ball, plain)) is None
+    sol = ball.simulate(0.5, [1.0, 0.0], events=plain)
+    assert len(sol.segments) == 2
+    mixed = read(ball, mechc.Event("q_0", reset={"u_0": 0}), lambda t, y: y[1])
+    assert compiled_functions(mixed) is None
+    assert compiled_functions(read(ball, mechc.Event("q_0", reset={"u_0": 0}))) is not None
+
+
+def test_what_is_wrong_is_told(ball):
+    for given, error, words in (
+        (mechc.Event("q_0", reset={"m": "2"}), ValueOutOfBoundsError, "m is a parameter"),
+        (mechc.Event("q_0", reset={"v": "2"}), UnknownNameError, "v"),
+        (mechc.Event("q_0", reset={"u_0": "v"}), MechcError, "'v' is not known"),
+        (mechc.Event("q_0", reset={"u_0": Symbol("v")}), UnknownNameError, "v"),
+        (mechc.Event("q_0", reset={"u_0": [1, 2]}), ValueOutOfBoundsError, "a reset gives"),
+        (mechc.Event("q_0", reset="-u_0"), ValueOutOfBoundsError, "mapping"),
+        ("q_0 +", MechcError, "too early"),
+        ("__import__('os')", MechcError, "cannot read"),
+    ):
+        with pytest.raises(error, match=words):
+            ball.simulate(1.0, [1.0, 0.0], events=given)

@@ -1,0 +1,167 @@
+"""Stops: impacts by Newton's law, one at a time and several at once."""
+
+from itertools import chain, combinations
+
+import numpy as np
+import pytest
+from mechc.native._events import impulses
+
+import mechc
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from tests.support.impacts import G, impacts, points_on_a_line
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+
+
+@pytest.fixture(scope="module")
+def five_springs():
+    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
+
+
+def energies(y):
+    return 0.5 * (y[:, 5:] ** 2).sum(axis=1) + 2.0 * (y[:, :5] ** 2).sum(axis=1)
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853"])
+def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
+    stop = mechc.Stop("q_0", 0.9, terminal=100)
+    sol = ball.simulate(20.0, [1.0, 0.0], events=stop, rtol=1e-12, method=method)
+    np.testing.assert_allclose(sol.events[0].t, impacts(0.9, 100), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("e", [0.6, 0.0])
+def test_a_ball_that_would_lie_still_ends_in_a_status(ball, e):
+    sol = ball.simulate(20.0, [1.0, 0.0], events=mechc.Stop("q_0", e))
+    assert sol.status.code == "resets accumulate"
+    assert sol.status.t == pytest.approx(np.sqrt(2 / G) * (1 + e) / (1 - e), abs=1e-6)
+    assert sol.y[:, 0].min() > -1e-9
+
+
+@pytest.mark.parametrize("e", [1.0, 0.7])
+def test_four_balls_that_touch_are_hit_at_once(five_springs, e):
+    """Each of the five gets an equal share of what is exchanged: all masses are equal."""
+    stops = [mechc.Stop(f"q_{k + 1} - q_{k}", e) for k in range(4)]
+    start = np.array([-0.1, *np.zeros(9)])
+    sol = five_springs.simulate(1.0, start, events=stops, rtol=1e-11)
+    assert sol._run.causes[1] == (0, 1, 2, 3)
+    after, speed = sol.segments[1].y0[5:], 0.2
+    np.testing.assert_allclose(after[1:], (1 + e) / 5 * speed, rtol=1e-9)
+    assert after[0] == pytest.approx((1 - 4 * e) / 5 * speed, rel=1e-9)
+    assert (np.diff(energies(sol.y)) < 1e-12).all()
+    assert np.diff(sol.y[:, :5], axis=1).min() > -1e-9
+
+
+def test_balls_a_little_apart_pass_the_speed_on(five_springs):
+    """Newton's cradle: the impacts follow each other, and the last ball takes the whole speed."""
+    stops = [mechc.Stop(f"q_{k + 1} - q_{k} + 1/10000", 1.0) for k in range(4)]
+    start = np.array([-0.1, *np.zeros(9)])
+    sol = five_springs.simulate(0.81, start, events=stops, rtol=1e-11)
+    assert [len(record.t) for record in sol.events] == [1, 1, 1, 1]
+    np.testing.assert_allclose(sol.y[-1, 5:], [0, 0, 0, 0, 0.2], atol=2e-3)
+    np.testing.assert_allclose(energies(sol.y), energies(sol.y)[0], rtol=1e-10)
+
+
+def test_a_stop_that_moves(ball):
+    """A table that rises: the speed relative to it is turned back."""
+    sol = ball.simulate(1.0, [1.0, 0.0], events=mechc.Stop("q_0 - t/4", 0.5))
+    before, after = sol.segments[0].y1, sol.segments[1].y0
+    hit = (np.sqrt(0.0625 + 2 * G) - 0.25) / G
+    assert sol.events[0].t[0] == pytest.approx(hit, abs=1e-12)
+    assert after[1] - 0.25 == pytest.approx(-0.5 * (before[1] - 0.25), rel=1e-12)
+
+
+def test_a_linkage_hits_a_stop(model, regular):
+    """By the inertia that its loop leaves free; the energy lost is that of Newton's law."""
+    params, start = regular
+    stops = [mechc.Stop("3 - theta_0", 0.5)]
+    sol = model.simulate(3.0, start, params, events=stops, rtol=1e-11)
+    assert len(sol.segments) > 2
+    for before, after in zip(sol.segments[:4], sol.segments[1:5], strict=True):
+        assert after.y0[3] == pytest.approx(-0.5 * before.y1[3], rel=1e-11)
+        lost = [model.kinetic_energy(y, params) for y in (before.y1, after.y0)]
+        assert lost[1] == pytest.approx(0.25 * lost[0], rel=1e-10)  # one freedom: all speeds scale
+    assert sol.closure.max() < 1e-12
+    assert sol.velocity_closure.max() < 1e-11
+
+
+def test_members_of_a_batch_have_the_bits_of_simulate(five_springs):
+    rng = np.random.default_rng(5)
+    stops = [mechc.Stop(f"q_{k + 1} - q_{k}", 0.8) for k in range(4)]
+    starts = np.hstack([np.sort(rng.normal(size=(40, 5)), axis=1), rng.normal(size=(40, 5))])
+    batch = five_springs.simulate_batch(2.0, starts, events=stops, progress=False)
+    for k in (0, 13, 39):
+        one = five_springs.simulate(2.0, starts[k], events=stops)
+        np.testing.assert_array_equal(batch.y[k], one.y[-1])
+        assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
+        assert (np.diff(energies(one.y)) < 1e-8).all()
+
+
+def subsets(n):
+    return chain.from_iterable(combinations(range(n), k) for k in range(n + 1))
+
+
+def feasible_changes(a, b):
+    """A p of every p >= 0 with A p + b >= 0 whose product is 0, by trying all sets of contacts."""
+    found = []
+    for active in map(list, subsets(len(b))):
+        p = np.zeros(len(b))
+        if active:
+            p[active] = np.linalg.lstsq(a[np.ix_(active, active)], -b[active], rcond=1e-11)[0]
+        rest = a @ p + b
+        if (
+            p.min() >= -1e-10
+            and rest.min() >= -1e-10
+            and np.abs(rest[active]).max(initial=0) < 1e-9
+        ):
+            found.append(a @ p)
+    return found
+
+
+@pytest.mark.parametrize("freedoms", [2, 5, 9])
+def test_impulses_are_the_solution_of_the_complementarity_problem(freedoms):
+    """With fewer freedoms than contacts impulses are not unique; the rates are."""
+    rng = np.random.default_rng(freedoms)
+    for _ in range(60):
+        n = 5
+        rows = rng.normal(size=(n, freedoms))
+        a, w = rows @ rows.T, rows @ rng.normal(size=freedoms)
+        e = rng.uniform(0.0, 1.0)
+        p = impulses(a, w, np.full(n, e))
+        assert (p >= 0.0).all()
+        (first, *others) = feasible_changes(a, (1.0 + e) * w)
+        for change in (first, *others):
+            np.testing.assert_allclose(a @ p, change, atol=1e-9)
+        after = w + a @ p
+        assert p @ (w + after) <= 1e-12  # twice the energy
+
+
+def test_different_restitutions_never_give_energy():
+    rng = np.random.default_rng(7)
+    for _ in range(500):
+        rows = rng.normal(size=(3, 4))
+        a, w = rows @ rows.T, rows @ rng.normal(size=4)
+        e = rng.uniform(0.0, 1.0, size=3)
+        p = impulses(a, w, e)
+        after = w + a @ p
+        assert p @ (w + after) <= 1e-10
+        assert (after >= -1e-10 + np.minimum(0.0, -e.max() * np.abs(w))).all()
+
+
+def test_what_is_wrong_is_told(ball):
+    y0, stop = [1.0, 0.0], mechc.Stop("q_0", 0.5)
+    for events, error, words in (
+        (mechc.Stop("q_0 + u_0", 0.5), ValueOutOfBoundsError, "not on u_0"),
+        (mechc.Stop("q_0 < 1"), MechcError, "cannot read"),
+        (mechc.Stop(lambda q: q), ValueOutOfBoundsError, "a gap is an expression"),
+        (mechc.Stop("q_0", 1.5), ValueOutOfBoundsError, "restitution = 1.5"),
+        ([stop, lambda t, y: y[1]], MechcError, "stops run in compiled code"),
+    ):
+        with pytest.raises(error, match=words):
+            ball.simulate(1.0, y0, events=events)
+    with pytest.raises(ValueOutOfBoundsError, match="backwards"):
+        ball.simulate((1.0, 0.0), y0, events=stop)
+    with pytest.raises(ValueOutOfBoundsError, match="backwards"):
+        ball.simulate_batch((1.0, 0.0), [y0], events=stop, progress=False)

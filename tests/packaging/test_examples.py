@@ -15,6 +15,8 @@ SHOWN = {
     "coupler_curve": r"largest distance of a point from the curve: [0-4]\.\d\d mm",
     "identified_parameters": r"converged(?s:.)*m_1 = 1\.4 lies within\nm_2 = 2\.5 lies within\n"
     r"c_0 = 0\.8 lies within",
+    "newtons_cradle": r"apart: .*leave with \[0\.01 0\.01 0\.01 0\.01 0\.96\]"
+    r"(?s:.)*touching: .*leave with \[-0\.58  0\.4   0\.4   0\.4   0\.4 \]",
     "optimised_trajectory": r"terminated successfully\n.*13\.16(?s:.)*ends \d\.\de-1\d",
 }
 

@@ -25,8 +25,10 @@ ABOUT = {
     "change_points": "change points crossed",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
+    "event_counts": "zeros of each event",
+    "event_latest": "time of the last zero of each event",
 }
-UNITS = {"t": "s", "critical_gap": "m"}
+UNITS = {"t": "s", "event_latest": "s", "critical_gap": "m"}
 
 
 def to_dataset(

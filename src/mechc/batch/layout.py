@@ -117,6 +117,8 @@ def dimensions(name: str, rank: int) -> tuple[str, ...]:
         return ("member", "state")
     if name == "y_eval":
         return ("member", "time", "state")
+    if name in ("event_counts", "event_latest"):
+        return ("member", "event")
     if name.startswith("output_"):
         return ("member", "time", *(f"{name}_{i}" for i in range(rank - 2)))
     return ("member",)

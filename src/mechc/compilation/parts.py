@@ -15,6 +15,7 @@ from typing import Any
 
 from mechc.compilation import cache, entries
 from mechc.compilation.from_scene import Seconds
+from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.native._driver import PARTS, Scene, part_of, texts_of
 
 FIRST, WHOLE = "first", "whole"
@@ -79,6 +80,8 @@ class Parts:
 
     def begin(self, name: str) -> Pending:
         """Make a part in the background, where that was not begun before."""
+        if name not in self._begun:
+            import_compiler()
         with self._lock:
             if name not in self._begun:
                 self._begun[name] = Pending(lambda: self._made(name))
@@ -121,9 +124,16 @@ class Parts:
 
     def _built(self) -> Any:
         """The texts that parts are compiled from; a first unit holds them."""
-        from mechc_codegen.extension.build import Build
-
         if self.build is None:
             assert self._texts is not None
+            from mechc_codegen.extension.build import Build
+
             self.build = Build.from_json(self._texts())
         return self.build
+
+
+@one_at_a_time
+def import_compiler() -> None:
+    """Before threads begin that compile side by side: see ``one_at_a_time.py``."""
+    import mechc_codegen.extension.build
+    import mechc_codegen.extension.flags  # noqa: F401

@@ -9,11 +9,13 @@ import numpy as np
 from mechc.assembly.sizes import allowed_gap, excess_of_rates, gap_in_words, is_open, refuse_uneven
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
-from mechc.simulation.segments import Segment, Segments
+from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import Policy
 from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
+
+LAST = 1024  # accepted states, from one of which the end of a run is followed
 
 
 def begin(
@@ -33,6 +35,12 @@ def begin(
     )  # fmt: skip
 
 
+def starts_beside(compiled: Segment, policy: Policy) -> bool:
+    """Whether a run that may pass change points starts beside one."""
+    beside = compiled.status == RUNNING and getattr(compiled, "met_critical", False)
+    return bool(beside) and policy.on_change_point != "stop"
+
+
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
 ) -> Segment | None:
@@ -44,6 +52,22 @@ def leave_change_point(
         return first
     beside = checked_state(system, first.states()[1][-1], values, first.t)
     return Segments(first, begin(system, (first.t, span[1]), beside, values, policy))
+
+
+def reach_end(
+    system: System, compiled: Segment, span: tuple[float, float], values: Array, policy: Policy
+) -> Segment | None:
+    """A run that no step could end beside a change point, to its end along the curve there."""
+    from mechc.simulation.singular_start import singular_end
+
+    if policy.on_change_point == "stop" or system.driven is not None or compiled.count < 2:
+        return None
+    times, states = compiled.tail(min(compiled.count, LAST))
+    motion = singular_end(system, times, states, values, span[1])
+    if motion is None:
+        return None
+    until = compiled if motion.t0 == times[-1] else Until(compiled, motion.t0)
+    return Segments(until, motion)
 
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:

@@ -98,6 +98,27 @@ def test_reactions_of_a_planetary_gear_balance_each_body():
     assert inner + outer + pin == pytest.approx([-inward, MASS * 0.15 * a, 0], abs=1e-12)
 
 
+def test_rims_are_drawn_at_the_pitch_circles_about_their_wheels():
+    """Of 30, 20 and 70 teeth, 0.5 m apart; wherever the arm is, neighbours touch."""
+    model = planetary(ring_fixed=True)
+    y = model.assemble({"q_of_sun": 2.0})
+    picture = model.picture
+    places = picture.points(y, np.zeros(0), 0.0)
+    rims = {}
+    for label, line in picture.skeleton:
+        corners = [k for k, name in enumerate(picture.point_names) if name in line[1:]]
+        if len(corners) > 20:
+            hub = places[list(picture.point_names).index(line[0])]
+            rims[label] = (hub, np.linalg.norm(places[corners] - hub, axis=-1))
+            assert all(name.startswith(".") for name in line[1:])
+    radii = {"sun": 0.3, "planet": 0.2, "ground": 0.7}
+    for label, radius in radii.items():
+        assert rims[label][1] == pytest.approx(radius, rel=1e-13)
+    arm = -0.6  # down, by 30 / 100 of the sun's angle
+    middle = 0.5 * np.array([np.cos(-arm), np.sin(-arm), 0])
+    assert rims["planet"][0] == pytest.approx(middle, abs=1e-13)
+
+
 @pytest.mark.parametrize("crossed", [False, True])
 def test_a_belt(crossed):
     """The two strands' difference turns both pulleys; their slope pulls at the bearings."""

@@ -1,5 +1,7 @@
 """Events with resets in a batch: every member is the run that `simulate` makes."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,15 @@ def test_reductions_go_on_over_jumps(ball):
     assert np.isnan(batch["first(u_0 > 5)"][0])
     assert batch["final(u_0)"][0] == pytest.approx(0.9 * speed - G * rest, abs=1e-12)
     assert batch["min(q_0)"][0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_tables_and_pickled_batches_have_the_events(ball):
+    batch = ball.simulate_batch(2.0, [[1.0, 0.0], [0.5, 0.0]], events=EVENTS, progress=False)
+    table = batch.to_xarray()
+    assert table["event_counts"].dims == table["event_latest"].dims == ("member", "event")
+    assert table["event_latest"].attrs["units"] == "s"
+    again = pickle.loads(pickle.dumps(batch))
+    np.testing.assert_array_equal(again.event_latest, batch.event_latest)
 
 
 def test_ends_of_members_have_the_status_of_simulate(ball):

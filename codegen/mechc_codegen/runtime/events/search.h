@@ -212,11 +212,13 @@ static int mechc_event_zeros(mechc_watch *watch, int number, double begin, doubl
     qsort(points, (size_t)count, sizeof *points, end < begin ? mechc_later : mechc_earlier);
     for (int i = 0; i < count; i++)
         if (isnan(points[i].value)) return -1;
-    for (int i = 0; i + 1 < count && roots < MECHC_EVENT_ROOTS; i++) {
+    for (int i = 0; i + 1 < count; i++) {
         const double a = points[i].value, b = points[i + 1].value;
         const int crossed = a != 0.0 && (b == 0.0 || (a < 0.0) != (b < 0.0));
-        if (crossed && event->direction * (b - a) >= 0.0)
+        if (!crossed || !(event->direction * (b - a) >= 0.0)) continue;
+        if (roots < MECHC_EVENT_ROOTS)
             root[roots++] = mechc_event_root(watch, number, points[i], points[i + 1]);
+        else if (isnan(event->too_fast)) event->too_fast = begin;
     }
     if (mechc_event_resets(watch, number)) mechc_watch_grazing(watch, number, count);
     return roots;

@@ -21,14 +21,14 @@ ABOUT = {
     "t": "time reached",
     "status": f"how it ended: {FINISHED} finished, {STOPPED_BY_EVENT} stopped by an event, "
     f"{NOT_RUN} not run, else a failure",
-    "miss": "remaining closure error of loops that cannot close",
+    "miss": "least gap met where nothing closes, in the unit of the constraints",
     "change_points": "change points crossed",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
     "event_counts": "zeros of each event",
     "event_latest": "time of the last zero of each event",
 }
-UNITS = {"t": "s", "event_latest": "s", "miss": "m", "critical_gap": "m"}
+UNITS = {"t": "s", "event_latest": "s", "critical_gap": "m"}
 
 
 def to_dataset(

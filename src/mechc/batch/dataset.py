@@ -21,7 +21,7 @@ ABOUT = {
     "t": "time reached",
     "status": f"how it ended: {FINISHED} finished, {STOPPED_BY_EVENT} stopped by an event, "
     f"{NOT_RUN} not run, else a failure",
-    "miss": "remaining closure error of loops that cannot close",
+    "miss": "least gap met where nothing closes, in the unit of the constraints",
     "change_points": "change points crossed",
     "sensitivity": "derivatives of the states at t_eval",
     "sensitivity_final": "derivatives of the state at the end",
@@ -31,7 +31,7 @@ ABOUT = {
     "event_counts": "zeros of each event",
     "event_latest": "time of the last zero of each event",
 }
-UNITS = {"t": "s", "event_latest": "s", "miss": "m", "critical_gap": "m"}
+UNITS = {"t": "s", "event_latest": "s", "critical_gap": "m"}
 
 
 def to_dataset(

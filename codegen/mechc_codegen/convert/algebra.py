@@ -137,9 +137,36 @@ def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
             rows = [list(row) for row in zip(*columns, strict=True)]
             for i, step in zip(changed, solve_least(rows, values), strict=True):
                 x[i] -= step
-        return max(map(abs, gap(*x))) < 1e-10
+        return all(
+            abs(a) < 1e-10 * _terms(row, x, changed) for a, row in zip(gap(*x), rows, strict=True)
+        )
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return False
+
+
+def _terms(row: Sequence[float], x: Sequence[float], changed: Sequence[int]) -> float:
+    """The size of the terms whose sum a value with these slopes is."""
+    return max(1.0, sum(abs(a * x[i]) for a, i in zip(row, changed, strict=True)))
+
+
+def normalised(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
+    """The same rows, each with 1 as its largest slope by these arguments, where they are random.
+
+    So what is small does not depend on units and factors of the rows.
+    """
+    generator = random.Random(0)
+    x = [generator.uniform(0.4, 1.7) for _ in range(size)]
+    try:
+        columns = [slope(gap, x, [float(k == i) for k in range(size)]) for i in places]
+    except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+        return gap
+    steepest = [max(map(abs, row)) for row in zip(*columns, strict=True)]
+    factors = [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest]
+
+    def in_units(*arguments: float) -> list[float]:
+        return [f * value for f, value in zip(factors, gap(*arguments), strict=True)]
+
+    return in_units
 
 
 def slope(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mechc.assembly.sizes import allowed_gap, excess_of_rates, gap_in_words, is_open, refuse_uneven
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
 from mechc.simulation.segments import Segment, Segments, Until
@@ -15,7 +16,6 @@ from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
 LAST = 1024  # accepted states, from one of which the end of a run is followed
-OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
 
 
 def begin(
@@ -73,12 +73,12 @@ def reach_end(
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
     state = _shaped(system, y0)
+    refuse_uneven(system, values, t0)
     projected: Array
     code, projected, gap, drift = system.scene.project(t0, state, values)
-    allowed = OFF_BY_ROUNDING * system.length(values)
-    sound = code == RUNNING and gap <= allowed and drift <= allowed
-    if not sound:
-        _refuse_state(system, state, gap, drift, allowed)
+    allowed = allowed_gap(system, values, t0)
+    if not (code == RUNNING and gap <= allowed and drift <= allowed):
+        _refuse_open(system, state, values, t0)
     return projected
 
 
@@ -88,13 +88,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
     Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
     state = _shaped(system, y0)
-    gap, drift = (
-        float(np.abs(residual(state, values, t0)).max(initial=0.0))
-        for residual in (system.constraints, system.velocity_constraints)
-    )
-    allowed = OFF_BY_ROUNDING * system.length(values)
-    if not (gap <= allowed and drift <= allowed):
-        _refuse_state(system, state, gap, drift, allowed)
+    _refuse_open(system, state, values, t0)
     return state
 
 
@@ -113,18 +107,23 @@ def _shaped(system: System, y0: Array) -> Array:
     )
 
 
-def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:
+def _refuse_open(system: System, state: Array, values: Array, t: float) -> None:
     """Raise for a state off the constraints, unless its speeds are so high that it is rounding."""
     if not np.isfinite(state).all():
         bad = (*system.coordinates, *system.speeds)[int(np.argmin(np.isfinite(state)))]
         raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")
-    if gap > allowed:
+    gap = system.constraints(state, values, t)
+    if len(gap) and is_open(system, gap, values, t):
         raise AssemblyError(
-            f"y0 leaves the loop open by {gap:.6g} m; take y0 = model.assemble(...), which "
-            "closes it"
+            f"y0 leaves {gap_in_words(system, gap, values, t)}; take y0 = model.assemble(...), "
+            "which closes it"
         )
-    if drift > allowed * max(1.0, float(np.abs(state[len(system.coordinates) :]).max())):
+    drift = system.velocity_constraints(state, values, t)
+    excess = excess_of_rates(system, drift, state, values, t)
+    if not (excess <= 1.0).all():
+        worst = int(np.argmax(excess))
         raise AssemblyError(
-            f"the speeds of y0 open the loop at {drift:.6g} m/s; take y0 = model.assemble(..., "
-            "speeds=...), which makes them consistent"
+            f"the speeds of y0 open {system.constraint_names[worst]!r} at "
+            f"{abs(drift[worst]):.6g} {system.rate_units[worst]}; take y0 = "
+            "model.assemble(..., speeds=...), which makes them consistent"
         )

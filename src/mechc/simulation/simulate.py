@@ -26,11 +26,12 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
-from mechc.simulation.compiled_events import CompiledFinder, CompiledResets, compiled_finder
-from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.compiled import CompiledFinder, CompiledResets, compiled_finder
+from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.resets import Resets, resets_of
+from mechc.simulation.events.stops import StopReset, refuse_stops
 from mechc.simulation.initialise import begin, leave_change_point, reach_end, starts_beside
 from mechc.simulation.limits import LIMITED, explained
-from mechc.simulation.resets import Resets, resets_of
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -39,7 +40,6 @@ from mechc.simulation.settings import (
     checked_span,
 )
 from mechc.simulation.status import status_of
-from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System

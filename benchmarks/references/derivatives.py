@@ -3,14 +3,16 @@
     mechc bench derivatives [--only FAMILY ...]
 
 Of every family, method and tolerance: the largest relative error of the derivatives of the end,
-over rtol; the condition, by how much errors of the states grow on their way into the derivatives;
-and whether the error is within 100 rtol times the condition.  The status is 1 where one is not.
+over rtol, of columns forwards and of gradients backwards; the condition, by how much errors of the
+states grow on their way into the derivatives; and whether both errors are within 100 rtol times the
+condition.  The status is 1 where one is not.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +24,7 @@ from ..problems.bicycle import COORDINATES, NAMES, SPEEDS
 from ..problems.data import reference
 from ..problems.problem import Array
 from ..stability.stiff import two_masses
+from . import struck
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)
 METHODS = ("gauss8", "dop853")
@@ -37,11 +40,12 @@ class Row(NamedTuple):
     method: str
     rtol: float
     error: float
+    backwards: float
     condition: float
 
     @property
     def fine(self) -> bool:
-        return self.error <= ALLOWED * self.rtol * self.condition
+        return max(self.error, self.backwards) <= ALLOWED * self.rtol * self.condition
 
 
 def pendulum() -> tuple[Any, Sequence[str]]:
@@ -60,6 +64,24 @@ def bicycle() -> tuple[Any, Sequence[str]]:
     return mechc.load("bicycle", outputs=OUTPUTS), METHODS
 
 
+def andrews() -> tuple[Any, Sequence[str]]:
+    return mechc.load("andrews", outputs=OUTPUTS), METHODS
+
+
+def struck_pendulum() -> tuple[Any, Sequence[str]]:
+    return mechc.compile(struck.pushed_pendulum(), outputs=OUTPUTS), METHODS
+
+
+def strikes() -> dict[str, Any]:
+    """The wall and the torque."""
+    wall = mechc.Event(
+        lambda t, y: y[0] - struck.WALL, direction=-1,
+        reset=lambda t, q, u: (q, -struck.RESTITUTION * u),
+    )  # fmt: skip
+    torque = mechc.Signal(struck.TIMES, struck.TORQUES, "previous")
+    return {"events": wall, "inputs": {"F": torque}}
+
+
 # What is given besides what the data have.
 ALSO: dict[str, Mapping[str, float]] = {"bicycle": {**COORDINATES, **SPEEDS, **values()}}
 # The order of the data's states where it is not the model's.
@@ -70,7 +92,11 @@ MODELS: dict[str, Callable[[], tuple[Any, Sequence[str]]]] = {
     "four_bar_change_point": four_bar,
     "stiff_masses": stiff_masses,
     "bicycle": bicycle,
+    "andrews": andrews,
+    "struck_pendulum": struck_pendulum,
 }
+# What a run needs besides its start and parameters.
+RUNS: dict[str, Callable[[], Mapping[str, Any]]] = {"struck_pendulum": strikes}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -80,13 +106,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     parser.add_argument("--only", nargs="*", choices=list(MODELS), default=list(MODELS))
     chosen = parser.parse_args(arguments)
-    print(f"{'family':22} {'method':7} {'rtol':>6} {'error/rtol':>10} {'condition':>9}")
+    print(f"{'family':22} {'method':7} {'rtol':>6} {'error/rtol':>10} {'backwards':>10} "
+          f"{'condition':>9}")  # fmt: skip
     fine = True
     for name in chosen.only:
         for row in rows(name):
             fine &= row.fine
             told = "" if row.fine else "  too large"
-            print(f"{row.family:22} {row.method:7} {row.rtol:6.0e} {row.error / row.rtol:10.3g} "
+            errors = f"{row.error / row.rtol:10.3g} {row.backwards / row.rtol:10.3g}"
+            print(f"{row.family:22} {row.method:7} {row.rtol:6.0e} {errors} "
                   f"{row.condition:9.3g}{told}", flush=True)  # fmt: skip
     return 0 if fine else 1
 
@@ -98,16 +126,22 @@ def rows(name: str) -> Iterator[Row]:
     names = [*model.coordinates, *model.speeds]
     given = {**ALSO.get(name, {}), **{key: float(value) for key, value in data["given"].items()}}
     y0 = {key: value for key, value in given.items() if key in names}
-    params = {key: value for key, value in given.items() if key not in names}
+    params = {key: value for key, value in given.items() if key in model.parameters}
+    run = partial(model.simulate, data["t"], **RUNS.get(name, dict)())
     order = [list(ORDER.get(name, names)).index(each) for each in names]
     exact = {key: np.array(each, float)[order] for key, each in data["by"].items()}
-    condition = _condition(model, data["t"], y0, params, list(exact))
+    condition = _condition(run, y0, params, list(exact))
     for method in methods:
         for rtol in RTOLS:
-            sol = model.simulate(
-                data["t"], y0, params, rtol=rtol, method=method, sensitivities=list(exact)
-            )
-            yield Row(name, method, rtol, error(sol.sensitivity, exact), condition)
+            sol = run(y0, params, rtol=rtol, method=method, sensitivities=list(exact))
+            errors = error(sol.sensitivity, exact), error(backwards(sol, list(exact)), exact)
+            yield Row(name, method, rtol, *errors, condition)
+
+
+def backwards(sol: Any, by: Sequence[str]) -> dict[str, Array]:
+    """Derivatives of the end (1, nq + nu), a gradient for each of its components."""
+    parts = [sol.gradient(end=unit, by=by) for unit in np.eye(sol.y.shape[1])]
+    return {name: np.array([[part[name] for part in parts]]) for name in by}
 
 
 def error(found: Mapping[str, Array], exact: Mapping[str, Array]) -> float:
@@ -116,13 +150,14 @@ def error(found: Mapping[str, Array], exact: Mapping[str, Array]) -> float:
 
 
 def _condition(
-    model: Any, t: float, y0: Mapping[str, float], params: Mapping[str, float], by: Sequence[str]
-) -> float:
+    run: Callable[..., Any], y0: Mapping[str, float], params: Mapping[str, float],
+    by: Sequence[str],
+) -> float:  # fmt: skip
     """How much the derivatives change, relative to their size, with the start relative to its
     size, one component after the other; at least 1."""
 
     def ends(start: Mapping[str, float]) -> dict[str, Array]:
-        sol = model.simulate(t, start, params, rtol=1e-12, sensitivities=by)
+        sol = run(start, params, rtol=1e-12, sensitivities=by)
         return {name: sol.sensitivity[name][-1] for name in by}
 
     plain, most = ends(y0), 1.0

@@ -1,16 +1,20 @@
-"""Derivatives of motions to some 28 digits, from forms that share nothing with the runtime's.
+"""Derivatives of motions to some 28 digits, most in two ways that share nothing with each other or
+with the runtime.
 
-Each motion is computed in 50 digits (extrapolation.py) from four values beside the one that it is
-differentiated by; their central difference of fourth order is off by 1e-32.  The pendulum has
-Lagrange's equation by hand, the regular four-bar its tangent form (tangent.py), the one with a
-change point the rational curve of its closure (a coordinate that runs straight through the
-crossing), the bicycle Kane's equations with dependent speeds.
+First way: each motion is computed in 50 digits (extrapolation.py) from four values beside the one
+that it is differentiated by; their central difference of fourth order is off by 1e-32.  The
+pendulum has Lagrange's equation by hand, the regular four-bar its tangent form (tangent.py), the
+one with a change point the rational curve of its closure (a coordinate that runs straight through
+the crossing), the bicycle Kane's equations with dependent speeds, Andrews' mechanism its published
+equations (squeezer.py).  Second way: variational.py, but for the two four-bars and the bicycle,
+which have one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import mpmath
@@ -21,9 +25,13 @@ from ..formulations.described import described
 from ..formulations.equations import derive
 from .extrapolation import DIGITS, Vector, by_extrapolation
 from .motions import DEPENDENT, bicycle_reduced
+from .squeezer import squeezed
+from .struck import BY, END, GIVEN, TORQUES, struck
 from .tangent import PAIRS, TangentBar
+from .variational import SECOND, seeds
 
-STEP = mpf(10) ** -8
+STEP = mpf(10) ** -8  # of the size of what is given
+NEEDED = 20  # digits on which both ways agree
 WRITTEN = 28
 Given = Mapping[str, Any]
 
@@ -42,27 +50,52 @@ class Family:
 def derivative(family: Family, name: str) -> Vector:
     """By the central difference of fourth order."""
     exact = {key: mpf(value) for key, value in family.given.items()}
-    ends = [family.end(exact | {name: exact[name] + k * STEP}) for k in (-2, -1, 1, 2)]
-    return [(a - 8 * b + 8 * c - d) / (12 * STEP) for a, b, c, d in zip(*ends, strict=True)]
+    step = STEP * (abs(exact[name]) or 1)
+    ends = [family.end(exact | {name: exact[name] + k * step}) for k in (-2, -1, 1, 2)]
+    return [(a - 8 * b + 8 * c - d) / (12 * step) for a, b, c, d in zip(*ends, strict=True)]
 
 
 def sensitivities() -> dict[str, Any]:
-    """Of every family: what is given, the end, and its derivatives, as text."""
-    found = {}
-    for name, family in FAMILIES.items():
-        made = family()
-        exact = {key: mpf(value) for key, value in made.given.items()}
-        found[name] = {
-            "source": made.source, "t": made.t, "given": dict(made.given),
-            "end": _texts(made.end(exact)),
-            "by": {each: _texts(derivative(made, each)) for each in made.by},
-        }  # fmt: skip
-        print(f"{name}: done", flush=True)
+    """Of every family: what is given, the end, its derivatives, as text, and, where there are two
+    ways, on how many digits both agree; the least of these."""
+    found: dict[str, Any] = {name: computed(name) for name in FAMILIES}
+    found["digits"] = min(found[name]["digits"] for name in SECOND)
     return found
 
 
-def _texts(values: Vector) -> list[str]:
-    return [mpmath.nstr(x, WRITTEN, strip_zeros=False) for x in values]
+def computed(name: str) -> dict[str, Any]:
+    """One family."""
+    made = FAMILIES[name]()
+    exact = {key: mpf(value) for key, value in made.given.items()}
+    first = [made.end(exact), *(derivative(made, each) for each in made.by)]
+    agreed = {"digits": _agreed(name, made, first)} if name in SECOND else {}
+    written = min(*agreed.values(), WRITTEN) if agreed else WRITTEN
+    return {
+        "source": made.source, "t": made.t, "given": dict(made.given), **agreed,
+        "end": _texts(first[0], written),
+        "by": {each: _texts(x, written) for each, x in zip(made.by, first[1:], strict=True)},
+    }  # fmt: skip
+
+
+def _agreed(name: str, made: Family, first: Sequence[Vector]) -> int:
+    """On how many digits the second way agrees with the end and its derivatives."""
+    second = _columns(SECOND[name](seeds(made.given, made.by), made.t), len(made.by))
+    apart = max(
+        abs(a - b) / max(map(abs, x)) for x, y in zip(first, second, strict=True)
+        for a, b in zip(x, y, strict=True)
+    )  # fmt: skip
+    digits = int(-mpmath.log10(apart))
+    print(f"{name}: both ways agree on {digits} digits", flush=True)
+    return digits
+
+
+def _columns(end: Vector, count: int) -> list[Vector]:
+    """The end, and its derivatives one after the other."""
+    return [[x.value for x in end], *([x.slopes[k] for x in end] for k in range(count))]
+
+
+def _texts(values: Vector, digits: int) -> list[str]:
+    return [mpmath.nstr(x, digits, strip_zeros=False) for x in values]
 
 
 # -- pendulum -------------------------------------------------------------------------------------
@@ -223,10 +256,27 @@ def stiff_masses() -> Family:
     return Family(source, given, end, t, ("x_0", "v_0", "m_0", "k_0"))
 
 
+# -- Andrews' squeezing mechanism, a struck pendulum ----------------------------------------------
+
+
+def andrews() -> Family:
+    end, t = squeezed(), 0.009
+    given = {"Theta": 0.0, "T": 0.033, "rr": 0.007}
+    source = "Andrews' squeezing mechanism by its published equations, from rest: squeezer.py"
+    return Family(source, given, partial(end, t=t), t, tuple(given))
+
+
+def struck_pendulum() -> Family:
+    source = "a pendulum that strikes a wall three times under a torque that jumps: struck.py"
+    return Family(source, GIVEN | {"F[1]": TORQUES[1]}, struck, END, BY)
+
+
 FAMILIES = {
     "pendulum": pendulum,
     "four_bar_regular": regular_four_bar,
     "four_bar_change_point": change_point_four_bar,
     "bicycle": rolling_bicycle,
     "stiff_masses": stiff_masses,
+    "andrews": andrews,
+    "struck_pendulum": struck_pendulum,
 }

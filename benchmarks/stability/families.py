@@ -9,6 +9,7 @@ from functools import partial
 from . import (
     batches,
     crossings,
+    ends,
     exact_motion,
     geometry,
     long_runs,
@@ -81,6 +82,13 @@ FAMILIES: dict[str, Family] = {
     ),
     "neutral four-bars 1e-12": Family(
         "the same at 1e-12", partial(crossings.neutral, 1e-12), 0.99,
+    ),
+    "ends near": Family(
+        "runs that end within 1e-4 s of a change point, before it or after it", ends.ends, 0.98,
+        note=ends.told,
+    ),
+    "starts near": Family(
+        "runs that start within 1e-4 s before a change point", ends.starts, 0.99, note=ends.told,
     ),
     "five-bars": Family(
         "two freedoms: every motion goes around its critical configurations", crossings.five_bars,

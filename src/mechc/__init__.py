@@ -35,9 +35,9 @@ from mechc.model import Model
 from mechc.open import open_saved as open  # noqa: F401
 from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
-from mechc.simulation.events import Event, EventRecord
+from mechc.simulation.events.event import Event, EventRecord
+from mechc.simulation.events.stops import Stop
 from mechc.simulation.status import ChangePoint, Status
-from mechc.simulation.stops import Stop
 
 if TYPE_CHECKING:
     from mechc.batch.spec import Assembly

@@ -59,9 +59,10 @@ class Configurations(Outputs):
         Raises
         ------
         AssemblyError
-            If the loops cannot close (with the gap in metres), if the coordinates given do not
-            determine the others and there is no guess, if the speeds contradict each other, or if
-            the configuration is a change point and the speeds are possible on several branches.
+            If nothing is found that closes the loops (with the least gap met), if the coordinates
+            given do not determine the others and there is no guess, if the speeds contradict each
+            other, or if the configuration is a change point and the speeds are possible on several
+            branches.
         """
         given, pace, near = self._named(coordinates, speeds, guess)
         if coordinates is None:
@@ -160,9 +161,9 @@ class Configurations(Outputs):
         Raises
         ------
         AssemblyError
-            If the loops cannot close at the first value, if it is a change point, or if the
-            coordinates given do not determine the others.  Of several sets of parameters those that
-            do not close have NaN.
+            If nothing is found that closes the loops at the first value, if it is a change point,
+            or if the coordinates given do not determine the others.  Of several sets of parameters
+            those that do not close have NaN.
         UnknownNameError, ValueOutOfBoundsError
             For a name that does not exist, and for values that do not rise or fall.
 

@@ -450,7 +450,7 @@ class Model(Fits):
 
 def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence[Any]:
     from mechc.compilation.event_unit import COMPILER
-    from mechc.simulation.expression_events import Compiler, checked_events
+    from mechc.simulation.events.expressions import Compiler, checked_events
 
     return checked_events(events, system, p, Compiler(*COMPILER))
 

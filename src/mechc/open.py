@@ -14,7 +14,7 @@ from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
-from mechc.simulation.events import EventRecord
+from mechc.simulation.events.event import EventRecord
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array

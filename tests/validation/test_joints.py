@@ -19,7 +19,7 @@ from sympy.physics.mechanics import (
 )
 
 import mechc
-from tests.support.jointed import CHAIN, chain, four_bar, tree
+from tests.support.linkages.jointed import CHAIN, chain, four_bar, tree
 
 pytestmark = pytest.mark.usefixtures("less_optimised")
 

@@ -59,6 +59,23 @@ class Evaluate:
         return [(8 * a - b) / (12 * step) for a, b in zip(inner, outer, strict=True)]
 
 
+class Scaled(Evaluate):
+    """A numerical function whose values are each multiplied by a factor."""
+
+    def __init__(self, plain: Evaluate, factors: Sequence[float]) -> None:
+        self._plain, self._factors = plain, factors
+
+    def __call__(self, *x: float) -> list[float]:
+        return self._times(self._plain(*x))
+
+    def slope(self, x: Sequence[float], direction: Sequence[float]) -> list[float]:
+        """The derivative in a direction."""
+        return self._times(self._plain.slope(x, direction))
+
+    def _times(self, values: Sequence[float]) -> list[float]:
+        return [factor * value for factor, value in zip(self._factors, values, strict=True)]
+
+
 _REAL_PART: Final = Function("_real_part")
 
 
@@ -208,6 +225,28 @@ def _newton(x: list[float], gap: Evaluate, changed: Sequence[int]) -> bool:
             rows = [list(row) for row in zip(*columns, strict=True)]
             for i, step in zip(changed, solve_least(rows, values), strict=True):
                 x[i] -= step
-        return max(map(abs, gap(*x))) < 1e-10
+        return all(
+            abs(a) < 1e-10 * _terms(row, x, changed) for a, row in zip(gap(*x), rows, strict=True)
+        )
     except (ValueError, ZeroDivisionError, OverflowError, TypeError):
         return False
+
+
+def _terms(row: Sequence[float], x: Sequence[float], changed: Sequence[int]) -> float:
+    """The size of the terms whose sum a value with these slopes is."""
+    return max(1.0, sum(abs(a * x[i]) for a, i in zip(row, changed, strict=True)))
+
+
+def normalised(gap: Evaluate, size: int, places: Sequence[int]) -> Evaluate:
+    """The same rows, each with 1 as its largest slope by these arguments, where they are random.
+
+    So what is small does not depend on units and factors of the rows.
+    """
+    generator = random.Random(0)
+    x = [generator.uniform(0.4, 1.7) for _ in range(size)]
+    try:
+        columns = [gap.slope(x, [float(k == i) for k in range(size)]) for i in places]
+    except (ValueError, ZeroDivisionError, OverflowError, TypeError):
+        return gap
+    steepest = [max(map(abs, row)) for row in zip(*columns, strict=True)]
+    return Scaled(gap, [1.0 / a if 0.0 < a < float("inf") else 1.0 for a in steepest])

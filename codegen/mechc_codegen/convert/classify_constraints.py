@@ -17,6 +17,7 @@ from mechc_codegen.convert.algebra import (
     Rows,
     eliminated,
     evaluator,
+    normalised,
     null_space,
     random_point,
     rank,
@@ -110,7 +111,7 @@ class RateRows:
         self._driven = [(place[value], place[rate]) for value, rate in driven]
         self._size = len(place)
         gap = evaluator(rates.symbols, list(configuration))
-        self._gap = gap if configuration else None
+        self._gap = normalised(gap, self._size, self._places) if configuration else None
         self._kinematics = SpeedRows(rates, rates.kinematics)
 
     def points(self) -> list[list[float]]:

@@ -35,7 +35,7 @@ from mechc_codegen.convert.reactions import (
 )
 from mechc_codegen.convert.stationary import Stationary
 from mechc_codegen.convert.units import Units
-from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,

@@ -34,7 +34,7 @@ from mechc_codegen.description.source import Source
 from mechc_codegen.description.terms import is_rigid
 
 if TYPE_CHECKING:
-    from mechc_codegen.description.joints import Joint
+    from mechc_codegen.description.joints.tree import Joint
 
 
 class Fingerprint:

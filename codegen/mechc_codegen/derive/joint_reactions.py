@@ -24,8 +24,8 @@ from sympy.physics.vector import Vector
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.derive.load_bodies import LoadBodies
 from mechc_codegen.description.constraints import Closure
-from mechc_codegen.description.couplings import Coupled
-from mechc_codegen.description.joints import Body, Joint, joint_tree, refuse_unreached
+from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.tree import Body, Joint, joint_tree, refuse_unreached
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 

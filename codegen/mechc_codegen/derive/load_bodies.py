@@ -9,7 +9,7 @@ from sympy.core.function import AppliedUndef
 from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.joints import Body
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.errors import MechanismError
 

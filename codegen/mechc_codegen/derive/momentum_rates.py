@@ -8,7 +8,7 @@ from sympy import Expr, S
 from sympy.physics.mechanics import Point, ReferenceFrame
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.joints import Body
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.terms import multiplier
 

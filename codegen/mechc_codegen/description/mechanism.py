@@ -18,11 +18,11 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure as Closure
 from mechc_codegen.description.constraints import Constraint as Constraint
-from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.drawing import NO_DRAWING
 from mechc_codegen.description.drawing import Drawing as Drawing
-from mechc_codegen.description.joint_closures import joints_and_closures
-from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.joints.closures import joints_and_closures
+from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load

@@ -16,7 +16,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody
 from mechc_codegen.description.terms import Load
 
 if TYPE_CHECKING:
-    from mechc_codegen.description.joints import Joint
+    from mechc_codegen.description.joints.tree import Joint
 
 
 @dataclass(frozen=True, eq=False, repr=False)  # quicker to import, at every start

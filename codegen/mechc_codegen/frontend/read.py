@@ -48,7 +48,7 @@ def _with_joints(thing: Any, source: Source) -> Source:
     joints = getattr(thing, "_joints", ())
     if not joints:
         return source
-    from mechc_codegen.description.joints import joint_of
+    from mechc_codegen.description.joints.tree import joint_of
 
     return replace(source, joints=tuple(joint_of(joint) for joint in joints))
 

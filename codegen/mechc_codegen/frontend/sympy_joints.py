@@ -20,9 +20,15 @@ from mechc_codegen.convert.convert import find_symbol, number
 from mechc_codegen.convert.fingerprint import Fingerprint
 from mechc_codegen.convert.kinematics import coordinate_rates
 from mechc_codegen.description.constraints import Constraint
-from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.drawing import NO_DRAWING
-from mechc_codegen.description.joints import Body, Joint, joint_of, joint_tree, refuse_unreached
+from mechc_codegen.description.joints.couplings import Coupled
+from mechc_codegen.description.joints.tree import (
+    Body,
+    Joint,
+    joint_of,
+    joint_tree,
+    refuse_unreached,
+)
 from mechc_codegen.description.mechanism import (
     Coordinate,
     Drawing,

@@ -12,7 +12,7 @@ from dataclasses import replace
 from sympy import Derivative
 from sympy.physics.mechanics import LagrangesMethod, System, dynamicsymbols
 
-from mechc_codegen.description.joints import joint_of
+from mechc_codegen.description.joints.tree import joint_of
 from mechc_codegen.description.source import Source
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.frontend.form import by_lagrange

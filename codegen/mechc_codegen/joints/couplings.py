@@ -14,8 +14,8 @@ from sympy import Expr, sqrt, sympify
 from sympy.physics.mechanics import PinJoint, PrismaticJoint, RigidBody
 
 from mechc_codegen.description.constraints import Constraint
-from mechc_codegen.description.couplings import Coupled
 from mechc_codegen.description.drawing import Drawing
+from mechc_codegen.description.joints.couplings import Coupled
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.joints import outlines
 from mechc_codegen.joints.wheels import Slide, Wheel, between, check_across

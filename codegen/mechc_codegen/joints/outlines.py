@@ -12,7 +12,7 @@ from sympy.physics.mechanics import Point
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.drawing import Link
-from mechc_codegen.description.loop_joints import across
+from mechc_codegen.description.joints.cuts import across
 from mechc_codegen.joints.wheels import Pair, Slide, Wheel
 
 CORNERS = 24

@@ -12,7 +12,7 @@ from sympy import Expr, S
 from sympy.physics.mechanics import PinJoint, Point, PrismaticJoint, ReferenceFrame
 from sympy.physics.vector import Vector
 
-from mechc_codegen.description.joints import Body
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.placement import Placement
 from mechc_codegen.errors import MechanismError
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from mechc.assembly.closer import SAME, even_points, search_of, wrap
-from mechc.assembly.positions import closed_states, open_by
+from mechc.assembly.positions import closed_states, gaps
+from mechc.assembly.sizes import is_open, refuse_uneven, sizes, steps_of
 from mechc.errors import MechcError, UnknownNameError
 from mechc.native._codes import RUNNING
 from mechc.system.parameters import Array
@@ -46,11 +47,12 @@ def equilibria(system: System, values: Array, t: float = 0.0) -> tuple[Equilibri
             f"{system.name} has additional states ({', '.join(system.states)}): equilibria are "
             "found for mechanisms without them; at an equilibrium of both model.rhs is zero"
         )
+    refuse_uneven(system, values, t)
     starts = closed_states(system, even_points(STARTS, len(system.coordinates)), values, t)
     found: list[Equilibrium] = []
     for start in starts:
         y = _settle(system, start, values, t)
-        if y is not None and all(_apart(system, y, e.y) for e in found):
+        if y is not None and all(_apart(system, y, e.y, values) for e in found):
             found.append(Equilibrium(y, *_kind(system, y, values, t)))
     if not found:
         raise MechcError(
@@ -66,7 +68,7 @@ def limits(system: System, coordinate: str, values: Array) -> tuple[tuple[float,
     if coordinate not in system.coordinates:
         raise UnknownNameError("coordinate", coordinate, system.coordinates)
     driven = system.state_index(coordinate)
-    most = np.pi if system.angular[driven] else 2 * system.length(values)
+    most = np.pi if system.angular[driven] else sizes(system, values).length
     grid = np.linspace(-most, most, SCAN)
     closed = _closed_at(system, driven, grid, values)
     edges = [-most] if closed[0] is not None else []
@@ -85,8 +87,11 @@ def _closed_at(system: System, driven: int, grid: Array, values: Array) -> list[
     fixed[:, driven] = grid
     free = system.unknowns([driven])
     if not free or not system.scene.holonomic:
-        closed = open_by(system, fixed, values, 0.0) <= 1e-8 * system.length(values)
-        return [q if is_closed else None for q, is_closed in zip(fixed, closed, strict=True)]
+        opened = gaps(system, fixed, values, 0.0)
+        return [
+            None if is_open(system, gap, values, 0.0) else q
+            for q, gap in zip(fixed, opened, strict=True)
+        ]
     p = np.tile(values, (len(grid), 1))
     any_start = search_of(system, free, starts=even_points(STARTS, len(free)))
     search = any_start.solved(0.0, fixed, p, 1, enough=1, tells_miss=False)
@@ -139,8 +144,8 @@ def _settle(system: System, y: Array, values: Array, t: float) -> Array | None:
 
 
 def _tangent(system: System, y: Array, values: Array, t: float) -> Array:
-    """Directions of the speeds that keep the constraints: (nu, freedoms), orthonormal."""
-    jacobian = system.constraint_jacobian(y, values, t)
+    """Directions that keep the constraints: (nu, freedoms), orthonormal in units of the steps."""
+    jacobian = system.constraint_jacobian(y, values, t) * _speed_steps(system, values)
     if not len(jacobian):
         return np.eye(len(system.speeds))
     _, singular, rows = np.linalg.svd(jacobian)
@@ -149,7 +154,13 @@ def _tangent(system: System, y: Array, values: Array, t: float) -> Array:
 
 
 def _along(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
-    return np.asarray(basis.T @ system.rates(y, values, t)[len(system.coordinates) :])
+    """Accelerations along the directions; those at rest lie in their span."""
+    accelerations = system.rates(y, values, t)[len(system.coordinates) :]
+    return np.asarray(basis.T @ (accelerations / _speed_steps(system, values)))
+
+
+def _speed_steps(system: System, values: Array) -> Array:
+    return steps_of(system, values)[len(system.coordinates) :]
 
 
 def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> Array:
@@ -170,9 +181,9 @@ def _slope(system: System, y: Array, basis: Array, values: Array, t: float) -> A
 
 
 def _moved(system: System, y: Array, change: Array, values: Array, t: float) -> Array | None:
-    """Along speeds `change` for a unit of time, back onto the manifold, at rest."""
+    """By `change`, in units of the steps, along the speeds; back onto the manifold, at rest."""
     width = len(system.coordinates)
-    with_speeds = np.concatenate([y[:width], change])
+    with_speeds = np.concatenate([y[:width], change * _speed_steps(system, values)])
     trial = y.copy()
     trial[:width] += system.rates(with_speeds, values, t)[:width]
     status, moved, _, _ = system.scene.project(t, trial, values)
@@ -190,6 +201,6 @@ def _kind(system: System, y: Array, values: Array, t: float) -> tuple[bool, int]
     return not neutral and bool(np.linalg.eigvals(slope).real.max() < 0), neutral
 
 
-def _apart(system: System, a: Array, b: Array) -> bool:
-    difference = np.where(system.angular, wrap(a - b), a - b)
+def _apart(system: System, a: Array, b: Array, values: Array) -> bool:
+    difference = np.where(system.angular, wrap(a - b), a - b) / steps_of(system, values)
     return bool(np.abs(difference).max() > 10 * SAME)

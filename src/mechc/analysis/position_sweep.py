@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -138,7 +139,7 @@ def sweep_positions(
     """See :meth:`mechc.Model.sweep_positions`; parameters p (..., np)."""
     place = system.state_index(driven)
     values = _checked_values(driven, values)
-    rows = np.ascontiguousarray(p.reshape(-1, p.shape[-1]))
+    rows = np.ascontiguousarray(p.reshape(math.prod(p.shape[:-1]), p.shape[-1]))
     kept = {**given, driven: float(values[0])}
     fixed = system.default_configurations(len(rows), (*near, *kept))
     for name, value in {**near, **kept}.items():
@@ -151,12 +152,11 @@ def sweep_positions(
         )
     first = search.solved(t, fixed, rows, KEPT)
     if p.ndim == 1 and not first.many[0]:
-        raise AssemblyError(told_miss(system, kept, first.miss[0]))
+        raise AssemblyError(told_miss(system, kept, near, first.open[0], p, t))
     q = np.full((len(rows), len(values), len(system.coordinates)), np.nan)
     q[:, 0] = first.found[:, 0]
-    angular = np.append(search.angular, np.uint8(system.angular[place]))
     ratios, change_points, passed, end = followed(
-        closure(system, t), t, place, search.free, angular, values, q, rows,
+        closure(system, t), t, place, search.free, values, q, rows,
         system.parameter_set.lengths(rows), MOST,
     )  # fmt: skip
     if system.driven is not None:

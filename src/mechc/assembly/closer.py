@@ -13,7 +13,7 @@ from mechc.native._closing import Closings, Closure
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
-SAME = 1e-6  # two solutions closer than this (rad, or of the model's length) are one
+SAME = 1e-6  # two solutions closer than this (rad, or of the mechanism's length) are one
 MOST_NUMBERS = 1 << 22  # of all starts together
 USED = (
     "constraints", "constraint_gradient", "velocity_constraints", "constraint_jacobian",
@@ -31,7 +31,6 @@ class Search:
 
     system: System
     free: Any
-    angular: Any
     starts: Array
     guessed: Any
     near: int
@@ -40,13 +39,13 @@ class Search:
     def closings(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
         """The search for members with coordinates ``fixed`` (n, nq), of those guessed the guess.
 
-        Parameters p (n, np); ``work`` of the result searches, ``solve`` at once.
+        Parameters p (n, np); ``work`` of the result searches, ``solved`` at once.
         """
         lengths = self.system.parameter_set.lengths(p)
         most = min(most, len(self.starts) + self.near)
         return Closings(
-            closure(self.system, t), t, self.free, self.angular, self.starts, fixed, p, lengths,
-            most, guessed=self.guessed, near=self.near, only_near=self.only_near, **options,
+            closure(self.system, t), t, self.free, self.starts, fixed, p, lengths, most,
+            guessed=self.guessed, near=self.near, only_near=self.only_near, **options,
         )  # fmt: skip
 
     def solved(self, t: float, fixed: Array, p: Array, most: int, **options: Any) -> Any:
@@ -67,8 +66,7 @@ def search_of(
     chosen = spread(len(free)) if starts is None else starts
     near = min(start_count(len(free) - len(guessed)), len(chosen))
     only_near = flags is not None and len(free) > system.scene.holonomic
-    angular = system.angular[places].view(np.uint8)
-    return Search(system, places, angular, chosen, flags, near, only_near)
+    return Search(system, places, chosen, flags, near, only_near)
 
 
 def closure(system: System, t: float) -> Any:
@@ -76,8 +74,23 @@ def closure(system: System, t: float) -> Any:
     inputs = None if system.driven is None else system.driven.given_to(USED, t)
     known = system.kept.get("closure")
     if known is None:
-        known = system.kept["closure"] = Closure(system.scene.evaluator, inputs)
+        known = system.kept["closure"] = Closure(
+            system.scene.evaluator, inputs, _kinds(system), _alike(system)
+        )
     return known
+
+
+def _kinds(system: System) -> Any:
+    """Of every coordinate (nq,): 0 a translation, 1 an angle, 2 a number."""
+    found = np.where(system.angular, 1, np.where(system.dimensionless, 2, 0))
+    return found[: len(system.coordinates)].astype(np.uint8)
+
+
+def _alike(system: System) -> Any:
+    """Of every configuration constraint (nh,) the first one that is known to have its unit."""
+    units = system.closure_units
+    first = [units.index(unit) if unit else i for i, unit in enumerate(units)]
+    return np.array(first, np.intc)
 
 
 def start_count(unknowns: int) -> int:

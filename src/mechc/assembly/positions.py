@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.assembly.closer import Search, search_of
+from mechc.assembly.sizes import gap_in_words, is_open, sizes
 from mechc.assembly.speeds import in_words, only_branch, with_speeds
 from mechc.errors import AssemblyError
 from mechc.system.parameters import Array
@@ -69,7 +70,7 @@ def _configurations(
     done = search.solved(t, fixed, p[None], MOST, **options)
     many = int(done.many[0])
     if not many:
-        raise AssemblyError(told_miss(system, given, done.miss[0]))
+        raise AssemblyError(told_miss(system, given, near, done.open[0], p, t))
     if many > MOST and not near:
         raise AssemblyError(f"there are over {MOST} assemblies: give more coordinates, or a guess")
     return np.asarray(done.found[0, :many])
@@ -102,9 +103,10 @@ def search_for(system: System, given: tuple[str, ...], near: tuple[str, ...]) ->
 
 
 def reach(system: System, p: Array) -> Array:
-    """Half a turn or the model's length: how far the search goes in every coordinate (nq,)."""
-    angular = system.angular[: len(system.coordinates)]
-    return np.where(angular, np.pi, system.length(p))
+    """Half a turn, 1 or the mechanism's length: how far a search goes in every coordinate (nq,)."""
+    width = len(system.coordinates)
+    away = np.where(system.dimensionless[:width], 1.0, sizes(system, p).length)
+    return np.where(system.angular[:width], np.pi, away)
 
 
 def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
@@ -121,36 +123,40 @@ def closed_states(system: System, starts: Array, p: Array, t: float) -> Array:
         every = search_of(system, system.unknowns([]), starts=starts[:, :movable])
         found = every.solved(t, system.default_coordinates[None], p[None], len(starts), all=True)
         if not found.many[0]:
-            raise AssemblyError(
-                "no configuration that closes the loops was found: the ends miss each other by at "
-                f"least {found.miss[0]:.6g} m with these lengths"
-            )
+            raise AssemblyError(told_miss(system, {}, {}, found.open[0], p, t))
         closed = found.found[0, : found.many[0]]
     return np.hstack([closed, np.zeros((len(closed), len(system.speeds)))])
 
 
-def open_by(system: System, q: Array, p: Array, t: float) -> Array:
-    """The largest gap, m, of configurations (n, nq)."""
+def gaps(system: System, q: Array, p: Array, t: float) -> Array:
+    """The configuration constraints (n, nh) at configurations (n, nq)."""
     still = np.zeros((len(q), len(system.speeds)))
-    gap = system.constraints(np.hstack([q, still]), p, t)
-    return np.asarray(np.abs(gap).max(axis=1, initial=0.0))
+    return system.constraints(np.hstack([q, still]), p, t)
 
 
 def _as_given(system: System, q: Array, p: Array, t: float) -> Array:
     """Nothing to solve for, or nothing to close."""
-    gap = float(open_by(system, q, p, t)[0])
-    if gap > 1e-8 * system.length(p):
+    gap = gaps(system, q, p, t)[0]
+    if is_open(system, gap, p, t):
         raise AssemblyError(
-            f"with the coordinates given the loop is open by {gap:.6g} m; give fewer of them "
+            f"the coordinates given leave {gap_in_words(system, gap, p, t)}; give fewer of them "
             "and let the others be solved for"
         )
     return q
 
 
-def told_miss(system: System, given: Values, gap: float) -> str:
-    """That the loops cannot close with the coordinates given, and by how much."""
+def told_miss(system: System, given: Values, near: Values, q: Array, p: Array, t: float) -> str:
+    """That nothing was found that closes the loops; q (nq,) is where the gap is least."""
     at = ", ".join(in_words(system.quantities[name], value) for name, value in given.items())
+    where = f" at {at}" if at else ""
+    if not np.isfinite(q).all():
+        return f"no configuration closes the loops{where}: the constraints there are no numbers"
+    gap = gaps(system, q[None], p, t)[0]
+    least = f"is {np.linalg.norm(gap):.6g} m"
+    if system.gap_unit != "m":
+        least = f"leaves {gap_in_words(system, gap, p, t)} instead of 0"
+    guess = "the guess" if near else "give a guess near what is wanted (guess={...})"
     return (
-        f"the loop cannot close at {at}: the ends miss each other by at least {gap:.6g} m "
-        "with these lengths. Change the lengths or the coordinates given"
+        f"no configuration was found that closes the loops{where}: the least gap met {least}. "
+        f"Change the lengths, the coordinates given, or {guess}"
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from mechc.assembly import tangent_branches as branches
 from mechc.assembly.closer import closure
+from mechc.assembly.sizes import are_lengths, speed_sizes
 from mechc.errors import AssemblyError
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, NamedQuantity
@@ -70,10 +71,19 @@ def consistent(system: System, y: Array, given: Collection[str], p: Array, t: fl
     if free is None:
         places = [i for i, name in enumerate(system.speeds) if name not in given]
         free = system.kept[names] = np.array(places, np.intc)
-    y, left, row, residual, conditioning = closure(system, t).keep_speeds(t, y, p, free, DEAD)
+    units = () if are_lengths(system) else _units(system, y, p, t)
+    y, left, row, residual, conditioning = closure(system, t).keep_speeds(
+        t, y, p, free, DEAD, *units
+    )
     if system.driven is not None:
         system.driven.raise_failure()
     return KeptSpeeds(y, left <= OPEN, row, residual, conditioning)
+
+
+def _units(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
+    """Weights of the rows and units of the speeds, for every row of parameters p (n or 1, np)."""
+    own = [speed_sizes(system, y[i], row, t) for i, row in enumerate(p)]
+    return np.array([1.0 / rows for rows, _ in own]), np.array([steps for _, steps in own])
 
 
 def _speeds_at(

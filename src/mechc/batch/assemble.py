@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from mechc.assembly.positions import open_by, search_for
+import numpy as np
+
+from mechc.assembly.positions import gaps, search_for
+from mechc.assembly.sizes import is_open
 from mechc.batch.spec import Recipe
 from mechc.errors import AssemblyError
 from mechc.system.parameters import Array
@@ -17,11 +20,11 @@ Drive = Callable[[Any], bool]
 
 
 def configurations(
-    system: System, recipe: Recipe, values: Array, length: Array, drive: Drive
+    system: System, recipe: Recipe, values: Array, drive: Drive
 ) -> tuple[Array, Any, Array, bool]:
     """The configuration of every member that ``model.assemble`` prefers.
 
-    Returns (coordinates (n, nq), whether the loops close (n,), by how much they miss in m (n,),
+    Returns (coordinates (n, nq), whether the loops close (n,), the norm of the gap (n,),
     whether Ctrl-C left it complete).  Every member is searched from the same starts, so what is
     found does not depend on other members.
 
@@ -36,8 +39,9 @@ def configurations(
     t = recipe.span[0]
     search = search_for(system, tuple(recipe.coordinates), tuple(recipe.guess))
     if search is None or not recipe.count:
-        miss = open_by(system, fixed, values, t)
-        return fixed, miss <= 1e-8 * length, miss, True
+        opened = gaps(system, fixed, values, t)
+        closed = [not is_open(system, gap, p, t) for gap, p in zip(opened, values, strict=True)]
+        return fixed, np.array(closed, bool), np.linalg.norm(opened, axis=1), True
     job = search.closings(t, fixed, values, MOST, block=BLOCK)
     complete = drive(job)
     if (job.many > MOST).any():

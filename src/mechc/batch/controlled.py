@@ -59,8 +59,7 @@ def _recorded(system: System, one: Recipe, threads: int) -> Recipe:
     recipe = replace(one, inputs=BatchInputs(one.inputs.numbers, signals))
     driven = driven_by(system, recipe.inputs)
     values = parameter_rows(driven, recipe)
-    length = driven.parameter_set.lengths(values)
-    y0, kept, _, _ = starts(driven, recipe, values, length, threads)
+    y0, kept, _, _ = starts(driven, recipe, values, threads)
     if kept is None or kept.all():
         state: Any = checked_state(driven, y0[0], values[0], one.span[0])
         run(Trajectory, driven, one.span, state, values[0], one.policy, typed=y0[0])

@@ -21,14 +21,17 @@ ABOUT = {
     "t": "time reached",
     "status": f"how it ended: {FINISHED} finished, {STOPPED_BY_EVENT} stopped by an event, "
     f"{NOT_RUN} not run, else a failure",
-    "miss": "remaining closure error of loops that cannot close",
+    "miss": "least gap met where nothing closes, in the unit of the constraints",
     "change_points": "change points crossed",
+    "sensitivity": "derivatives of the states at t_eval",
+    "sensitivity_final": "derivatives of the state at the end",
+    "sensitivity_max": "largest absolute value of the derivatives, at t_eval or the steps",
     "least_singular": "least conditioning of the constraints met",
     "critical_gap": "least gap at a critical configuration near the motion",
     "event_counts": "zeros of each event",
     "event_latest": "time of the last zero of each event",
 }
-UNITS = {"t": "s", "event_latest": "s", "miss": "m", "critical_gap": "m"}
+UNITS = {"t": "s", "event_latest": "s", "critical_gap": "m"}
 
 
 def to_dataset(
@@ -46,6 +49,8 @@ def to_dataset(
     coords: dict[str, Any] = {"state": [*system.coordinates, *system.speeds]}
     if len(recipe.t_eval):
         coords["time"] = ("time", recipe.t_eval, {"units": "s"})
+    if recipe.sensitivities:
+        coords["by"] = list(recipe.sensitivities)
     varied = recipe.varied()
     taken = {*variables, *coords}
     for key, name in netcdf_names(tuple(varied)).items():

@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
-from mechc.simulation.compiled_events import directions_of
-from mechc.simulation.expression_events import (
+from mechc.simulation.events.compiled import directions_of
+from mechc.simulation.events.expressions import (
     Compiler,
     checked_events,
     compile_all,
     is_compilable,
 )
-from mechc.simulation.stops import StopReset, refuse_stops
+from mechc.simulation.events.stops import StopReset, refuse_stops
 from mechc.system.parameters import Array
 from mechc.system.system import System
 

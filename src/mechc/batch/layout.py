@@ -117,6 +117,8 @@ def dimensions(name: str, rank: int) -> tuple[str, ...]:
         return ("member", "state")
     if name == "y_eval":
         return ("member", "time", "state")
+    if name.startswith("sensitivity"):
+        return ("member", *(("time",) if rank == 4 else ()), "state", "by")
     if name in ("event_counts", "event_latest"):
         return ("member", "event")
     if name.startswith("output_"):

@@ -33,8 +33,9 @@ class Batch:
     arrays
         Name -> array with the members first: ``y`` (n, nq + nu) final states, ``t`` (n,) times
         reached, ``y0`` (n, nq + nu) starts, ``status`` (n,), counters, ``y_eval``
-        (n, nt, nq + nu); a Zarr array where the batch was streamed to a file.  Each is also an
-        attribute: ``batch.y0``, ``batch.steps``.
+        (n, nt, nq + nu); with sensitivities by k names ``sensitivity_final`` and
+        ``sensitivity_max`` (n, nq + nu, k), ``sensitivity`` (n, nt, nq + nu, k); a Zarr array
+        where the batch was streamed to a file.  Each is also an attribute: ``batch.y0``.
     """
 
     def __init__(
@@ -119,6 +120,10 @@ class Batch:
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")
+        if self.recipe.sensitivities:
+            missing = np.isnan(self["sensitivity_final"]).reshape(len(self), -1).any(axis=1)
+            none = np.count_nonzero(np.logical_and(self.ok, missing))
+            told += [f"{none} members have no derivative by some name: NaN"] if none else []
         return tuple(told)
 
     def to_xarray(self) -> Any:

@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from mechc.assembly.sizes import allowed_gaps
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
 from mechc.batch.driven import driven_by, evaluated, in_segments
 from mechc.batch.reductions import read_reduction, read_stop
+from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe
 from mechc.native._batch import Runs
-from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, LAST, LEAST, METHODS
-from mechc.simulation.initialise import OFF_BY_ROUNDING
+from mechc.native._codes import CHANGE_POINT_POLICIES, COUNTERS, FINISHED, LAST, LEAST, METHODS
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -44,7 +45,7 @@ def run_members(
     system = driven_by(system, recipe.inputs)
     values = parameter_rows(system, recipe)
     length = system.parameter_set.lengths(values)
-    y0, assembled, miss, complete = starts(system, recipe, values, length, threads)
+    y0, assembled, miss, complete = starts(system, recipe, values, threads)
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
@@ -52,7 +53,7 @@ def run_members(
     runs = Runs(
         unit, _options(recipe, needs_dense), y0, values, length,
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
-        OFF_BY_ROUNDING,
+        allowed_gaps(system, values, recipe.span[0]),
         in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
         recipe.events,
     )  # fmt: skip
@@ -71,6 +72,10 @@ def run_members(
         results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
         first = last
     results |= _histories(system, recipe, values, runs.at_times)
+    if recipe.sensitivities:
+        job = Members(system, recipe, values, y0, runs.status == FINISHED)
+        complete = complete and drive(job, threads)
+        results |= job.results
     return results, complete
 
 
@@ -103,14 +108,14 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
 
 
 def starts(
-    system: System, recipe: Recipe, values: Array, length: Array, threads: int
+    system: System, recipe: Recipe, values: Array, threads: int
 ) -> tuple[Array, Array | None, Array | None, bool]:
     """Start states (n, nq + nu), which members have one, and the gap of the others."""
     if recipe.states is not None:
         shape = (recipe.count, recipe.states.shape[-1])
         return np.ascontiguousarray(np.broadcast_to(recipe.states, shape)), None, None, True
     q, closed, miss, complete = configurations(
-        system, recipe, values, length, lambda job: drive(job, threads)
+        system, recipe, values, lambda job: drive(job, threads)
     )
     y0 = np.full((recipe.count, len(system.coordinates) + len(system.speeds)), np.nan)
     kept = np.zeros(recipe.count, bool)

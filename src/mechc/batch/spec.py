@@ -71,6 +71,7 @@ class Recipe:
     policy: Policy
     inputs: BatchInputs = NONE
     events: BatchEvents | None = None
+    sensitivities: tuple[str, ...] = ()
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""

@@ -41,11 +41,11 @@ cdef extern from "batch/members.h":
         const mechc_unit *unit
         mechc_options options
         int coordinates, width, parameters, lockstep
-        double open_at_most
         ptrdiff_t count
         const double *y0
         const double *p
         const double *length
+        const double *allowed
         const unsigned char *pure
         const unsigned char *assembled
         ptrdiff_t times
@@ -113,7 +113,7 @@ cdef class Runs:
 
     def __init__(self, Scene scene, options, const double[:, ::1] y0, const double[:, ::1] p,
                  const double[::1] length, const unsigned char[::1] pure, assembled,
-                 const double[::1] t_eval, quantities, double open_at_most, driven=None,
+                 const double[::1] t_eval, quantities, const double[::1] allowed, driven=None,
                  events=None):
         cdef mechc_batch *batch = &self.batch
         cdef ptrdiff_t count = y0.shape[0]
@@ -123,19 +123,21 @@ cdef class Runs:
             raise ValueError("wrong number of state components")
         if p.shape[0] != count or p.shape[1] != scene.parameters or length.shape[0] != count:
             raise ValueError("a row of parameters and a length are needed for every member")
+        if allowed.shape[0] != count:
+            raise ValueError("a gap that is allowed is needed for every member")
         if pure.shape[0] != y0.shape[1]:
             raise ValueError("wrong number of scales")
-        self.kept = [scene, y0, p, length, pure, assembled, t_eval]
+        self.kept = [scene, y0, p, length, pure, assembled, t_eval, allowed]
         self._allocate(count, y0.shape[1], t_eval.shape[0], len(quantities))
         batch.unit = scene.unit
         batch.coordinates, batch.width = scene.coordinates, y0.shape[1]
         batch.parameters = scene.parameters
-        batch.open_at_most = open_at_most
         batch.count = count
         batch.lockstep = options["lockstep"]
         batch.times, batch.quantities = t_eval.shape[0], len(quantities)
         if count:
             batch.y0, batch.length = &y0[0, 0], &length[0]
+            batch.allowed = &allowed[0]
             batch.p = &p[0, 0] if scene.parameters else NULL
         batch.pure = &pure[0]
         if t_eval.shape[0]:

@@ -41,8 +41,9 @@ cdef extern from "closing/search.h":
         mechc_closure closure
         int rows, columns, unknowns
         const int *unknown
-        const unsigned char *angular
+        const unsigned char *kind
         const unsigned char *guessed
+        const int *alike
         ptrdiff_t starts, near
         const double *start
         int only_near, all, tells_miss
@@ -54,6 +55,7 @@ cdef extern from "closing/search.h":
         double *found
         int *many
         double *miss
+        double *open
         ptrdiff_t next, done
         int stop
 
@@ -65,6 +67,26 @@ cdef extern from "closing/search.h":
     int mechc_close_go_on(mechc_closing *, mechc_closer *, double) noexcept nogil
 
 
+cdef extern from "closing/measure.h":
+    ctypedef struct mechc_measured:
+        const mechc_closure *closure
+        int rows, columns, unknowns
+        const int *unknown
+        const unsigned char *kind
+        const int *alike
+
+    ctypedef struct mechc_measure:
+        double length
+        double *weight
+        double size
+
+    int mechc_measure_make(mechc_measure *, const mechc_measured *) noexcept nogil
+    void mechc_measure_free(mechc_measure *) noexcept nogil
+    void mechc_measure_member(
+        mechc_measure *, const double *, const double *, double
+    ) noexcept nogil
+
+
 cdef extern from "closing/speeds.h":
     ctypedef struct mechc_speeds_job:
         mechc_closure closure
@@ -73,6 +95,8 @@ cdef extern from "closing/speeds.h":
         double dead
         ptrdiff_t count, p_stride
         const double *p
+        const double *weight
+        const double *step
         double *y
         double *left
         int *row
@@ -88,7 +112,8 @@ cdef extern from "closing/follow.h":
         mechc_closure closure
         int rows, columns, driven, unknowns
         const int *unknown
-        const unsigned char *angular
+        const unsigned char *kind
+        const int *alike
         ptrdiff_t count, values
         const double *value
         const double *p
@@ -120,6 +145,18 @@ ctypedef struct following:
     int made
 
 
+ctypedef struct measuring:
+    mechc_measure *measure
+    const double *q
+    const double *p
+    double hint
+
+
+cdef void measure_a_member(void *given) noexcept nogil:
+    cdef measuring *work = <measuring *>given
+    mechc_measure_member(work.measure, work.q, work.p, work.hint)
+
+
 cdef void follow(void *given) noexcept nogil:
     cdef following *work = <following *>given
     work.made = mechc_follow_work(work.job)
@@ -144,7 +181,11 @@ cdef void ask_python(
 
 
 cdef class Closure:
-    """The constraints of a scene: a Scene, or an object with its ``evaluate``."""
+    """The constraints of a scene: a Scene, or an object with its ``evaluate``.
+
+    ``kind`` (nq,): 0 for a translation, 1 for an angle, 2 for a number (None: translations);
+    ``alike`` (nh,): the first row that is known to have the same unit (None: no two are).
+    """
 
     cdef mechc_closure closure
     cdef object scene, error
@@ -152,8 +193,10 @@ cdef class Closure:
     cdef tuple names
     cdef size_t stack
     cdef readonly int holonomic, rows, speeds, columns  # of the gradient
+    cdef const unsigned char[::1] kind
+    cdef const int[::1] alike
 
-    def __init__(self, scene, Inputs inputs=None):
+    def __init__(self, scene, Inputs inputs=None, kind=None, alike=None):
         cdef mechc_closure *closure = &self.closure
         cdef Scene compiled
         self.scene, self.inputs, self.error = scene, inputs, None
@@ -161,6 +204,9 @@ cdef class Closure:
         closure.coordinates, closure.width = scene.coordinates, scene.width
         closure.parameters = scene.parameters
         closure.inputs = address_of(inputs)
+        self.kind = np.zeros(scene.coordinates, np.uint8) if kind is None else kind
+        self.alike = np.arange(self.holonomic, dtype=np.intc) if alike is None else alike
+        self.check_rows()
         if isinstance(scene, Scene):
             compiled = scene
             self.stack = mechc_stack_of(compiled.width)
@@ -181,6 +227,15 @@ cdef class Closure:
                 closure.breadth[what] = closure.unit.outputs[closure.output[what]].width
             else:
                 closure.breadth[what] = known.get(name, 0)
+
+    cdef int check_rows(self) except -1:
+        cdef ptrdiff_t row
+        if self.kind.shape[0] != self.closure.coordinates or self.alike.shape[0] != self.holonomic:
+            raise ValueError("wrong number of coordinates or rows")
+        for row in range(self.holonomic):
+            if not 0 <= self.alike[row] <= row or self.alike[self.alike[row]] != self.alike[row]:
+                raise ValueError("a row is alike to the first one of its unit")
+        return 0
 
     cdef void answer(
         self, const mechc_closure *closure, int what, ptrdiff_t count, const double *y, const double *p,
@@ -214,11 +269,13 @@ cdef class Closure:
             raise error
 
     def keep_speeds(self, double t, const double[:, ::1] y, const double[:, ::1] p,
-                    const int[::1] unknown, double dead):
+                    const int[::1] unknown, double dead, const double[:, ::1] weight=None,
+                    const double[:, ::1] step=None):
         """States (n, width) with the nearest speeds that keep the constraints, p (n or 1, np).
 
         The speeds at the places ``unknown`` may change; ``dead``: below it, relative singular
-        values count as zero.  Returns states, what is left of the residuals relative to the size of
+        values count as zero; ``weight`` (as p, rows): by which rows are multiplied, and ``step``
+        (as p, nu): units of the speeds (None: 1).  Returns states, what is left of the residuals relative to the size of
         J and of the speeds (n,), the row that has it (n,), its size per second (n,), and the least
         singular value of J relative to the largest (n,).
         """
@@ -242,6 +299,13 @@ cdef class Closure:
         job.unknown = &unknown[0] if unknown.shape[0] else NULL
         job.p = &p[0, 0] if p.shape[1] else NULL
         job.p_stride = p.shape[1] if p.shape[0] > 1 else 0
+        job.weight = job.step = NULL
+        if weight is not None and step is not None:
+            if weight.shape[0] != p.shape[0] or step.shape[0] != p.shape[0]:
+                raise ValueError("weights and units must be given as often as parameters")
+            if weight.shape[1] != self.rows or step.shape[1] != self.speeds:
+                raise ValueError("wrong number of weights or units")
+            job.weight, job.step = &weight[0, 0], &step[0, 0]
         job.y, job.left, job.row, job.residual = &states[0, 0], &remains[0], &rows[0], &sizes[0]
         job.conditioning, job.stop = &weakest[0], 0
         work.job = &job
@@ -256,23 +320,23 @@ cdef class Closings:
     """Closed configurations of members with coordinates ``fixed`` (n, nq), of the unknowns a guess.
 
     ``start`` (starts, unknowns) within -1 ... 1: where the search begins, of half a turn or of the
-    model's length; ``guessed``: which unknowns are (None: none), ``near``: how many starts are at
+    mechanism's length; ``length`` (n,): where the search for it begins; ``guessed``: which unknowns are (None: none), ``near``: how many starts are at
     the guess, ``only_near``: whether there are no others.  ``most`` configurations are kept.  The
     search ends after ``enough`` of them (0: of any number), and where hardly more are to be
     expected unless ``all`` starts are wanted.
 
     After the work: ``found`` (n, most, nq), the nearest to the guess or the preferred one first,
-    ``many`` (n,), ``miss`` (n,), the least gap met, m.
+    ``many`` (n,), ``miss`` (n,), the least gap met, of all rows as they are, and ``open`` (n, nq),
+    where it was met, NaN where something was found.
     """
 
     cdef mechc_closing job
     cdef Closure closure
     cdef object kept  # arrays that C points into
-    cdef readonly object found, many, miss
+    cdef readonly object found, many, miss, open
 
     def __init__(self, Closure closure, double t, const int[::1] unknown,
-                 const unsigned char[::1] angular, const double[:, ::1] start,
-                 const double[:, ::1] fixed, const double[:, ::1] p, const double[::1] length, int most, *, const unsigned char[::1] guessed=None,
+                 const double[:, ::1] start, const double[:, ::1] fixed, const double[:, ::1] p, const double[::1] length, int most, *, const unsigned char[::1] guessed=None,
                  ptrdiff_t near=1, bint only_near=False, bint all=False, int enough=0, bint tells_miss=True,
                  ptrdiff_t block=1):
         cdef mechc_closing *job = &self.job
@@ -280,25 +344,28 @@ cdef class Closings:
         cdef double[:, :, ::1] found
         cdef int[::1] many
         cdef double[::1] miss
+        cdef double[:, ::1] opened
         job.closure = closure.closure
         job.closure.t = t
         if fixed.shape[1] != job.closure.coordinates or p.shape[1] != job.closure.parameters:
             raise ValueError("wrong number of coordinates or parameters")
         if p.shape[0] != count or length.shape[0] != count or not count:
             raise ValueError("a row of coordinates, parameters and a length for every member")
-        if start.shape[1] != unknowns or angular.shape[0] != unknowns or not unknowns:
+        if start.shape[1] != unknowns or not unknowns:
             raise ValueError("wrong number of unknowns")
         if not 0 < near <= start.shape[0] or most < 1 or not closure.holonomic:
             raise ValueError("nothing to search for or to keep")
         self.closure = closure
-        self.kept = [unknown, angular, start, fixed, p, length, guessed]
+        self.kept = [unknown, start, fixed, p, length, guessed]
         found = self.found = np.empty((count, most, fixed.shape[1]))
         many = self.many = np.zeros(count, np.intc)
         miss = self.miss = np.empty(count)
+        opened = self.open = np.empty((count, fixed.shape[1]))
         found[...], miss[...] = NAN, NAN
         job.rows = closure.holonomic
         job.columns = closure.columns
-        job.unknowns, job.unknown, job.angular = unknowns, &unknown[0], &angular[0]
+        job.unknowns, job.unknown, job.kind = unknowns, &unknown[0], &closure.kind[0]
+        job.alike = &closure.alike[0]
         if guessed is not None:
             if guessed.shape[0] != unknowns:
                 raise ValueError("wrong number of unknowns")
@@ -309,6 +376,7 @@ cdef class Closings:
         job.p = &p[0, 0] if job.closure.parameters else NULL
         job.all, job.most, job.enough, job.tells_miss = all, most, enough, tells_miss
         job.found, job.many, job.miss = &found[0, 0, 0], &many[0], &miss[0]
+        job.open = &opened[0, 0]
 
     @property
     def done(self):
@@ -338,12 +406,43 @@ cdef class Closings:
         self.job.stop = 1
 
 
+def measured(Closure closure, double t, const int[::1] unknown, const double[::1] q,
+             const double[::1] p, double hint):
+    """The sizes that coordinates and rows are compared with, see ``closing/measure.h``.
+
+    ``unknown``: coordinates that may move, the others are those of q (nq,).  Returns the length of
+    a step of a coordinate that is neither angle nor number, and (rows,) what such steps of the
+    unknowns change each row by; rows that are alike have the same size.
+    """
+    cdef mechc_measured of
+    cdef mechc_measure one
+    cdef mechc_closure asked = closure.closure
+    cdef measuring work
+    asked.t = t
+    if q.shape[0] != asked.coordinates or p.shape[0] != asked.parameters:
+        raise ValueError("wrong number of coordinates or parameters")
+    if not unknown.shape[0] or not closure.holonomic:
+        raise ValueError("nothing to measure")
+    of.closure, of.rows, of.columns = &asked, closure.holonomic, closure.columns
+    of.unknowns, of.unknown, of.kind = unknown.shape[0], &unknown[0], &closure.kind[0]
+    of.alike = &closure.alike[0]
+    if not mechc_measure_make(&one, &of):
+        raise MemoryError()
+    work.measure, work.q, work.p, work.hint = &one, &q[0], &p[0] if p.shape[0] else NULL, hint
+    with_stack(closure.stack, measure_a_member, &work)
+    weights = np.array([one.weight[i] for i in range(closure.holonomic)])
+    length, size = one.length, one.size
+    mechc_measure_free(&one)
+    closure.raise_error()
+    return length, size / weights
+
+
 def followed(Closure closure, double t, int driven, const int[::1] unknown,
-             const unsigned char[::1] angular, const double[::1] value, double[:, :, ::1] q,
-             const double[:, ::1] p, const double[::1] length, int most):
+             const double[::1] value, double[:, :, ::1] q, const double[:, ::1] p,
+             const double[::1] length, int most):
     """One assembly of every member, followed through the values of a coordinate.
 
-    ``angular``: of the unknowns, and of the driven coordinate last; ``q`` (n, values, nq): the
+    ``q`` (n, values, nq): the
     first configuration of every member, closed; the others are written to it, NaN beyond the
     assembly's end.  Returns their derivatives by the driven coordinate (n, values, nq), the change
     points passed (n, most), how many (n,), and where the assembly ends (n,), NaN where it does not.
@@ -364,11 +463,13 @@ def followed(Closure closure, double t, int driven, const int[::1] unknown,
         raise ValueError("wrong number of coordinates or parameters")
     if p.shape[0] != count or length.shape[0] != count or q.shape[1] != value.shape[0]:
         raise ValueError("a row of parameters, a length and a row of values for every member")
-    if angular.shape[0] != unknowns + 1 or not 0 < unknowns <= closure.holonomic or not count:
+    cdef int[::1] places = np.append(unknown, np.intc(driven)).astype(np.intc)
+    if not 0 < unknowns <= closure.holonomic or not count:
         raise ValueError("wrong number of unknowns")
     job.rows, job.columns = closure.holonomic, closure.columns
-    job.driven, job.unknowns, job.unknown = driven, unknowns, &unknown[0]
-    job.angular, job.count, job.values = &angular[0], count, value.shape[0]
+    job.driven, job.unknowns, job.unknown = driven, unknowns, &places[0]
+    job.kind, job.count, job.values = &closure.kind[0], count, value.shape[0]
+    job.alike = &closure.alike[0]
     job.value, job.length, job.most = &value[0], &length[0], most
     job.p = &p[0, 0] if p.shape[1] else NULL
     job.q, job.ratio, job.end = &q[0, 0, 0], &ratios[0, 0, 0], &end[0]

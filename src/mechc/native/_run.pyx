@@ -316,6 +316,11 @@ cdef class Run:
         return self.run.trajectory.crossing_count
 
     @property
+    def met_critical(self):
+        """Whether a critical configuration was found near a state: at the start, or in a step."""
+        return self.run.stats.critical_gap < 1e300
+
+    @property
     def count(self):
         """Number of accepted states, the start included."""
         return self.run.trajectory.count

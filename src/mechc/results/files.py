@@ -54,8 +54,10 @@ def to_dataset(sol: Trajectory) -> Any:
         for key, name in netcdf_names((*system.coordinates, *system.speeds)).items()
     }
     variables["energy"] = ("time", sol.energy, {"units": "J", "long_name": "T + V"})
-    variables["closure"] = ("time", sol.closure, {"units": "m", "long_name": "closure gap"})
-    variables["velocity_closure"] = ("time", sol.velocity_closure, {"units": "m/s"})
+    unit = system.gap_unit
+    variables["closure"] = ("time", sol.closure, {"units": unit, "long_name": "closure gap"})
+    rate = {"units": f"{unit}/s" if unit else ""}
+    variables["velocity_closure"] = ("time", sol.velocity_closure, rate)
     time = ("time", sol.t, {"units": "s"})
     attributes = {
         "title": _ascii(f"{system.title}, simulated by mechc"),
@@ -189,7 +191,9 @@ def _write_csv(sol: Trajectory, path: Path) -> None:
     system = sol.system
     names = (*system.coordinates, *system.speeds)
     header = ["t [s]", *(_csv_text(f"{n} [{system.units[n]}]") for n in names)]
-    header += ["energy [J]", "closure [m]", "velocity closure [m/s]"]
+    unit = system.gap_unit
+    rate = f"{unit}/s" if unit else ""
+    header += ["energy [J]", f"closure [{unit}]", f"velocity closure [{rate}]"]
     table = np.column_stack([sol.t, sol.y, sol.energy, sol.closure, sol.velocity_closure])
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

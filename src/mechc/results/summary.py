@@ -67,9 +67,9 @@ def summary_rows(sol: Trajectory) -> list[tuple[str, str]]:
     ]
     checks = [_energy_check(sol)]
     if system.constraint_names:
-        checks.append(
-            ("closure", f"{sol.closure.max():.1e} m, {sol.velocity_closure.max():.1e} m/s")
-        )
+        unit = system.gap_unit
+        gap, rate = f"{sol.closure.max():.1e} {unit}".rstrip(), f"{sol.velocity_closure.max():.1e}"
+        checks.append(("closure", f"{gap}, {rate} {f'{unit}/s' if unit else 'per second'}"))
     passages = _passages(sol)
     return [
         ("outcome", str(sol.status)),

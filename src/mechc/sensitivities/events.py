@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.sensitivities.columns import Columns
-from mechc.simulation.events import Event, evaluated
-from mechc.simulation.expression_events import ResetExpressions
-from mechc.simulation.resets import changed_state
+from mechc.simulation.events.event import Event, evaluated
+from mechc.simulation.events.expressions import ResetExpressions
+from mechc.simulation.events.resets import changed_state
 from mechc.simulation.segments import Segments
 from mechc.system.parameters import Array
 from mechc.system.system import System

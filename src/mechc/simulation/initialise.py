@@ -6,15 +6,16 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mechc.assembly.sizes import allowed_gap, excess_of_rates, gap_in_words, is_open, refuse_uneven
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
-from mechc.simulation.segments import Segment, Segments
+from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import Policy
 from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
-OFF_BY_ROUNDING = 1e-8  # of the model's length: a state typed with ten digits is projected
+LAST = 1024  # accepted states, from one of which the end of a run is followed
 
 
 def begin(
@@ -34,6 +35,12 @@ def begin(
     )  # fmt: skip
 
 
+def starts_beside(compiled: Segment, policy: Policy) -> bool:
+    """Whether a run that may pass change points starts beside one."""
+    beside = compiled.status == RUNNING and getattr(compiled, "met_critical", False)
+    return bool(beside) and policy.on_change_point != "stop"
+
+
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
 ) -> Segment | None:
@@ -47,15 +54,31 @@ def leave_change_point(
     return Segments(first, begin(system, (first.t, span[1]), beside, values, policy))
 
 
+def reach_end(
+    system: System, compiled: Segment, span: tuple[float, float], values: Array, policy: Policy
+) -> Segment | None:
+    """A run that no step could end beside a change point, to its end along the curve there."""
+    from mechc.simulation.singular_start import singular_end
+
+    if policy.on_change_point == "stop" or system.driven is not None or compiled.count < 2:
+        return None
+    times, states = compiled.tail(min(compiled.count, LAST))
+    motion = singular_end(system, times, states, values, span[1])
+    if motion is None:
+        return None
+    until = compiled if motion.t0 == times[-1] else Until(compiled, motion.t0)
+    return Segments(until, motion)
+
+
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
     state = _shaped(system, y0)
+    refuse_uneven(system, values, t0)
     projected: Array
     code, projected, gap, drift = system.scene.project(t0, state, values)
-    allowed = OFF_BY_ROUNDING * system.length(values)
-    sound = code == RUNNING and gap <= allowed and drift <= allowed
-    if not sound:
-        _refuse_state(system, state, gap, drift, allowed)
+    allowed = allowed_gap(system, values, t0)
+    if not (code == RUNNING and gap <= allowed and drift <= allowed):
+        _refuse_open(system, state, values, t0)
     return projected
 
 
@@ -65,13 +88,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
     Unlike :func:`checked_state` it does not wait for the integrators, which may still be compiling.
     """
     state = _shaped(system, y0)
-    gap, drift = (
-        float(np.abs(residual(state, values, t0)).max(initial=0.0))
-        for residual in (system.constraints, system.velocity_constraints)
-    )
-    allowed = OFF_BY_ROUNDING * system.length(values)
-    if not (gap <= allowed and drift <= allowed):
-        _refuse_state(system, state, gap, drift, allowed)
+    _refuse_open(system, state, values, t0)
     return state
 
 
@@ -90,18 +107,23 @@ def _shaped(system: System, y0: Array) -> Array:
     )
 
 
-def _refuse_state(system: System, state: Array, gap: float, drift: float, allowed: float) -> None:
+def _refuse_open(system: System, state: Array, values: Array, t: float) -> None:
     """Raise for a state off the constraints, unless its speeds are so high that it is rounding."""
     if not np.isfinite(state).all():
         bad = (*system.coordinates, *system.speeds)[int(np.argmin(np.isfinite(state)))]
         raise ValueOutOfBoundsError(f"y0: {bad} is not a finite number")
-    if gap > allowed:
+    gap = system.constraints(state, values, t)
+    if len(gap) and is_open(system, gap, values, t):
         raise AssemblyError(
-            f"y0 leaves the loop open by {gap:.6g} m; take y0 = model.assemble(...), which "
-            "closes it"
+            f"y0 leaves {gap_in_words(system, gap, values, t)}; take y0 = model.assemble(...), "
+            "which closes it"
         )
-    if drift > allowed * max(1.0, float(np.abs(state[len(system.coordinates) :]).max())):
+    drift = system.velocity_constraints(state, values, t)
+    excess = excess_of_rates(system, drift, state, values, t)
+    if not (excess <= 1.0).all():
+        worst = int(np.argmax(excess))
         raise AssemblyError(
-            f"the speeds of y0 open the loop at {drift:.6g} m/s; take y0 = model.assemble(..., "
-            "speeds=...), which makes them consistent"
+            f"the speeds of y0 open {system.constraint_names[worst]!r} at "
+            f"{abs(drift[worst]):.6g} {system.rate_units[worst]}; take y0 = "
+            "model.assemble(..., speeds=...), which makes them consistent"
         )

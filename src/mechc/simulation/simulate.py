@@ -19,17 +19,19 @@ from mechc.native._codes import (
     FINISHED,
     INPUT_FAILED,
     INTERRUPTED,
+    NO_STEP_FITS,
     RUNNING,
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
-from mechc.simulation.compiled_events import CompiledFinder, CompiledResets, compiled_finder
-from mechc.simulation.events import EventFinder, EventRecord, FunctionFailedError
-from mechc.simulation.initialise import begin, leave_change_point
+from mechc.simulation.events.compiled import CompiledFinder, CompiledResets, compiled_finder
+from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.resets import Resets, resets_of
+from mechc.simulation.events.stops import StopReset, refuse_stops
+from mechc.simulation.initialise import begin, leave_change_point, reach_end, starts_beside
 from mechc.simulation.limits import LIMITED, explained
-from mechc.simulation.resets import Resets, resets_of
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
     Policy,
@@ -38,7 +40,6 @@ from mechc.simulation.settings import (
     checked_span,
 )
 from mechc.simulation.status import status_of
-from mechc.simulation.stops import StopReset, refuse_stops
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -75,7 +76,7 @@ def run(
     """
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
-    if compiled.status == AT_CHANGE_POINT:
+    if compiled.status == AT_CHANGE_POINT or starts_beside(compiled, policy):
         first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
@@ -105,6 +106,11 @@ def _driven(
         kind = CompiledResets if isinstance(finder, CompiledFinder) else Resets
         resets = partial(kind, system, values, policy, span[1], compiled, finder)
     code, stop = _drive(compiled, span, finder, progress, resets)
+    ended = None
+    if code == NO_STEP_FITS and finder is None:
+        ended = reach_end(system, compiled, span, values, policy)
+    if ended is not None:
+        compiled, code = ended, FINISHED
     driven = system.driven
     if driven is not None and driven.failed:
         code = INTERRUPTED if driven.interrupted else INPUT_FAILED

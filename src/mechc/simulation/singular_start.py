@@ -9,11 +9,12 @@ collocation (Clenshaw & Norton 1963: Picard iteration of the integrated interpol
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev
+from scipy.optimize import brentq
 
 from mechc.assembly import tangent_branches as branches
 from mechc.native._codes import FINISHED
@@ -25,7 +26,20 @@ CLEAR = 0.08  # where the compiled integrators take over
 NODES, TIMES = 14, 20
 SHORTENED = 24
 ON_BRANCH = 1e-6  # of the speeds: tolerance of the closure to second order
+BESIDE = 0.01  # of the largest singular value, and rad: a start so near is followed along the curve
+TURNS = 100.0  # the speeds' direction turns no more per unit along the branch
+AHEAD = 0.1  # as BESIDE, of a change point that a run is to end at
+DISTINCT = 0.03  # along the curve: from a state so far an end is followed, if there is one
+ON_CURVE = 1e-6  # of the scale: states on another branch are farther off
 EPS = float(np.finfo(float).eps)
+
+
+class Passed(NamedTuple):
+    """A change point passed: when, its coordinates (nq,), its gap in m."""
+
+    t: float
+    q: Array
+    gap: float
 
 
 @dataclass(frozen=True)
@@ -38,9 +52,9 @@ class SingularStart:
     curve: _Curve
     path: Chebyshev
     evaluations: int
+    passed: Passed | None = None
     status: int = FINISHED
     count: int = 2
-    crossings: int = 0
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""
@@ -65,9 +79,16 @@ class SingularStart:
         t, y = self.states()
         return t[-count:], y[-count:]
 
+    @property
+    def crossings(self) -> int:
+        return 0 if self.passed is None else 1
+
     def change_points(self) -> tuple[Array, Array, Array]:
-        """None: the start is not a crossing."""
-        return np.zeros(0), np.zeros((0, len(self.system.coordinates))), np.zeros(0)
+        """The change point, where the motion starts before it; a start at it is no crossing."""
+        if self.passed is None:
+            return np.zeros(0), np.zeros((0, len(self.system.coordinates))), np.zeros(0)
+        t, q, gap = self.passed
+        return np.array([t]), q[None], np.array([gap])
 
     def interpolate(self, t: Array) -> Array:
         x = self.path(t)
@@ -95,23 +116,90 @@ class _Curve:
 def singular_start(
     system: System, y0: Array, values: Array, span: tuple[float, float]
 ) -> SingularStart | None:
-    """The motion from a change point y0 on, along the branch of its speeds.
+    """The motion from a change point y0 on, or from a little beside it, along the branch of its
+    speeds.
 
     None if y0 is not one, is at rest, or is on no branch, or if the mechanism has more than one
     degree of freedom, velocity constraints, or constraints that depend on time.
     """
     width = len(system.coordinates)
     at = branches.find(system, y0, values, span[0])
+    at = at or branches.find(system, y0, values, span[0], BESIDE, BESIDE)
     if at is None or not _supported(system, at, y0, values, span):
         return None
     u = y0[width:]
     size = float(np.abs(u).max())
     off = branches.second_order(system, at, u, values, span[0])
     scale = system.length(values) * size**2
-    if size == 0 or np.abs(off).max() > ON_BRANCH * scale:
+    if size == 0:
+        return None
+    x0 = _along(system, at.q, u, y0, values)
+    if np.abs(off).max() > (ON_BRANCH + TURNS * abs(x0)) * scale:
         return None
     curve = _branch(system, at, u, values, span[0])
-    return None if curve is None else _motion(system, curve, y0, values, span)
+    if curve is None:
+        return None
+    motion = _motion(system, curve, x0, y0, values, span)
+    return motion and replace(motion, passed=_passed(motion, at, x0, values))
+
+
+def singular_end(
+    system: System, times: Array, states: Array, values: Array, t_end: float
+) -> SingularStart | None:
+    """The motion from one of the states (n, nq + nu) to an end beside the change point ahead.
+
+    It starts at the last state that is clear of the change point.  None where the start above would
+    give none, or where the states are not on the curve of configurations that is found.
+    """
+    width = len(system.coordinates)
+    t, y = float(times[-1]), states[-1]
+    at = branches.find(system, y, values, t, AHEAD, AHEAD)
+    if at is None or not y[width:].any() or not _supported(system, at, y, values, (t, t_end)):
+        return None
+    curve = _branch(system, at, y[width:], values, t)
+    if curve is None:
+        return None
+    x = np.array([_along(system, at.q, y[width:], each, values) for each in states])
+    within = np.where(np.abs(x) <= CLEAR, np.abs(x), 0.0)
+    clear = np.flatnonzero(within >= DISTINCT)
+    k = int(clear[-1] if len(clear) else np.argmax(within))
+    if not _on_curve(system, curve, x[k:], states[k:], values):
+        return None
+    motion = _motion(system, curve, float(x[k]), states[k], values, (float(times[k]), t_end))
+    if motion is None or motion.t != t_end:
+        return None
+    return replace(motion, passed=_passed(motion, at, float(x[k]), values))
+
+
+def _on_curve(system: System, curve: _Curve, x: Array, states: Array, values: Array) -> bool:
+    """Whether states at x along the curve lie on it, their speeds along it."""
+    width = len(system.coordinates)
+    scale = system.scale(values)[:width]
+    slope, u = curve.deriv()(x) / scale, states[:, width:] / scale
+    speed = (slope * u).sum(axis=1) / (slope * slope).sum(axis=1)
+    off = np.abs(curve(x) - states[:, :width]).max(initial=0.0) / scale.min()
+    astray = np.abs(slope * speed[:, None] - u).max(initial=0.0)
+    return bool(off <= ON_CURVE and astray <= ON_CURVE * np.abs(u).max())
+
+
+def _passed(
+    motion: SingularStart, at: branches.SingularConfiguration, x0: float, values: Array
+) -> Passed | None:
+    """The change point, if the motion comes from clearly before it."""
+    if abs(x0) <= branches.SNAP or x0 * motion.path(motion.t) > 0:
+        return None
+    ends = sorted((motion.t0, motion.t))
+    t = float(brentq(motion.path, *ends, xtol=1e-14))
+    state = np.append(at.q, np.zeros(len(motion.system.speeds)))
+    gap = np.abs(motion.system.constraints(state, values, t)).max()
+    return Passed(t, at.q, float(gap))
+
+
+def _along(system: System, q: Array, u: Array, y0: Array, values: Array) -> float:
+    """How far along the tangent the start is from the change point."""
+    scale = system.scale(values)[: len(q)]
+    tangent = u / scale / np.linalg.norm(u / scale)
+    return float(tangent @ ((y0[: len(q)] - q) / scale))
 
 
 def _supported(
@@ -175,17 +263,22 @@ def _closed(
 
 
 def _motion(
-    system: System, curve: _Curve, y0: Array, values: Array, span: tuple[float, float]
+    system: System,
+    curve: _Curve,
+    x0: float,
+    y0: Array,
+    values: Array,
+    span: tuple[float, float],
 ) -> SingularStart | None:
     width = len(system.coordinates)
-    slope = curve.deriv()(np.zeros(1))[0]
+    slope = curve.deriv()(np.full(1, x0))[0]
     speed = float(slope @ y0[width:] / (slope @ slope))
     length = min(CLEAR / abs(speed), abs(span[1] - span[0]))
     for attempt in range(SHORTENED):
         t1 = span[0] + np.copysign(length, span[1] - span[0])
         if abs(span[1] - t1) < 1e-9 * length:
             t1 = span[1]
-        path = _path(system, curve, speed, values, span[0], t1)
+        path = _path(system, curve, x0, speed, values, span[0], t1)
         if path is not None:
             last = float(abs(path(t1)))
             if last >= 0.1 * CLEAR or t1 == span[1]:
@@ -196,13 +289,13 @@ def _motion(
 
 
 def _path(
-    system: System, curve: _Curve, speed: float, values: Array, t0: float, t1: float
+    system: System, curve: _Curve, x0: float, speed: float, values: Array, t0: float, t1: float
 ) -> Chebyshev | None:
-    """x(t) from the change point on; None where it leaves the curve or does not converge."""
+    """x(t) from the start x0 on; None where it leaves the curve or does not converge."""
     grid = np.cos(np.pi * (np.arange(TIMES) + 0.5) / TIMES)
     t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * grid
     first, second = curve.deriv(), curve.deriv(2)
-    x, rate = speed * (t - t0), np.full(TIMES, speed)
+    x, rate = x0 + speed * (t - t0), np.full(TIMES, speed)
     change = np.inf
     for _ in range(80):
         if not np.abs(x).max() <= REACH:
@@ -216,7 +309,7 @@ def _path(
         acceleration = np.einsum("ni,ni->n", along, pull) / inertia
         domain = sorted((t0, t1))
         rates = Chebyshev.fit(t, acceleration, TIMES - 1, domain=domain).integ(lbnd=t0) + speed
-        path = rates.integ(lbnd=t0)
+        path = rates.integ(lbnd=t0) + x0
         change, before = float(np.abs(path(t) - x).max()), change
         x, rate = path(t), rates(t)
         if change <= 4 * EPS * REACH or (change <= 1e-12 * REACH and change >= before):

@@ -200,8 +200,8 @@ CODES = {
     ),
     codes.NOT_ASSEMBLED: (
         "not assembled",
-        "the loops cannot close with this start and these lengths",
-        "The variable 'miss' of the batch is the remaining closure error in metres",
+        "no configuration was found that closes the loops with this start and these lengths",
+        "The variable 'miss' of the batch is the least gap met, of all constraints together",
     ),
     codes.OPEN_AT_START: (
         "open at the start",

@@ -12,7 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
-from mechc.simulation.events import EventRecord
+from mechc.simulation.events.event import EventRecord
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -141,12 +141,12 @@ class Trajectory:
 
     @cached_property
     def closure(self) -> Array:
-        """Largest gap of the configuration constraints (nt,), m."""
+        """Largest gap of the configuration constraints (nt,): m, or what unit they have."""
         return _largest(self.system.constraints(self.y, self.params, self.t))
 
     @cached_property
     def velocity_closure(self) -> Array:
-        """Largest residual of the velocity constraints (nt,), m/s."""
+        """Largest residual of the velocity constraints (nt,): m/s, or what unit they have."""
         return _largest(self.system.velocity_constraints(self.y, self.params, self.t))
 
     @cached_property

@@ -82,6 +82,13 @@ class Description:
         """Names of the constraint rows, configuration constraints first."""
         return tuple(c["name"] for c in self.data["constraints"])
 
+    @cached_property
+    def gap_unit(self) -> str:
+        """The unit that all configuration constraints are known to have, else ""."""
+        rows = [str(c["unit"]) for c in self.data["constraints"]]
+        units = {unit for unit in rows if not unit.endswith("/s")}
+        return units.pop() if len(units) == 1 else ""
+
     @property
     def skeleton(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """The lines drawn, each (label, names of the points of a polyline)."""

@@ -133,6 +133,11 @@ class ParameterSet:
         """The scale of lengths: the largest parameter that is one, 1 if there is none."""
         return largest_of(values, self._lengths) or 1.0
 
+    @property
+    def has_lengths(self) -> bool:
+        """Whether any parameter is known to be a length."""
+        return len(self._lengths) > 0
+
     def lengths(self, rows: Array) -> Array:
         """The length scale of every row (n,)."""
         if len(rows) == 1:

@@ -183,6 +183,19 @@ class System(Description):
 
     # -- sizes ------------------------------------------------------------------------------
 
+    @property
+    def closure_units(self) -> tuple[str, ...]:
+        """Units of the configuration constraints (nh,), "" where unknown."""
+        rows = self.data["constraints"][: self.scene.holonomic]
+        return tuple(str(row["unit"]) for row in rows)
+
+    @cached_property
+    def rate_units(self) -> tuple[str, ...]:
+        """Units of the rows of J u + b (nc,), "per second" of rows whose unit is unknown."""
+        moving = [str(row["unit"]) for row in self.data["constraints"][self.scene.holonomic :]]
+        rates = [f"{unit}/s" if unit else "" for unit in self.closure_units]
+        return tuple(unit or "per second" for unit in (*rates, *moving))
+
     def length(self, p: Array) -> float:
         """The scale of lengths, m: the largest parameter that is a length, 1 if there is none."""
         return self.parameter_set.length(p)

@@ -15,6 +15,13 @@ def test_errors_are_within_the_tolerance_times_the_condition(name: str, capsys):
 
 
 @pytest.mark.slow
+def test_errors_through_strikes_and_jumps():
+    rows = list(derivatives.rows("struck_pendulum"))
+    assert len(rows) == 8
+    assert all(row.fine for row in rows)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar_regular", "four_bar_change_point"])
 def test_errors_through_loops(name: str):
     """The pair of order 8 comes so near to the change point at rtol 1e-12 that rounding counts."""
@@ -25,14 +32,17 @@ def test_errors_through_loops(name: str):
 
 
 def test_an_error_shows():
-    row = derivatives.Row("pendulum", "gauss8", 1e-6, 1e-3, 2.0)
+    row = derivatives.Row("pendulum", "gauss8", 1e-6, 1e-3, 1e-6, 2.0)
     assert not row.fine
+    assert not row._replace(error=1e-6, backwards=1e-3).fine
 
 
 def test_the_data_are_those_of_the_families():
-    """The stiff scene's, computed again by its matrix exponential."""
+    """The stiff scene's, computed again by its matrix exponential and by its modes."""
     data, family = reference("sensitivities"), sensitivities.FAMILIES["stiff_masses"]()
-    assert set(data) <= set(sensitivities.FAMILIES)
+    assert set(data) == {*sensitivities.FAMILIES, "digits"}
+    assert data["digits"] >= sensitivities.NEEDED
+    assert sensitivities.computed("stiff_masses")["by"] == data["stiff_masses"]["by"]
     found = np.array(sensitivities.derivative(family, "k_0"), float)
     np.testing.assert_allclose(
         found, np.array(data["stiff_masses"]["by"]["k_0"], float), rtol=1e-14

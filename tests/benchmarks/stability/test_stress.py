@@ -71,6 +71,7 @@ def first_of(rows, count):
      ("tolerances", 28), ("open starts", 12), ("bad values", 10), ("a million periods", 2),
      pytest.param("redundant constraints", 2, marks=pytest.mark.slow),
      ("near misses", 12), ("exact motion", 4), ("whole turns", 12),
+     ("ends near", 24), ("starts near", 12),
      pytest.param("window near misses", 6, marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_the_first_runs_of_a_family_are_not_wrong(family, count):

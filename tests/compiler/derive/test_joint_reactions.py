@@ -20,7 +20,7 @@ from sympy.physics.mechanics import (
 
 import mechc
 from mechc.errors import MechcError, UnavailableOutputError
-from tests.support.jointed import CHAIN, PINS, chain, four_bar, rod, spatial_four_bar, tree
+from tests.support.linkages.jointed import CHAIN, PINS, chain, four_bar, rod, spatial_four_bar, tree
 
 ASKED = ("reactions", "multipliers")
 G = 9.81

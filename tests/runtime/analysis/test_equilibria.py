@@ -6,7 +6,7 @@ from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
 
 import mechc
 from mechc.errors import MechcError, UnknownNameError
-from tests.support.loops import spatial_four_bar
+from tests.support.linkages.loops import spatial_four_bar
 
 PARAMS = {"l_3": 3.5}
 

@@ -144,7 +144,7 @@ def test_any_coordinate_may_drive(model):
 
 
 def test_what_cannot_be_done_is_said(model):
-    with pytest.raises(AssemblyError, match=r"cannot close at theta_0 = .* at least"):
+    with pytest.raises(AssemblyError, match=r"was found .* at theta_0 = .* least gap met is"):
         model.sweep_positions("theta_0", [0.5, 0.6], params={"l_0": 30.0})
     with pytest.raises(AssemblyError, match="theta_0 = 180 deg is a change point"):
         model.sweep_positions("theta_0", [np.pi, 4.0])

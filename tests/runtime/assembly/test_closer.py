@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mechc.native._closing import Closings, Closure
+from mechc.native._closing import Closings, Closure, measured
+
+from mechc.assembly.closer import spread
+from tests.support import dyads
 
 
 class Constraints:
@@ -38,7 +41,8 @@ def search(constraints, *, angular=True, guess=None, starts=40, length=1.0, **op
     start += 0.3 * np.sin(np.arange(start.size)).reshape(start.shape)
     fixed = np.zeros((1, size)) if guess is None else np.array([guess], dtype=float)
     found = Closings(
-        Closure(constraints), 0.0, np.arange(size, dtype=np.intc), np.full(size, angular, np.uint8),
+        Closure(constraints, kind=np.full(size, angular, np.uint8)), 0.0,
+        np.arange(size, dtype=np.intc),
         np.clip(start, -1, 1), fixed, np.zeros((1, 1)), np.array([length]), 100,
         guessed=None if guess is None else np.ones(size, np.uint8), **options,
     )  # fmt: skip
@@ -147,3 +151,72 @@ def test_speeds_are_the_nearest_that_keep_the_constraints(rank, rows):
     singular = np.linalg.svd(jacobian, compute_uv=False)
     least = singular[-1] / singular[0] if rows <= 5 else 0.0
     np.testing.assert_allclose(conditioning, least, atol=1e-14)
+
+
+def closed_natural(linkage, squared, factors, **options):
+    """Places found (n, joints, 2) of a linkage in natural coordinates."""
+    rows = dyads.Rows(linkage, squared, factors)
+    size = rows.coordinates
+    found = Closings(
+        Closure(rows), 0.0, np.arange(size, dtype=np.intc), spread(size), np.zeros((1, size)),
+        np.zeros((1, 1)), np.ones(1), 100, **options,
+    )  # fmt: skip
+    found.work()
+    return configurations(found).reshape(-1, size // 2, 2)
+
+
+def assert_same_places(found, expected, within):
+    """Each place once, in any order."""
+    assert len(found) == len(expected)
+    away = np.abs(found[:, None] - expected[None]).max(axis=(2, 3))
+    assert away.min(axis=0).max() < within
+    assert sorted(away.argmin(axis=1)) == list(range(len(expected)))
+
+
+SHAPES = [dyads.four_bar, dyads.watt, dyads.klann, dyads.jansen]
+
+
+@pytest.mark.parametrize(("shape", "unit"), [*zip(SHAPES, (1e-3, 1e3, 1e-3, 1e3), strict=True)])
+def test_squares_of_distances_close_as_circles_intersect(shape, unit):
+    draw = np.random.default_rng(len(shape.__name__))
+    linkage = shape(draw.uniform(0, 2 * np.pi)).scaled(unit)
+    assert linkage.clearance() > 1e-3
+    factors = 10.0 ** draw.uniform(-6, 6, len(linkage.rods))
+    found = closed_natural(linkage, np.ones(len(factors), bool), factors)
+    assert_same_places(found, linkage.assemblies(), 1e-9 * linkage.rods[0][2])
+
+
+@pytest.mark.parametrize("shape", SHAPES[:2], ids=lambda shape: shape.__name__)
+@pytest.mark.parametrize("crank", [0.3, 1.9, 4.4])
+def test_distances_and_their_squares_in_any_unit_close_alike(shape, crank):
+    """Some rows squared, some not; lengths from 1e-3 to 1e3, rows times 1e-6 to 1e6."""
+    linkage, draw = shape(crank), np.random.default_rng(5)
+    expected = linkage.assemblies()
+    for unit, most in ((1.0, 0.0), (1e-3, 6.0), (1e3, 6.0)):
+        squared = draw.random(len(linkage.rods)) < 0.5
+        factors = 10.0 ** draw.uniform(-most, most, len(squared))
+        found = closed_natural(linkage.scaled(unit), squared, factors, all=True)
+        assert_same_places(found / unit, expected, 1e-9)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_the_length_is_the_extent_of_the_linkage_in_any_unit(unit):
+    linkage = dyads.klann(1.0).scaled(unit)
+    rods = np.ones(len(linkage.rods))
+    rows = dyads.Rows(linkage, rods > 0, 1e6 * rods)
+    free, nothing = np.arange(rows.coordinates, dtype=np.intc), np.zeros(rows.coordinates)
+    length, sizes = measured(Closure(rows), 0.0, free, nothing, np.zeros(1), 1.0)
+    extent = np.abs(linkage.assemblies()).max()
+    assert extent < length < 3 * extent
+    assert (sizes > 1e6 * extent * np.min([rod[2] for rod in linkage.rods])).all()
+
+
+def test_rows_without_a_length_keep_the_one_given():
+    """x = y: no constant tells how far to search."""
+    line = Constraints(
+        lambda q: q[:, :1] - q[:, 1:], lambda q: np.tile([1.0, -1.0], (len(q), 1)), 2, 1
+    )
+    free = np.arange(2, dtype=np.intc)
+    length, sizes = measured(Closure(line), 0.0, free, np.zeros(2), np.zeros(1), 7.0)
+    assert length == 7.0
+    assert sizes[0] == pytest.approx(14.0)

@@ -90,7 +90,7 @@ def test_the_end_lies_ahead(capsys, value):
         (("--set", "l_3=3,5"), "l_3"),
         (("--set", "l_3=__import__('os')"), "is not a number"),
         (("--set", "l_3=3", "--set", "l_3=4"), "l_3 is given twice"),
-        (("--set", "l_3=9"), "miss each other by at least 3.96834 m"),
+        (("--set", "l_3=9"), "the least gap met is 3.96834 m"),
         (("--set", "a\nb=1"), "'a\\nb'"),
         (("--rtol", "0"), "--rtol must be between 0 and 1, not 0"),
         (("--rtol", "nan"), "--rtol must be between 0 and 1, not nan"),

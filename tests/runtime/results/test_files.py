@@ -30,7 +30,7 @@ def hostile(sol):
     units = dict.fromkeys(HOSTILE, "rad") | dict(sol.model.units)
     stand_in = SimpleNamespace(
         name=HOSTILE[0], title=HOSTILE[0], coordinates=names[0], speeds=names[1], units=units,
-        quantities=fake_linkage.quantities(units),
+        quantities=fake_linkage.quantities(units), gap_unit="m",
         parameters=sol.model.parameters, defaults=sol.model.defaults,
         reference=ModelReference(HOSTILE[0], custom=True, key=64 * "0", state=HOSTILE[:6]),
         constraint_names=sol.model.constraint_names, knows_energy=True,

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
-from tests.support.loops import bennett, bricard, parallel_cranks
+from tests.support.linkages.loops import bennett, bricard, parallel_cranks
 
 pytestmark = pytest.mark.slow  # scenes that take long to compile
 

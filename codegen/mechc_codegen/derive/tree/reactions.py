@@ -11,7 +11,7 @@ from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import LinkBodies
 from mechc_codegen.derive.tree.links import Links
 from mechc_codegen.derive.tree.tape import V3
-from mechc_codegen.description.joints import Body
+from mechc_codegen.description.joints.tree import Body
 from mechc_codegen.description.mechanism import Mechanism
 
 

@@ -19,8 +19,8 @@ from sympy.physics.mechanics import (
     inertia,
 )
 
-from mechc_codegen.description.joints import Joint
-from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.joints.cuts import Cut
+from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import (
     Constraint,
     Coordinate,

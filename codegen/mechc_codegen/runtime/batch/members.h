@@ -23,10 +23,10 @@ typedef struct {
     const mechc_unit *unit;
     mechc_options options; /* t0, t1, tolerances and policy; y0, p, scale are set per member */
     int coordinates, width, parameters;
-    double open_at_most; /* closure gap of a start that is rounding, of the model's length */
     ptrdiff_t count;
     int lockstep; /* whether members run side by side, rather than one by one */
     const double *y0, *p, *length;
+    const double *allowed; /* a member each: the gap of a start that is rounding */
     const unsigned char *pure, *assembled;
     ptrdiff_t times;
     const double *t_eval;
@@ -115,7 +115,7 @@ static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member,
 {
     const double *y0 = batch->y0 + member * batch->width;
     const double *p = batch->p + member * batch->parameters;
-    const double allowed = batch->open_at_most * batch->length[member];
+    const double allowed = batch->allowed[member];
     double moved[2], fastest = 1.0;
     memcpy(state, y0, (size_t)batch->width * sizeof(double));
     for (int i = 0; i < batch->width; i++) {

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "closing/closure.h"
+#include "closing/measure.h"
 
 #define MECHC_CLOSE_ITERATIONS 60
 #define MECHC_CLOSE_POLISHES 40
@@ -28,7 +29,9 @@ typedef struct {
     int rows, columns; /* of the gradient; the first `rows` count */
     int unknowns;
     const int *unknown;
-    const unsigned char *angular, *guessed; /* an unknown each; `guessed` may be NULL */
+    const unsigned char *kind;    /* of every coordinate */
+    const unsigned char *guessed; /* an unknown each; may be NULL */
+    const int *alike;             /* see measure.h; may be NULL */
     ptrdiff_t starts, near;                 /* all; those at the guess */
     const double *start;                    /* (starts, unknowns) in (-1, 1) */
     int only_near;                          /* where the constraints leave a choice */
@@ -36,17 +39,18 @@ typedef struct {
     int tells_miss; /* whether the least gap is looked for where nothing closes */
     ptrdiff_t count, block;
     const double *fixed; /* (count, coordinates): of the unknowns, the guess */
-    const double *p, *length;
+    const double *p, *length; /* (count,): where the search for the length begins */
     int most, enough; /* how many are kept; how many end the search, 0: none do */
     double *found;    /* (count, most, coordinates): the nearest to the guess, or preferred, first */
     int *many;        /* how many were found; may exceed `most` */
-    double *miss;     /* the least gap met, m */
+    double *miss;     /* the least gap met, of all rows as they are */
+    double *open;     /* (count, coordinates): where it was met, if nothing closes */
     ptrdiff_t next, done;
     int stop;
 } mechc_closing;
 
 typedef struct {
-    double size, before; /* the gap's square, m2: now and a step ago */
+    double size, before; /* the square of the weighted gap: now and a step ago */
     double factor;       /* of the step tried */
     int steps;           /* taken from this start */
 } mechc_seeker;
@@ -64,8 +68,9 @@ typedef struct {
     mechc_close_phase phase;
     ptrdiff_t hits; /* starts that led to closed configurations */
     double radius;  /* about the guess, in radians or lengths */
-    double length;
+    double least;   /* weighted gap met */
     const double *p;
+    mechc_measure measure;
 } mechc_closer;
 
 static void mechc_closer_free(mechc_closer *closer)
@@ -74,6 +79,7 @@ static void mechc_closer_free(mechc_closer *closer)
                         closer->step, closer->square, closer->best,      closer->unit,
                         closer->rank};
     for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) free(arrays[i]);
+    mechc_measure_free(&closer->measure);
     free(closer);
 }
 
@@ -82,6 +88,8 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
     const size_t n = (size_t)job->unknowns, one = sizeof(double);
     const size_t team = job->starts < MECHC_CLOSE_TEAM ? (size_t)job->starts : MECHC_CLOSE_TEAM;
     const int *breadth = job->closure.breadth;
+    const mechc_measured measured = {&job->closure, job->rows,    job->columns, job->unknowns,
+                                     job->unknown,  job->kind, job->alike};
     mechc_closer *closer = calloc(1, sizeof *closer);
     if (!closer) return 0;
     closer->team = (int)team;
@@ -95,10 +103,16 @@ static mechc_closer *mechc_closer_make(const mechc_closing *job)
     closer->unit = malloc(n * one);
     closer->rank = malloc((size_t)job->most * one);
     if (closer->y && closer->gaps && closer->gradients && closer->x && closer->step
-        && closer->square && closer->best && closer->unit && closer->rank)
+        && closer->square && closer->best && closer->unit && closer->rank
+        && mechc_measure_make(&closer->measure, &measured))
         return closer;
     mechc_closer_free(closer);
     return 0;
+}
+
+static int mechc_close_turns(const mechc_closing *job, int i)
+{
+    return job->kind[job->unknown[i]] == MECHC_ANGLE;
 }
 
 static double mechc_close_wrap(double angle)
@@ -155,7 +169,7 @@ mechc_close_solve_sized(const mechc_closing *job, mechc_closer *closer, int k, d
 
 static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, int k)
 {
-    const double square = closer->seeker[k].size / (closer->length * closer->length);
+    const double square = closer->seeker[k].size / (closer->measure.size * closer->measure.size);
     /* a gap that stays bends the residual by its own size, not by its square: Fan & Yuan (2005) */
     const double damping = closer->phase == MECHC_PHASE_LEAST ? sqrt(square) : square;
     if (job->unknowns == 2 && job->rows == 2) /* one planar loop: sizes the compiler knows */
@@ -186,7 +200,7 @@ static int mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int
     if (closer->next >= closer->end) return 0;
     closer->next++;
     for (int i = 0; i < n; i++) {
-        const double whole = job->angular[i] ? 3.141592653589793 : 1.0;
+        const double whole = mechc_close_turns(job, i) ? 3.141592653589793 : 1.0;
         const int about = job->guessed && job->guessed[i] && closer->radius < whole;
         x[i] = (about ? closer->radius : whole) * start[i] * closer->unit[i]
              + (about ? guess[job->unknown[i]] : 0.0);
@@ -201,7 +215,7 @@ static int mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int
 static double mechc_close_away(const mechc_closing *job, const mechc_closer *closer, int i,
                                double change)
 {
-    return job->angular[i] ? mechc_close_wrap(change) : change / closer->length;
+    return mechc_close_turns(job, i) ? mechc_close_wrap(change) : change / closer->unit[i];
 }
 
 /* Whether start k, where the gap is as good as linear between the two, is about to come to a
@@ -239,12 +253,13 @@ static int mechc_close_is_known(const mechc_closing *job, const mechc_closer *cl
 static int mechc_close_arrived(const mechc_closer *closer, int k)
 {
     const mechc_seeker *seeker = closer->seeker + k;
-    const double square = closer->length * closer->length, rounding = 2.0 * DBL_EPSILON;
+    const double square = closer->measure.size * closer->measure.size;
+    const double rounding = 2.0 * DBL_EPSILON * closer->measure.size;
     const int near = seeker->size <= 1e-6 * square, last = closer->phase == MECHC_PHASE_LEAST;
     const int most = last ? MECHC_CLOSE_LEAST
                           : MECHC_CLOSE_ITERATIONS + (near ? MECHC_CLOSE_POLISHES : 0);
     /* far off, it has found the least gap; close by, it stalls only at rounding */
-    return seeker->size <= rounding * rounding * square || seeker->steps > most
+    return seeker->size <= rounding * rounding || seeker->steps > most
         || (!near && !(seeker->size <= (last ? 1.0 - 1e-12 : 0.998) * seeker->before));
 }
 
@@ -257,7 +272,7 @@ static void mechc_close_keep(mechc_closing *job, mechc_closer *closer, int k)
     int *many = job->many + closer->member;
     for (int i = 0; i < n; i++) {
         const double x = closer->x[k * n + i];
-        y[job->unknown[i]] = job->angular[i] ? mechc_close_wrap(x) : x;
+        y[job->unknown[i]] = mechc_close_turns(job, i) ? mechc_close_wrap(x) : x;
     }
     for (int other = 0; other < *many && other < job->most; other++) {
         double furthest = 0.0;
@@ -287,12 +302,12 @@ static void mechc_close_hit(const mechc_closing *job, mechc_closer *closer)
 static void mechc_close_end(mechc_closing *job, mechc_closer *closer, int k)
 {
     const double size = sqrt(closer->seeker[k].size);
-    if (size < job->miss[closer->member]) {
-        job->miss[closer->member] = size;
+    if (size < closer->least) {
+        closer->least = size;
         memcpy(closer->best, closer->x + k * job->unknowns,
                (size_t)job->unknowns * sizeof(double));
     }
-    if (size > 64.0 * DBL_EPSILON * closer->length) return;
+    if (size > 64.0 * DBL_EPSILON * closer->measure.size) return;
     mechc_close_keep(job, closer, k);
     mechc_close_hit(job, closer);
 }
@@ -343,6 +358,7 @@ static void mechc_close_round(mechc_closing *job, mechc_closer *closer)
     closure->ask(closure, MECHC_GAPS, closer->active, closer->y, closer->p, closer->gaps);
     closure->ask(closure, MECHC_GRADIENT, closer->active, closer->y, closer->p,
                  closer->gradients);
+    mechc_measure_weigh(&closer->measure, closer->active, closer->gaps, closer->gradients);
     for (int k = closer->active - 1; k >= 0; k--) {
         if (mechc_close_take(job, closer, k)) continue;
         if (!closer->active) return;

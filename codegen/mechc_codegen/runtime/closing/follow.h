@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include "closing/closure.h"
+#include "closing/measure.h"
 
 #define MECHC_FOLLOW_ITERATIONS 8
 #define MECHC_FOLLOW_FAR 0.2    /* rad or lengths: the largest correction of a step */
@@ -28,11 +29,12 @@ typedef struct {
     mechc_closure closure;
     int rows, columns; /* of the gradient */
     int driven, unknowns;
-    const int *unknown;
-    const unsigned char *angular; /* an unknown each, and the driven coordinate last */
+    const int *unknown;        /* and the driven coordinate last */
+    const unsigned char *kind; /* of every coordinate */
+    const int *alike;          /* see measure.h; may be NULL */
     ptrdiff_t count, values;
     const double *value; /* (values,), monotone */
-    const double *p, *length;
+    const double *p, *length; /* (count,): where the search for the length begins */
     double *q;     /* (count, values, coordinates): in, the first one, closed; out, all */
     double *ratio; /* likewise: derivatives by the driven coordinate */
     int most;      /* change points kept of a member */
@@ -53,8 +55,8 @@ typedef struct {
     mechc_follow_place at, before, trial; /* `before`: where a step earlier it was; s NaN: nowhere */
     double *y, *gap, *gradient, *matrix, *right;
     int *row; /* independent rows of the gradient */
-    double length;
     const double *p;
+    mechc_measure measure;
     double *memory;
 } mechc_follower;
 
@@ -64,11 +66,13 @@ static int mechc_follower_make(const mechc_following *job, mechc_follower *one)
     const size_t gap = (size_t)job->closure.breadth[MECHC_GAPS];
     const size_t gradient = (size_t)job->closure.breadth[MECHC_GRADIENT];
     const size_t matrix = (size_t)job->rows * n;
+    const mechc_measured measured = {&job->closure, job->rows, job->columns, job->unknowns + 1,
+                                     job->unknown,  job->kind, job->alike};
     double *next = one->memory =
         calloc(6 * nq + (size_t)job->closure.width + gap + gradient + matrix + 2 * n + gap + 1,
                sizeof(double));
     one->row = calloc((size_t)job->rows + 1, sizeof(int));
-    if (!next || !one->row) return 0;
+    if (!next || !one->row || !mechc_measure_make(&one->measure, &measured)) return 0;
     mechc_follow_place *places[] = {&one->at, &one->before, &one->trial};
     for (int i = 0; i < 3; i++) {
         places[i]->q = next, next += nq;
@@ -86,11 +90,13 @@ static void mechc_follower_free(mechc_follower *one)
 {
     free(one->memory);
     free(one->row);
+    mechc_measure_free(&one->measure);
 }
 
+/* The step of an unknown; of the driven coordinate after the last of them. */
 static double mechc_follow_unit(const mechc_following *job, const mechc_follower *one, int i)
 {
-    return job->angular[i] ? 1.0 : one->length;
+    return job->kind[job->unknown[i]] == MECHC_TRANSLATION ? one->measure.length : 1.0;
 }
 
 /* Gap and gradient at a place. */
@@ -101,6 +107,7 @@ static void mechc_follow_ask(const mechc_following *job, mechc_follower *one,
     one->y[job->driven] = place->s;
     job->closure.ask(&job->closure, MECHC_GAPS, 1, one->y, one->p, one->gap);
     job->closure.ask(&job->closure, MECHC_GRADIENT, 1, one->y, one->p, one->gradient);
+    mechc_measure_weigh(&one->measure, 1, one->gap, one->gradient);
 }
 
 /* Solve the chosen rows of the gradient over the unknowns for the right side, in place.  With
@@ -177,13 +184,14 @@ static int mechc_follow_tangent(const mechc_following *job, mechc_follower *one,
 static int mechc_follow_correct(const mechc_following *job, mechc_follower *one)
 {
     mechc_follow_place *trial = &one->trial;
+    const double rounding = DBL_EPSILON * one->measure.size;
     double before = HUGE_VAL, moved = 0.0, weakest;
     for (int iteration = 0; iteration < MECHC_FOLLOW_ITERATIONS; iteration++) {
         mechc_follow_ask(job, one, trial);
         const double size = sqrt(mechc_square(one->gap, job->closure.breadth[MECHC_GAPS]));
         if (!(size < HUGE_VAL)) return 0;
-        if (size <= 4.0 * DBL_EPSILON * one->length || (iteration && !(size < 0.5 * before)))
-            return size <= 64.0 * DBL_EPSILON * one->length;
+        if (size <= 4.0 * rounding || (iteration && !(size < 0.5 * before)))
+            return size <= 64.0 * rounding;
         before = size;
         for (int i = 0; i < job->unknowns; i++) one->right[i] = -one->gap[one->row[i]];
         if (mechc_follow_solve(job, one, 0, &weakest) == 0.0) return 0;
@@ -226,7 +234,7 @@ static void mechc_follow_cubic(const mechc_following *job, const mechc_follower 
 static double mechc_follow_cosine(const mechc_following *job, const mechc_follower *one)
 {
     const double *a = one->at.slope, *b = one->trial.slope;
-    const double driven = job->angular[job->unknowns] ? 1.0 : one->length;
+    const double driven = mechc_follow_unit(job, one, job->unknowns);
     double both = 1.0 / (driven * driven), first = both, second = both;
     for (int k = 0; k < job->unknowns; k++) {
         const double unit = mechc_follow_unit(job, one, k), square = unit * unit;
@@ -249,7 +257,7 @@ static int mechc_follow_arrive(const mechc_following *job, mechc_follower *one)
 /* Try the step to s; 1: taken, 2: taken through a change point, 0: refused. */
 static int mechc_follow_step(const mechc_following *job, mechc_follower *one, double s)
 {
-    const double unit = job->angular[job->unknowns] ? 1.0 : one->length;
+    const double unit = mechc_follow_unit(job, one, job->unknowns);
     mechc_follow_place *trial = &one->trial;
     trial->s = s;
     mechc_follow_cubic(job, one, s, trial->q, NULL);
@@ -278,7 +286,7 @@ static void mechc_follow_note(mechc_following *job, const mechc_follower *one, p
 static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t member,
                            double target)
 {
-    const double unit = job->angular[job->unknowns] ? 1.0 : one->length;
+    const double unit = mechc_follow_unit(job, one, job->unknowns);
     const double side = job->value[job->values - 1] >= job->value[0] ? 1.0 : -1.0;
     double step = target - one->at.s;
     for (int count = 0; count < MECHC_FOLLOW_STEPS; count++) {
@@ -308,7 +316,7 @@ static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdi
     double *q = job->q + member * job->values * nq, *ratio = job->ratio + member * job->values * nq;
     int goes_on;
     one->p = job->p + member * job->closure.parameters;
-    one->length = job->length[member];
+    mechc_measure_member(&one->measure, q, one->p, job->length[member]);
     job->passed[member] = 0;
     job->end[member] = NAN;
     memset(one->y, 0, (size_t)job->closure.width * sizeof(double));

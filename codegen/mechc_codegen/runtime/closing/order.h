@@ -15,7 +15,7 @@ static double mechc_close_rank(const mechc_closing *job, mechc_closer *closer, c
         for (int i = 0; i < job->unknowns; i++) {
             if (!job->guessed[i]) continue;
             const double change = q[job->unknown[i]] - guess[job->unknown[i]];
-            const double away = job->angular[i] ? mechc_close_wrap(change) : change;
+            const double away = mechc_close_away(job, closer, i, change);
             rank += away * away;
         }
     } else if (job->closure.output[MECHC_PREFERENCE] >= 0) {
@@ -49,7 +49,7 @@ static void mechc_close_turn(const mechc_closing *job, const double *guess, doub
     const double turn = 6.283185307179586;
     for (int i = 0; i < job->unknowns; i++) {
         const int at = job->unknown[i];
-        if (job->guessed[i] && job->angular[i]) q[at] += turn * round((guess[at] - q[at]) / turn);
+        if (job->guessed[i] && mechc_close_turns(job, i)) q[at] += turn * round((guess[at] - q[at]) / turn);
     }
 }
 

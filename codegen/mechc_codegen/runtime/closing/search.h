@@ -29,14 +29,18 @@ static void mechc_close_member(mechc_closing *job, mechc_closer *closer)
     const ptrdiff_t member = closer->member;
     const int coordinates = job->closure.coordinates;
     closer->p = job->p + member * job->closure.parameters;
-    closer->length = job->length[member];
-    for (int i = 0; i < job->unknowns; i++) closer->unit[i] = job->angular[i] ? 1.0 : closer->length;
+    mechc_measure_member(&closer->measure, job->fixed + member * coordinates, closer->p,
+                         job->length[member]);
+    for (int i = 0; i < job->unknowns; i++) {
+        const int kind = job->kind[job->unknown[i]];
+        closer->unit[i] = kind == MECHC_TRANSLATION ? closer->measure.length : 1.0;
+    }
     for (int k = 0; k < closer->team; k++)
         memcpy(closer->y + k * job->closure.width, job->fixed + member * coordinates,
                (size_t)coordinates * sizeof(double));
     closer->hits = 0;
     job->many[member] = 0;
-    job->miss[member] = HUGE_VAL;
+    closer->least = HUGE_VAL;
     if (job->guessed) mechc_close_phase_of(job, closer, MECHC_PHASE_GUESS, job->near, 0.0);
     else mechc_close_phase_of(job, closer, MECHC_PHASE_SPREAD, job->starts, HUGE_VAL);
 }
@@ -66,7 +70,7 @@ static ptrdiff_t mechc_close_about(const mechc_closing *job, double radius)
 {
     double share = 1.0;
     for (int i = 0; i < job->unknowns; i++)
-        if (job->guessed[i]) share *= fmin(1.0, radius / (job->angular[i] ? 3.14159 : 1.0));
+        if (job->guessed[i]) share *= fmin(1.0, radius / (mechc_close_turns(job, i) ? 3.14159 : 1.0));
     const double some = (double)job->near + 2.0 * job->unknowns + share * (double)job->starts;
     return some < (double)job->starts ? (ptrdiff_t)some : job->starts;
 }
@@ -83,7 +87,7 @@ static int mechc_close_next_phase(mechc_closing *job, mechc_closer *closer)
         return 1;
     }
     if (!job->tells_miss || closer->phase == MECHC_PHASE_LEAST || many
-        || !(job->miss[closer->member] < HUGE_VAL))
+        || !(closer->least < HUGE_VAL))
         return 0;
     mechc_close_phase_of(job, closer, MECHC_PHASE_LEAST, 1, HUGE_VAL);
     return 1;
@@ -100,6 +104,22 @@ static int mechc_close_next_member(mechc_closing *job, mechc_closer *closer)
     if (closer->member >= job->count) return 0;
     mechc_close_member(job, closer);
     return 1;
+}
+
+/* The least gap met, of the rows as they are, and where: wanted where nothing closes. */
+static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
+{
+    const ptrdiff_t member = closer->member;
+    const size_t row = (size_t)job->closure.coordinates * sizeof(double);
+    job->miss[member] = closer->least;
+    for (int i = 0; i < job->closure.coordinates; i++)
+        job->open[member * job->closure.coordinates + i] = NAN;
+    if (job->many[member] || !job->tells_miss || !(closer->least < HUGE_VAL)) return;
+    memcpy(closer->y, job->fixed + member * job->closure.coordinates, row);
+    for (int i = 0; i < job->unknowns; i++) closer->y[job->unknown[i]] = closer->best[i];
+    memcpy(job->open + member * job->closure.coordinates, closer->y, row);
+    job->closure.ask(&job->closure, MECHC_GAPS, 1, closer->y, closer->p, closer->gaps);
+    job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.breadth[MECHC_GAPS]));
 }
 
 static double mechc_close_clock(void)
@@ -120,6 +140,7 @@ static int mechc_close_go_on(mechc_closing *job, mechc_closer *closer, double se
         } else if (closer->phase == MECHC_PHASE_NONE || !mechc_close_next_phase(job, closer)) {
             if (closer->phase != MECHC_PHASE_NONE) {
                 mechc_close_order(job, closer);
+                mechc_close_tell(job, closer);
                 __atomic_fetch_add(&job->done, 1, __ATOMIC_RELAXED);
             }
             closer->phase = MECHC_PHASE_NONE;

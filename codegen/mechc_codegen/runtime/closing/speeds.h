@@ -16,6 +16,8 @@ typedef struct {
     double dead;        /* singular values below it, of the largest, count as zero */
     ptrdiff_t count, p_stride; /* 0: one set of parameters for all */
     const double *p;
+    const double *weight; /* (count or 1, rows): by which rows are multiplied; NULL: by 1 */
+    const double *step;   /* (count or 1, speeds): units of the speeds; NULL: 1 */
     double *y;            /* (count, width): the speeds are changed in place */
     double *left;         /* the largest residual that remains, of J's and the speeds' size */
     int *row;             /* the row that has it */
@@ -50,18 +52,46 @@ static double mechc_speeds_conditioning(const mechc_speeds_job *job, const doubl
     return least / mechc_largest(lengths, job->rows);
 }
 
+static double mechc_speeds_weight(const mechc_speeds_job *job, ptrdiff_t state, int row)
+{
+    return job->weight ? job->weight[(job->p_stride ? state * job->rows : 0) + row] : 1.0;
+}
+
+static double mechc_speeds_step(const mechc_speeds_job *job, ptrdiff_t state, int speed)
+{
+    return job->step ? job->step[(job->p_stride ? state * job->speeds : 0) + speed] : 1.0;
+}
+
+/* Residuals and J as they are where every row and every speed has its unit. */
+static void mechc_speeds_ask(const mechc_speeds_job *job, ptrdiff_t state, double *residuals,
+                             double *jacobian)
+{
+    const double *y = job->y + state * job->closure.width, *p = job->p + state * job->p_stride;
+    job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+    if (jacobian) job->closure.ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
+    if (!job->weight) return;
+    for (int i = 0; i < job->rows; i++) {
+        const double weight = mechc_speeds_weight(job, state, i);
+        residuals[i] *= weight;
+        for (int k = 0; jacobian && k < job->speeds; k++)
+            jacobian[i * job->speeds + k] *= weight * mechc_speeds_step(job, state, k);
+    }
+}
+
 /* What is left of the residuals, against the size of J and of the speeds. */
 static void mechc_speeds_report(mechc_speeds_job *job, ptrdiff_t state, const double *residuals,
                                 const double *jacobian)
 {
     const double *u = job->y + state * job->closure.width + job->closure.coordinates;
-    const double size = mechc_largest(jacobian, job->rows * job->speeds)
-                      * fmax(1.0, mechc_largest(u, job->speeds));
+    double fastest = 1.0;
     int worst = 0;
+    for (int k = 0; k < job->speeds; k++)
+        fastest = fmax(fastest, fabs(u[k]) / mechc_speeds_step(job, state, k));
     for (int i = 0; i < job->rows; i++) /* one that is no number is the worst */
         if (!(fabs(residuals[i]) <= fabs(residuals[worst]))) worst = i;
+    const double size = mechc_largest(jacobian, job->rows * job->speeds) * fastest;
     job->row[state] = worst;
-    job->residual[state] = fabs(residuals[worst]);
+    job->residual[state] = fabs(residuals[worst]) / mechc_speeds_weight(job, state, worst);
     job->left[state] = residuals[worst] == 0.0 ? 0.0 : fabs(residuals[worst]) / size;
 }
 
@@ -71,16 +101,17 @@ static void mechc_speeds_of(mechc_speeds_job *job, ptrdiff_t state, double *spac
     double *jacobian = space, *copy = jacobian + rows * speeds, *residuals = copy + rows * speeds;
     double *lengths = residuals + rows, *aim = lengths + rows, *change = aim + rows;
     double *y = job->y + state * job->closure.width, *u = y + job->closure.coordinates;
-    const double *p = job->p + state * job->p_stride;
-    job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
-    job->closure.ask(&job->closure, MECHC_JACOBIAN, 1, y, p, jacobian);
+    mechc_speeds_ask(job, state, residuals, jacobian);
     job->conditioning[state] = mechc_speeds_conditioning(job, jacobian, copy, lengths);
     if (job->unknowns && mechc_largest(residuals, rows) > 0.0) {
         mechc_speeds_columns(job, jacobian, copy);
         memcpy(aim, residuals, (size_t)rows * sizeof(double));
         mechc_least_change(copy, aim, rows, job->unknowns, job->dead, lengths, change);
-        for (int k = 0; k < job->unknowns; k++) u[job->unknown[k]] -= change[k];
-        job->closure.ask(&job->closure, MECHC_RESIDUALS, 1, y, p, residuals);
+        for (int k = 0; k < job->unknowns; k++) {
+            const int at = job->unknown[k];
+            u[at] -= change[k] * mechc_speeds_step(job, state, at);
+        }
+        mechc_speeds_ask(job, state, residuals, NULL);
     }
     mechc_speeds_report(job, state, residuals, jacobian);
 }

@@ -3,30 +3,6 @@
 
 #include "dynamics/scalar_stage.h"
 
-/* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
-MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given *given,
-                                   double *moved)
-{
-    mechc_scalar_place place;
-    long iterations = 0;
-    moved[0] = moved[1] = 0.0;
-#if MECHC_NH > 0
-    double rounding;
-    mechc_locate(t, y, given, &place);
-    moved[0] = mechc_scalar_gap(&place, y, &rounding);
-#endif
-    const int status = mechc_close_loops(t, y, given, &place, &iterations);
-#if MECHC_NC > 0
-    double residual[MECHC_NC];
-    if (status == MECHC_RUNNING) {
-        mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
-        for (int i = 0; i < MECHC_NC; i++) moved[1] = mechc_max(moved[1], fabs(residual[i]));
-        mechc_scalar_steady(&place, y + MECHC_NQ);
-    }
-#endif
-    return status;
-}
-
 #if MECHC_NC > 0
 /* Conditioning, squared, below which the weakest row cannot close a loop any more, and below which
  * it is asked with care what speeds it allows. */
@@ -148,6 +124,50 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
     (void)t, (void)y, (void)given;
 #endif
     return MECHC_RUNNING;
+}
+
+/* Conditioning below which a state beside a crossing is spoiled where its speeds follow its rows: these
+ * are off by the rounding of the closure over the conditioning, and the speeds by that over it again. */
+#define MECHC_TOO_NEAR 3e-4
+
+/* Is a state, whose loops are closed, to be projected as those between accepted ones are? */
+MECHC_STATIC int mechc_is_delicate(const mechc_scalar_place *place, const mechc_scalar_given *given)
+{
+#if MECHC_NH > 0 && MECHC_NC == MECHC_NH
+    return (int)given->k[MECHC_ROWS_THAT_COUNT] == MECHC_NH
+        && mechc_scalar_conditioning(place) < MECHC_TOO_NEAR;
+#else
+    (void)place, (void)given;
+    return 0;
+#endif
+}
+
+/* moved[0], moved[1]: largest closure gap and largest velocity residual found before. */
+MECHC_ONCE int mechc_project_state(double t, double *y, const mechc_scalar_given *given,
+                                   double *moved)
+{
+    mechc_scalar_place place;
+    long iterations = 0;
+    double kept[MECHC_NX];
+    memcpy(kept, y, sizeof kept);
+    moved[0] = moved[1] = 0.0;
+#if MECHC_NH > 0
+    double rounding;
+    mechc_locate(t, y, given, &place);
+    moved[0] = mechc_scalar_gap(&place, y, &rounding);
+#endif
+    const int status = mechc_close_loops(t, y, given, &place, &iterations);
+#if MECHC_NC > 0
+    double residual[MECHC_NC];
+    if (status == MECHC_RUNNING) {
+        mechc_scalar_velocity_residual(&place, y + MECHC_NQ, residual);
+        for (int i = 0; i < MECHC_NC; i++) moved[1] = mechc_max(moved[1], fabs(residual[i]));
+        mechc_scalar_steady(&place, y + MECHC_NQ);
+    }
+#endif
+    if (!mechc_is_delicate(&place, given)) return status;
+    memcpy(y, kept, sizeof kept);
+    return mechc_project_between(t, y, given);
 }
 
 /* Remove from an error what the projection of the step's end will remove. */

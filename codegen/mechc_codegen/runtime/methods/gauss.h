@@ -151,9 +151,35 @@ MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
 #endif
 }
 
+/* Does the run start or end with this step beside a crossing? */
+MECHC_STATIC int mechc_is_beside(const mechc_integration *run, double h)
+{
+    const double after = run->monitor.ahead - fabs(h);
+    return run->monitor.first < MECHC_TOO_NEAR
+        || (mechc_is_last(run, h) && fabs(after) < 0.1 * fabs(h));
+}
+
+/* What of a run's first or last step may be rounding, over its scales: the weight of the node next to
+ * the crossing leaves a twentieth of it. */
+MECHC_STATIC double mechc_gauss_most_noise(const mechc_integration *run)
+{
+    return mechc_max(5e-9, 200.0 * run->rtol);
+}
+
+/* The rounding of the closure as that node magnifies it: q by the conditioning, speeds by its square,
+ * accelerations by its cube. */
+MECHC_STATIC double mechc_gauss_noise(const mechc_integration *run, double h)
+{
+    const double low = mechc_max(sqrt(mechc_gauss_of(run)->lowest), MECHC_EPSILON);
+    double fastest = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++)
+        fastest = mechc_max(fastest, fabs(MECHC_RATE(run, 0)[i]) / run->scale[i]);
+    return MECHC_EPSILON / (low * low * low) * fabs(h) * fastest;
+}
+
 MECHC_STATIC int mechc_gauss_crosses(const mechc_integration *run, double h)
 {
-    return MECHC_NH > 0 && run->monitor.ahead < fabs(h);
+    return MECHC_NH > 0 && (run->monitor.ahead < fabs(h) || mechc_is_beside(run, h));
 }
 
 /* Changes that may be rounding.  In a step over a crossing the closure's rounding is magnified into
@@ -166,7 +192,10 @@ MECHC_STATIC double mechc_gauss_floor(const mechc_integration *run, double h)
     if (mechc_gauss_crosses(run, h)) {
         const int together = MECHC_NC > 2; /* several rows may be nearly dependent */
         const double magnified = together ? g->lowest * g->lowest : g->lowest;
-        return most * mechc_max(1e-9, mechc_min(together ? 1e-6 : 1e-7, 5e-15 / magnified));
+        const double floor =
+            mechc_max(1e-9, mechc_min(together ? 1e-6 : 1e-7, 5e-15 / magnified));
+        if (!mechc_is_beside(run, h)) return most * floor;
+        return most * mechc_min(16.0 * mechc_gauss_noise(run, h), mechc_gauss_most_noise(run));
     }
     double turn = 8.0; /* the last digit of a coordinate that has grown large */
     for (int i = 0; i < MECHC_NQ; i++) turn = mechc_max(turn, fabs(run->y[i]) / run->scale[i]);
@@ -300,6 +329,23 @@ MECHC_STATIC int mechc_gauss_reached_end(const mechc_integration *run, double er
         || (mechc_gauss_of(run)->closing == MECHC_CLOSE_BEFORE && error < 10.0);
 }
 
+/* The end, projected, and its rates.  No rates are needed of a last one so near a crossing that they
+ * would be rounding. */
+MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double *end)
+{
+    double *rates = MECHC_RATE(run, run->current->last_rate), sum[MECHC_NX];
+    memcpy(sum, end, sizeof sum);
+    const int status = mechc_rates_at(run, run->head.t + h, end, rates);
+#if MECHC_NH > 0
+    const int near = run->conditioning < MECHC_TOO_NEAR || status == MECHC_NOT_CLOSED;
+    if (near && mechc_is_last(run, h) && mechc_knows_crossing(&run->monitor)) {
+        memcpy(end, sum, sizeof sum);
+        return mechc_rates_beside(run, run->head.t + h, -1.0, run->scale, end, rates);
+    }
+#endif
+    return status;
+}
+
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
 MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
 {
@@ -311,12 +357,15 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     mechc_gauss_predict(g, h);
     const int status = mechc_gauss_converge(run, h);
     if (status != MECHC_RUNNING) return status;
+    if (MECHC_NH > 0 && mechc_is_beside(run, h)
+        && mechc_gauss_noise(run, h) > mechc_gauss_most_noise(run))
+        return MECHC_NOT_CLOSED;
     g->error = mechc_gauss_measure(g, h);
     if (!mechc_gauss_reached_end(run, g->error)) return status;
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
     mechc_gauss_meet(run, h);
     mechc_gauss_end(g, run->y, h, end);
-    return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, run->current->last_rate));
+    return mechc_gauss_end_rates(run, h, end);
 }
 
 /* Keep the polynomial of an accepted step. */

@@ -54,3 +54,9 @@ struct mechc_driver {
 };
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)
+
+/* No step of the run follows one of this length. */
+MECHC_STATIC int mechc_is_last(const mechc_integration *run, double h)
+{
+    return fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h);
+}

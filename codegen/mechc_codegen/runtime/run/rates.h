@@ -6,6 +6,7 @@
 #pragma once
 
 #include "abi/parts.h"
+#include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "singularities/monitor.h"
@@ -113,5 +114,35 @@ MECHC_INLINE int mechc_rates_at(mechc_integration *run, double t, double *y, dou
 MECHC_INLINE double mechc_conditioning_at(const mechc_integration *run, double t, const double *q)
 {
     return run->driver->conditioning(run, t, q);
+}
+#endif
+
+#if MECHC_NH > 0
+/* How far the coordinates move, over their scales, to where rates are taken for a state that is too
+ * near a crossing to have any. */
+#define MECHC_ASIDE 1e-2
+
+/* The same of a first or last state so near a crossing that rows which its rounding turns would
+ * decide about its speeds: the speeds are kept, and q is moved within its rounding until they fit.
+ * Its accelerations are those a little farther on (`way` 1) or back (-1) in the run: steps of
+ * collocation, which take it, take no rates at their ends, and begin their iteration with these. */
+MECHC_RARE int mechc_rates_beside(mechc_integration *run, double t, double way,
+                                  const double *scale, double *y, double *rates)
+{
+    const double conditioning = run->conditioning;
+    double moved[MECHC_NX], fastest = 0.0;
+    int status = mechc_project_between(t, y, &run->given);
+    if (status != MECHC_RUNNING) return status;
+    mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
+    for (int i = 0; i < MECHC_NQ; i++) fastest = mechc_max(fastest, fabs(rates[i]) / scale[i]);
+    const double by = way * run->direction * MECHC_ASIDE / fastest;
+    if (!(fabs(by) < HUGE_VAL)) return MECHC_NOT_CLOSED;
+    memcpy(moved, y, sizeof moved);
+    for (int i = 0; i < MECHC_NQ; i++) moved[i] += by * rates[i];
+    double beside[MECHC_NX];
+    status = mechc_rates_at(run, t + by, moved, beside);
+    memcpy(rates + MECHC_NQ, beside + MECHC_NQ, MECHC_NU * sizeof *rates);
+    run->conditioning = conditioning;
+    return status;
 }
 #endif

@@ -11,6 +11,7 @@
  */
 #pragma once
 
+#include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
 #include "singularities/branch.h"
 #include "singularities/critical.h"
@@ -19,9 +20,6 @@
 #include "singularities/span.h"
 #include "singularities/turned_rows.h"
 #include "singularities/weakest.h"
-
-/* Conditioning below which a state beside a crossing has too large an error to be accepted. */
-#define MECHC_TOO_NEAR 3e-4
 
 /* Middle of the widest gap between the nodes of the explicit pair of order 8. */
 #define MECHC_PAIR_GAP 0.4667
@@ -158,6 +156,18 @@ MECHC_STATIC int mechc_straddle(const mechc_span *span, const mechc_critical *c,
     return 1;
 }
 
+/* Of the time to the run's end, the part that may lie between it and a crossing where collocation is
+ * to end the run, and the conditioning expected there. */
+#define MECHC_END_BESIDE 0.05
+#define MECHC_END_NEAR (10.0 * MECHC_TOO_NEAR)
+
+/* Does the run end so near a crossing that a method which takes rates at its end is of no use? */
+MECHC_STATIC int mechc_ends_beside(const mechc_span *span, const mechc_critical *c, double ratio)
+{
+    const double ahead = mechc_time_to(span, c), apart = fabs(span->left - ahead);
+    return apart <= MECHC_END_BESIDE * span->left && apart * ratio <= MECHC_END_NEAR * ahead;
+}
+
 MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *monitor,
                                          const mechc_critical *critical, int between, int turned,
                                          int too_near, mechc_decision *out)
@@ -203,6 +213,12 @@ MECHC_STATIC void mechc_examine_crossing(const mechc_span *span, mechc_monitor *
     else if (turned) out->action = MECHC_CROSSES;
 }
 
+/* A step of collocation may end a run as near to a crossing as it likes: no rates are taken there. */
+MECHC_STATIC int mechc_ends_run(const mechc_span *span)
+{
+    return span->last && span->looks_ahead;
+}
+
 /* The critical configuration near q: the last one found, where it is one of this step too. */
 MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
@@ -228,7 +244,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     if (before.rank < monitor->rank)
         mechc_weakest_at(span->t, span->start, span, monitor->rank, &before);
     mechc_weakest_at(span->t + span->h, span->end, span, monitor->rank, &after);
-    const int turned = mechc_turned_over(&before, &after);
+    int turned = mechc_turned_over(&before, &after);
     const double reach =
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
@@ -241,13 +257,20 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     }
     if (!critical.curves) return;
     const int between = mechc_lies_between(span, &critical);
+    if (mechc_has_no_sign(span, &before, &after)) turned = between;
     memcpy(out->q, critical.q, sizeof out->q);
     out->gap = critical.gap;
     out->fraction = mechc_nearest(span, &critical);
     switch (mechc_judge(&critical)) {
     case MECHC_CROSSING:
+        if (!span->looks_ahead && monitor->tries < 8
+            && mechc_ends_beside(span, &critical, before.ratio)) {
+            mechc_retry(out, span->left / fabs(span->h), 0);
+            out->to_collocation = 1;
+            break;
+        }
         mechc_examine_crossing(span, monitor, &critical, between, turned,
-                               after.ratio < (span->last ? span->nearest : MECHC_TOO_NEAR), out);
+                               after.ratio < MECHC_TOO_NEAR && !mechc_ends_run(span), out);
         break;
     case MECHC_TOO_CLOSE_TO_CALL:
         if (between || turned || after.ratio < MECHC_LOST)

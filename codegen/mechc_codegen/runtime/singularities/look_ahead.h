@@ -52,9 +52,12 @@ MECHC_STATIC double mechc_plan_ahead(const mechc_span *span, mechc_monitor *moni
     if (isnan(monitor->ahead)) monitor->ahead = mechc_look_ahead(span, monitor);
     /* so near that errors grow with every step that ends before it: cross it at once */
     if (monitor->first < MECHC_NARROW && monitor->ahead < HUGE_VAL && !refused)
-        open = mechc_max(open, 2.0 * monitor->ahead);
+        open = mechc_min(mechc_max(open, 2.0 * monitor->ahead), span->left);
     if (monitor->ahead >= 1.5 * open) return open;
-    const double planned = mechc_plan(span->nodes, monitor->ahead, mechc_min(open, reach));
+    const double most = mechc_min(open, reach);
+    const double planned = most >= span->left
+                         ? mechc_plan_to_end(span->nodes, monitor->ahead, most)
+                         : mechc_plan(span->nodes, monitor->ahead, most);
     if (planned < open && !monitor->wanted) monitor->wanted = open;
     return planned;
 }

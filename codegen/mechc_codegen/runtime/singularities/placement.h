@@ -11,11 +11,14 @@ typedef struct {
     const double *at;
 } mechc_nodes;
 
+/* Of the gap between a step's end and the node next to it, the part that a crossing may lie in. */
+#define MECHC_BEFORE_A_NODE 0.4
+
 /* The longest step, up to `open`, that suits a crossing so far ahead: the crossing is in a wide gap
  * between the nodes, or well beyond the end. */
 MECHC_STATIC double mechc_plan(mechc_nodes nodes, double ahead, double open)
 {
-    if (!(ahead < 1.5 * open)) return open;
+    if (!(ahead < 1.5 * open) || ahead < MECHC_BEFORE_A_NODE * nodes.at[1] * open) return open;
     for (int i = 1; ahead < open && i < nodes.count; i++) {
         const double gap = nodes.at[i + 1] - nodes.at[i];
         const double middle = nodes.at[i] + 0.5 * gap, low = middle - 0.2 * gap;
@@ -23,6 +26,17 @@ MECHC_STATIC double mechc_plan(mechc_nodes nodes, double ahead, double open)
         return ahead < low * open ? ahead / middle : open;
     }
     return mechc_min(open, 0.53 * ahead); /* and the next, a third longer, straddles it */
+}
+
+/* The same of a step that reaches the run's end: a crossing near it lies behind the last node, in the
+ * middle of the gap before that one, or will of the next step. */
+MECHC_STATIC double mechc_plan_to_end(mechc_nodes nodes, double ahead, double open)
+{
+    const double last = nodes.at[nodes.count - 1], before = nodes.at[nodes.count - 2];
+    const double middle = 0.5 * (last + before), near = 0.2 * (last - before);
+    if (ahead >= (1.0 - MECHC_BEFORE_A_NODE * (1.0 - last)) * open) return open;
+    if (ahead < (middle - near) * open) return mechc_plan(nodes, ahead, open);
+    return ahead < (middle + near) * open ? open : open - (open - ahead) / (1.0 - middle);
 }
 
 /* The widest gap between a step's nodes, its middle, and how far from the middle is still well

@@ -24,8 +24,8 @@ typedef struct {
     double low, best, high; /* fractions of a step between which a crossing is best placed */
     double horizon;         /* steps ahead that crossings are looked for */
     int bridge;             /* the step is fit to hold a crossing */
-    int last;               /* of the run: no step follows */
-    double nearest;         /* conditioning at the run's end below which rounding spoils its state */
+    int first, last;        /* of the run */
+    double left;            /* time to the run's end */
     int looks_ahead;        /* crossings are placed beforehand (look_ahead.h) ... */
     mechc_nodes nodes;      /* ... between these */
     const mechc_path *path; /* NULL: not known yet */
@@ -39,6 +39,7 @@ typedef struct {
     double factor;   /* MECHC_RETRY: of the step */
     int bridge;      /* MECHC_RETRY: with the method that crosses change points */
     int to_pair;     /* MECHC_RETRY: the explicit pair takes the steps that follow */
+    int to_collocation; /* MECHC_RETRY: collocation does, to the run's end */
     double fraction; /* MECHC_CROSSES: of the step, about where the crossing lies */
     double q[MECHC_NQ], gap;
 } mechc_decision;
@@ -49,7 +50,7 @@ MECHC_STATIC void mechc_retry(mechc_decision *out, double factor, int bridge)
     out->action = MECHC_RETRY;
     out->factor = factor;
     out->bridge = bridge;
-    out->to_pair = 0;
+    out->to_pair = out->to_collocation = 0;
 }
 
 MECHC_STATIC void mechc_give_up(mechc_decision *out, int why, double gap)

@@ -14,6 +14,18 @@
 
 #if MECHC_NH > 0
 
+/* Conditioning below which rounding decides about the sign of the weakest direction. */
+#define MECHC_NO_SIGN 1e-6
+
+/* A run may start and end so near a crossing; whether one was passed is then told by the place of q*
+ * alone. */
+MECHC_STATIC int mechc_has_no_sign(const mechc_span *span, const mechc_weakest *before,
+                                   const mechc_weakest *after)
+{
+    return (span->first && before->ratio < MECHC_NO_SIGN)
+        || (span->last && after->ratio < MECHC_NO_SIGN);
+}
+
 /* A configuration of a step, and its weak directions. */
 typedef struct {
     double fraction, q[MECHC_NQ];
@@ -240,6 +252,9 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
     for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
         mechc_tally tally = {0, HUGE_VAL};
         mechc_see_node(span, i, monitor->rank, &nodes[i % 2]);
+        if ((i == 1 || i == span->path->count - 1)
+            && mechc_has_no_sign(span, &nodes[(i - 1) % 2].weakest, &nodes[i % 2].weakest))
+            continue;
         switch (mechc_judge_halves(span, &nodes[(i - 1) % 2], &nodes[i % 2], i, MECHC_HALVINGS,
                                    reach, &tally)) {
         case MECHC_TOO_CLOSE_TO_CALL:

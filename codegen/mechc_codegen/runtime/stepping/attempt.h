@@ -20,6 +20,7 @@ MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;
         if (planned != open && planned < mechc_min(left, run->max_step)) return 0;
+        if (planned == left && left <= run->max_step) return mechc_fit_to_end(run, left, h);
     }
     return mechc_fit_to_end(run, step, h);
 }

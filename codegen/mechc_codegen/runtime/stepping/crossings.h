@@ -79,9 +79,9 @@ MECHC_STATIC mechc_span mechc_span_of(const mechc_integration *run, double h, co
         .high = run->high,
         .horizon = run->horizon,
         .bridge = method->holds_crossing,
-        .last = fabs(run->t1 - run->head.t - h) <= 1e-12 * fabs(h),
-        .nearest = sqrt(MECHC_EPSILON
-                        / mechc_max(run->rtol / run->method->share, MECHC_ROUNDING_ALLOWED)),
+        .first = run->head.stats.steps == 0,
+        .last = mechc_is_last(run, h),
+        .left = fabs(run->t1 - run->head.t),
         .looks_ahead = method->reach != 0,
         .nodes = method->nodes,
     };
@@ -118,9 +118,16 @@ MECHC_STATIC void mechc_leave_to_pair(mechc_integration *run, double h)
     mechc_use_method(run, run->methods[MECHC_DOP853]);
 }
 
+/* Collocation alone starts beside a crossing. */
+MECHC_STATIC int mechc_starts_beside(const mechc_integration *run)
+{
+    return run->head.stats.steps == 0 && run->monitor.first < MECHC_TOO_NEAR;
+}
+
 /* Over a crossing so near that a step's error is nothing but rounding, as magnified there. */
 MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
 {
+    if (mechc_starts_beside(run)) return;
     if (run->method->reach) {
         run->resumed = run->method;
         mechc_use_method(run, run->methods[MECHC_DOP853]);
@@ -129,13 +136,22 @@ MECHC_STATIC void mechc_straddle_with_pair(mechc_integration *run)
         mechc_max(run->allowed, MECHC_ROUNDING_ALLOWED / (run->method->share * run->rtol));
 }
 
+/* Collocation takes the steps that start or end beside a crossing, whatever the method; 0 without
+ * memory. */
+MECHC_STATIC int mechc_leave_to_collocation(mechc_integration *run)
+{
+    run->resumed = run->method;
+    run->monitor.wanted = 0.0;
+    return mechc_use_method(run, run->methods[MECHC_GAUSS8]);
+}
+
 /* Where several rows are weak together, and in the bend of a near miss, the iteration magnifies
  * rounding more than an explicit step does.  1 where the pair is to continue. */
 MECHC_STATIC int mechc_step_aside(mechc_integration *run, double h)
 {
     const mechc_monitor *monitor = &run->monitor;
     const int here = MECHC_NH > 0 && (monitor->ahead < fabs(h) || monitor->first < MECHC_CLEAR);
-    return run->current->reach && here && ++run->missed >= 2;
+    return run->current->reach && here && !mechc_starts_beside(run) && ++run->missed >= 2;
 }
 
 /* Past it: back to the method that left it to the pair; 0 without memory. */
@@ -226,6 +242,8 @@ MECHC_STATIC int mechc_examine_step(mechc_integration *run, double h, const doub
         run->step = fabs(h) * run->decision.factor;
         run->refused = run->monitor.wanted == 0.0;
         if (run->decision.to_pair) mechc_straddle_with_pair(run);
+        if (run->decision.to_collocation && !mechc_leave_to_collocation(run))
+            return MECHC_NO_MEMORY;
         run->current = bridge ? run->methods[MECHC_DOP853] : run->method;
     }
 #else

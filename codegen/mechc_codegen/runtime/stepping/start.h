@@ -103,6 +103,57 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
     run->head.trajectory.dense_rows = dense ? run->most_dense : 0;
 }
 
+#if MECHC_NH > 0
+/* Of the angle that a first step beside a crossing covers: its nodes are to be far from it. */
+#define MECHC_FIRST_MOVE 0.3
+
+/* Is the start beside a crossing?  Then it is known to the monitor. */
+MECHC_STATIC int mechc_finds_crossing(mechc_integration *run)
+{
+    mechc_monitor *monitor = &run->monitor;
+    const mechc_span span = {.given = &run->given};
+    mechc_scalar_place place;
+    mechc_weakest weakest;
+    if (run->conditioning >= MECHC_TOO_NEAR || MECHC_NC != MECHC_NH || monitor->rank < MECHC_NH)
+        return 0;
+    mechc_weakest_at(run->head.t, run->y, &span, monitor->rank, &weakest);
+    mechc_place_at(run->head.t, run->y, &run->given, &place);
+    const double reach = mechc_beside(&weakest, place.mass);
+    if (!mechc_find_critical(run->head.t, run->y, &run->given, monitor->rank, reach,
+                             &monitor->known))
+        return 0;
+    monitor->has_known = 1;
+    return monitor->known.curves && mechc_judge(&monitor->known) == MECHC_CROSSING;
+}
+
+/* A start beside a crossing, which its speeds lead along one branch; 0 where it is none. */
+MECHC_STATIC int mechc_start_beside(mechc_integration *run, const double *scale)
+{
+    double y[MECHC_NX], rates[MECHC_NX];
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    if (!mechc_finds_crossing(run)) return 0;
+    memcpy(y, run->y, sizeof y);
+    if (mechc_rates_beside(run, run->head.t, 1.0, scale, y, rates) != MECHC_RUNNING) return 0;
+    memcpy(run->y, y, sizeof y);
+    memcpy(MECHC_RATE(run, 0), rates, sizeof rates);
+    memcpy(trajectory->y, y, sizeof y);
+    mechc_give_turns(run->turns, trajectory->y);
+    run->head.stats.critical_gap = fabs(run->monitor.known.gap);
+    run->head.stats.critical_time = run->head.t;
+    return 1;
+}
+
+/* Collocation begins such a run, by a step long enough. */
+MECHC_STATIC void mechc_leave_start(mechc_integration *run)
+{
+    double fastest = 0.0;
+    for (int i = 0; i < MECHC_NQ; i++)
+        fastest = mechc_max(fastest, fabs(MECHC_RATE(run, 0)[i]) / run->scale[i]);
+    run->step = mechc_max(run->step, mechc_min(MECHC_FIRST_MOVE / fastest, run->max_step));
+    if (!run->method->reach && !mechc_leave_to_collocation(run)) run->head.status = MECHC_NO_MEMORY;
+}
+#endif
+
 /* methods: by their numbers; a run that needs one without code says so in head->wanted. */
 MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *options,
                                         const mechc_method *const *methods,
@@ -122,10 +173,16 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     if (head->status != MECHC_RUNNING) return;
     mechc_monitor_start(run);
     if (head->status != MECHC_RUNNING) return;
+#if MECHC_NH > 0
+    const int beside = mechc_start_beside(run, options->scale);
+#endif
     mechc_first_scale(run, options->scale);
 #if MECHC_NI > 0
     mechc_widen_for_inputs(run, options->scale);
 #endif
     run->step = options->first_step > 0.0 ? options->first_step : mechc_first_step(run);
+#if MECHC_NH > 0
+    if (beside) mechc_leave_start(run);
+#endif
     if (options->t0 == options->t1) head->status = MECHC_FINISHED;
 }

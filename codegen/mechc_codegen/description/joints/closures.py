@@ -13,8 +13,8 @@ from typing import Any
 from sympy.physics.mechanics import Point, ReferenceFrame
 
 from mechc_codegen.description.constraints import Closure
-from mechc_codegen.description.joints import Body, Joint, check_joints, joint_of
-from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.joints.cuts import Cut
+from mechc_codegen.description.joints.tree import Body, Joint, check_joints, joint_of
 from mechc_codegen.description.placement import Placement
 from mechc_codegen.errors import MechanismError
 

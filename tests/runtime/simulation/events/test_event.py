@@ -7,7 +7,7 @@ import pytest
 
 import mechc
 from mechc.errors import ValueOutOfBoundsError
-from mechc.simulation.events import EventFinder
+from mechc.simulation.events.event import EventFinder
 from tests.support import fake_linkage
 
 PARAMS = {"l_3": 3.5}

@@ -14,7 +14,13 @@ from mechc.native._codes import (
     STOPPED_BY_EVENT,
     TOO_MANY_STEPS,
 )
-from mechc.simulation.events import Event, EventFinder, FunctionFailedError, evaluated, located
+from mechc.simulation.events.event import (
+    Event,
+    EventFinder,
+    FunctionFailedError,
+    evaluated,
+    located,
+)
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy

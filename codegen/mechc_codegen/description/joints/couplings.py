@@ -9,7 +9,7 @@ from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Constraint
 from mechc_codegen.description.drawing import NO_DRAWING, Drawing
-from mechc_codegen.description.joints import Joint
+from mechc_codegen.description.joints.tree import Joint
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.joints.cuts import Cut
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.frontend.sympy_joints import from_joints
 from sympy import Symbol, symbols

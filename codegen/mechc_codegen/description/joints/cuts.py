@@ -17,7 +17,7 @@ from sympy.physics.mechanics.joint import Joint as SymPyJoint
 from sympy.physics.vector import Vector
 
 from mechc_codegen.description.constraints import Closure
-from mechc_codegen.description.joints import Body, Joint
+from mechc_codegen.description.joints.tree import Body, Joint
 from mechc_codegen.errors import MechanismError
 
 Components = tuple[Expr, Expr, Expr]

@@ -8,7 +8,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import mechc
 from mechc.compilation.event_unit import COMPILER
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
-from mechc.simulation.expression_events import Compiler, checked_events, compiled_functions
+from mechc.simulation.events.expressions import Compiler, checked_events, compiled_functions
 from tests.support.impacts import points_on_a_line
 
 

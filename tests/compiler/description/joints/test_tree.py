@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from mechc_codegen.convert.convert import convert
 from mechc_codegen.convert.stationary import Stationary
-from mechc_codegen.description.joints import Joint
-from mechc_codegen.description.loop_joints import Cut
+from mechc_codegen.description.joints.cuts import Cut
+from mechc_codegen.description.joints.tree import Joint
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity
 from mechc_codegen.description.source import ConversionSettings
 from mechc_codegen.errors import MechanismError

@@ -7,7 +7,7 @@ import pytest
 
 import mechc
 from mechc.errors import EventError, ValueOutOfBoundsError
-from mechc.simulation.resets import onto_constraints
+from mechc.simulation.events.resets import onto_constraints
 from tests.support.impacts import G, impacts, points_on_a_line
 
 LENGTH = 1.0

@@ -5,7 +5,7 @@ import pytest
 
 import mechc
 from mechc.errors import EventError
-from mechc.simulation.compiled_events import CompiledFinder
+from mechc.simulation.events.compiled import CompiledFinder
 from tests.support.impacts import impacts, points_on_a_line
 
 

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
-from mechc.simulation.events import Event
-from mechc.simulation.stops import Stop, StopReset
+from mechc.simulation.events.event import Event
+from mechc.simulation.events.stops import Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System

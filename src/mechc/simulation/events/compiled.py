@@ -1,7 +1,8 @@
 """Events and resets that are compiled, looked for and applied along a run of compiled code.
 
-The same search and the same rules as those of functions of Python (:mod:`mechc.simulation.events`,
-:mod:`mechc.simulation.resets`), with exact rates of the events; batches use this code too.
+The same search and the same rules as those of functions of Python
+(:mod:`mechc.simulation.events.event`, :mod:`mechc.simulation.events.resets`), with exact rates of
+the events; batches use this code too.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ import numpy as np
 from mechc.native._codes import METHODS, RESETS_ACCUMULATE, RUNNING
 from mechc.native._events import Watch
 from mechc.native._run import Run
-from mechc.simulation.events import Event, EventFinder, FunctionFailedError
-from mechc.simulation.expression_events import compiled_functions
-from mechc.simulation.resets import Resets
+from mechc.simulation.events.event import Event, EventFinder, FunctionFailedError
+from mechc.simulation.events.expressions import compiled_functions
+from mechc.simulation.events.resets import Resets
 from mechc.simulation.segments import Segment, Segments
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array

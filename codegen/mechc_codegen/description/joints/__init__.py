@@ -1,0 +1,1 @@
+"""Joints of the tree, cuts that close loops, and couplings."""

@@ -1,0 +1,244 @@
+/* The sizes that a search compares coordinates and rows with, whatever their units are.
+ *
+ * A row may be a distance, its square or the cosine of an angle, in metres or millimetres, times any
+ * number.  It is measured by what steps of the coordinates make of it, over configurations spread
+ * evenly: a radian for an angle, 1 for a number, a length for all others.
+ *
+ * The length is found from the rows.  Far out the constants in a row do not show: by Euler's theorem
+ * on homogeneous functions x . grad g = d g there.  The length is where that ceases to hold: about
+ * the extent of the mechanism.
+ */
+#ifndef MECHC_MEASURE_H
+#define MECHC_MEASURE_H
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include "closing/closure.h"
+
+#define MECHC_MEASURED 16        /* configurations */
+#define MECHC_MEASURE_FAR 40.0   /* octaves from where the search for the length begins */
+#define MECHC_MEASURE_STRIDE 3.0 /* octaves */
+#define MECHC_MEASURE_LAG 0.25   /* of the degree, beyond which constants show */
+#define MECHC_MEASURE_LINKS 2.0  /* a chain of links reaches further than the row of one */
+
+enum { MECHC_TRANSLATION, MECHC_ANGLE, MECHC_NUMBER }; /* kinds of coordinates */
+
+/* What is the same for all members. */
+typedef struct {
+    const mechc_closure *closure;
+    int rows, columns; /* of the gradient; the first `rows` count */
+    int unknowns;
+    const int *unknown;
+    const unsigned char *kind; /* of every coordinate */
+    const int *alike; /* (rows,): the first row that is known to have the same unit; may be NULL */
+} mechc_measured;
+
+typedef struct {
+    mechc_measured of;
+    double length;   /* the step of a coordinate that is neither angle nor number */
+    double *weight;  /* (rows,): makes rows comparable */
+    double size;     /* of all rows, so weighted: what steps change them by */
+    int even;        /* whether all weights are 1 */
+    double *spread, *y, *gap, *gradient, *degree;
+    double *memory;
+} mechc_measure;
+
+/* Points spread evenly (Roberts 2018), the same for all members. */
+static void mechc_measure_spread(mechc_measure *one)
+{
+    const int n = one->of.unknowns;
+    double ratio = 2.0, step = 1.0;
+    for (int i = 0; i < 12; i++) ratio = pow(1.0 + ratio, 1.0 / (n + 1));
+    for (int i = 0; i < n; i++) {
+        step /= ratio;
+        for (int k = 0; k < MECHC_MEASURED; k++)
+            one->spread[k * n + i] = 2.0 * fmod(0.5 + (k + 1) * step, 1.0) - 1.0;
+    }
+}
+
+static int mechc_measure_make(mechc_measure *one, const mechc_measured *of)
+{
+    const size_t width = (size_t)of->closure->width, rows = (size_t)of->rows;
+    const size_t gap = (size_t)of->closure->breadth[MECHC_GAPS];
+    const size_t gradient = (size_t)of->closure->breadth[MECHC_GRADIENT];
+    const size_t each = (size_t)of->unknowns + width + gap + gradient;
+    double *next = one->memory = calloc(MECHC_MEASURED * each + 2 * rows, sizeof(double));
+    if (!next) return 0;
+    one->of = *of;
+    one->spread = next, next += MECHC_MEASURED * of->unknowns;
+    one->y = next, next += MECHC_MEASURED * width;
+    one->gap = next, next += MECHC_MEASURED * gap;
+    one->gradient = next, next += MECHC_MEASURED * gradient;
+    one->weight = next, next += rows;
+    one->degree = next;
+    mechc_measure_spread(one);
+    return 1;
+}
+
+static void mechc_measure_free(mechc_measure *one) { free(one->memory); }
+
+/* Gaps and gradients where the unknowns are spread over a range of this length. */
+static void mechc_measure_at(mechc_measure *one, const double *p, double length)
+{
+    static const double turn[] = {1.0, 3.141592653589793, 1.0};
+    const mechc_measured *of = &one->of;
+    for (int k = 0; k < MECHC_MEASURED; k++)
+        for (int i = 0; i < of->unknowns; i++) {
+            const int at = of->unknown[i], kind = of->kind[at];
+            one->y[k * of->closure->width + at] = one->spread[k * of->unknowns + i] * turn[kind]
+                                                * (kind == MECHC_TRANSLATION ? length : 1.0);
+        }
+    of->closure->ask(of->closure, MECHC_GAPS, MECHC_MEASURED, one->y, p, one->gap);
+    of->closure->ask(of->closure, MECHC_GRADIENT, MECHC_MEASURED, one->y, p, one->gradient);
+}
+
+/* The degree with which a row grows with the translations; 0: it contains none. */
+static double mechc_measure_degree(const mechc_measure *one, int row)
+{
+    const mechc_measured *of = &one->of;
+    double growth = 0.0, value = 0.0;
+    for (int k = 0; k < MECHC_MEASURED; k++) {
+        const double gap = one->gap[k * of->closure->breadth[MECHC_GAPS] + row];
+        const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
+                               + row * of->columns;
+        double along = 0.0;
+        for (int i = 0; i < of->unknowns; i++)
+            if (of->kind[of->unknown[i]] == MECHC_TRANSLATION)
+                along += gradient[of->unknown[i]] * one->y[k * of->closure->width + of->unknown[i]];
+        growth += along * along;
+        value += gap * gap;
+    }
+    return growth > 0.0 ? sqrt(growth / value) : 0.0;
+}
+
+/* The degrees of the rows far out; 0 for a row that is no homogeneous function there. */
+static void mechc_measure_degrees(mechc_measure *one, const double *p, double hint)
+{
+    const double far = hint * exp2(MECHC_MEASURE_FAR);
+    mechc_measure_at(one, p, far);
+    for (int row = 0; row < one->of.rows; row++)
+        one->degree[row] = mechc_measure_degree(one, row);
+    mechc_measure_at(one, p, far / exp2(MECHC_MEASURE_STRIDE));
+    for (int row = 0; row < one->of.rows; row++) {
+        const double nearer = mechc_measure_degree(one, row);
+        if (!(fabs(nearer - one->degree[row]) < 0.01 && nearer < 16.0)) one->degree[row] = 0.0;
+    }
+}
+
+/* How far the degrees at this length are behind those far out, relative, beyond what is allowed. */
+static double mechc_measure_lag(mechc_measure *one, const double *p, double length)
+{
+    double lag = -1.0;
+    mechc_measure_at(one, p, length);
+    for (int row = 0; row < one->of.rows; row++)
+        if (one->degree[row] > 0.0)
+            lag = fmax(lag, 1.0 - mechc_measure_degree(one, row) / one->degree[row]);
+    return lag - MECHC_MEASURE_LAG;
+}
+
+/* The length from which on constants do not show; the hint where the rows contain none. */
+static double mechc_measure_length(mechc_measure *one, const double *p, double hint)
+{
+    double low = 0.0, lag_low, high, lag_high; /* octaves */
+    mechc_measure_degrees(one, p, hint);
+    lag_low = mechc_measure_lag(one, p, hint);
+    high = low, lag_high = lag_low;
+    while (lag_high > 0.0 && high < MECHC_MEASURE_FAR - MECHC_MEASURE_STRIDE) {
+        low = high, lag_low = lag_high;
+        high += MECHC_MEASURE_STRIDE;
+        lag_high = mechc_measure_lag(one, p, hint * exp2(high));
+    }
+    while (!(lag_low > 0.0)) {
+        high = low, lag_high = lag_low;
+        low -= MECHC_MEASURE_STRIDE;
+        if (low < -MECHC_MEASURE_FAR) return hint;
+        lag_low = mechc_measure_lag(one, p, hint * exp2(low));
+    }
+    for (int i = 0; i < 4 && !(lag_high > 0.0); i++) { /* regula falsi, kept off the ends */
+        const double share = fmin(0.9, fmax(0.1, lag_low / (lag_low - lag_high)));
+        const double middle = low + share * (high - low);
+        const double lag = mechc_measure_lag(one, p, hint * exp2(middle));
+        if (lag > 0.0) low = middle, lag_low = lag;
+        else high = middle, lag_high = lag;
+    }
+    return MECHC_MEASURE_LINKS * hint * exp2(high);
+}
+
+/* The length of a step of a coordinate that may be given, and then large. */
+static double mechc_measure_step(const mechc_measure *one, int k, int coordinate)
+{
+    const double value = fabs(one->y[k * one->of.closure->width + coordinate]);
+    return one->of.kind[coordinate] != MECHC_TRANSLATION ? 1.0 : fmax(one->length, value);
+}
+
+/* What steps of all coordinates together change a row by at most; of a row without any, its value. */
+static double mechc_measure_row(const mechc_measure *one, int row)
+{
+    const mechc_measured *of = &one->of;
+    double most = 0.0, value = 0.0;
+    for (int k = 0; k < MECHC_MEASURED; k++) {
+        const double *gradient = one->gradient + k * of->closure->breadth[MECHC_GRADIENT]
+                               + row * of->columns;
+        double sum = 0.0;
+        for (int j = 0; j < of->columns; j++)
+            sum += fabs(gradient[j]) * mechc_measure_step(one, k, j);
+        most = fmax(most, sum);
+        value = fmax(value, fabs(one->gap[k * of->closure->breadth[MECHC_GAPS] + row]));
+    }
+    if (!(most > 0.0)) most = value;
+    return most > 0.0 && most < HUGE_VAL ? most : 1.0;
+}
+
+/* Rows known to have the same unit have the size of the largest of them. */
+static void mechc_measure_alike(mechc_measure *one, double *sizes)
+{
+    const int *alike = one->of.alike;
+    for (int row = 0; alike && row < one->of.rows; row++)
+        sizes[alike[row]] = fmax(sizes[alike[row]], sizes[row]);
+    for (int row = 0; alike && row < one->of.rows; row++) sizes[row] = sizes[alike[row]];
+}
+
+/* Measure one member: the coordinates given are those of q.  `hint`: where the search for the
+ * length begins. */
+static void mechc_measure_member(mechc_measure *one, const double *q, const double *p, double hint)
+{
+    const mechc_measured *of = &one->of;
+    double *sizes = one->weight;
+    int translations = 0;
+    for (int k = 0; k < MECHC_MEASURED; k++)
+        memcpy(one->y + k * of->closure->width, q,
+               (size_t)of->closure->coordinates * sizeof(double));
+    for (int i = 0; i < of->unknowns; i++)
+        translations |= of->kind[of->unknown[i]] == MECHC_TRANSLATION;
+    one->length = translations ? mechc_measure_length(one, p, hint) : hint;
+    mechc_measure_at(one, p, one->length);
+    for (int row = 0; row < of->rows; row++) sizes[row] = mechc_measure_row(one, row);
+    mechc_measure_alike(one, sizes);
+    one->size = 0.0;
+    one->even = 1;
+    for (int row = 0; row < of->rows; row++) one->size = fmax(one->size, sizes[row]);
+    for (int row = 0; row < of->rows; row++) {
+        one->weight[row] = one->size / sizes[row];
+        one->even &= one->weight[row] == 1.0;
+    }
+}
+
+/* Weigh the rows of gaps and gradients of some states. */
+static void mechc_measure_weigh(const mechc_measure *one, int count, double *gaps,
+                                double *gradients)
+{
+    const int rows = one->of.rows, columns = one->of.columns;
+    if (one->even) return;
+    for (int k = 0; k < count; k++) {
+        double *gap = gaps + k * one->of.closure->breadth[MECHC_GAPS];
+        double *gradient = gradients + k * one->of.closure->breadth[MECHC_GRADIENT];
+        for (int row = 0; row < rows; row++) {
+            gap[row] *= one->weight[row];
+            for (int j = 0; j < columns; j++) gradient[row * columns + j] *= one->weight[row];
+        }
+    }
+}
+
+#endif

@@ -1,0 +1,124 @@
+"""What is small: gaps of constraints beside what steps of the coordinates change them by.
+
+Whatever the unit of a row is, and whatever it is multiplied by.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mechc.assembly.closer import closure
+from mechc.errors import AssemblyError
+from mechc.native._closing import measured
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+UNEVEN = 1e-7  # ratio of rows that counts as dependent between steps (dynamics/project.h)
+ROUNDING = 1e-8  # of the size of a row: a state typed with ten digits is closed
+
+
+def steps_of(system: System, p: Array, t: float = 0.0) -> Array:
+    """A step of each component of a state (nq + nu,): 1 for angles and numbers, else the length."""
+    return np.where(system.dimensionless, 1.0, sizes(system, p, t).length)
+
+
+class Sizes(NamedTuple):
+    """The mechanism's length, and what a radian, 1 or that length change each row by (nh,)."""
+
+    length: float
+    rows: Array
+
+
+def sizes(system: System, p: Array, t: float = 0.0) -> Sizes:
+    """The sizes with parameters p (np,); those of the last parameters are kept."""
+    key = p.tobytes(), t
+    known = system.kept.get("sizes")
+    if known is None or known[0] != key:
+        known = system.kept["sizes"] = key, _sizes(system, p, t)
+    found: Sizes = known[1]
+    return found
+
+
+def _sizes(system: System, p: Array, t: float) -> Sizes:
+    free, hint = np.array(system.unknowns([]), np.intc), system.length(p)
+    if not system.scene.holonomic:
+        return Sizes(hint, np.zeros(0))
+    found = measured(closure(system, t), t, free, system.default_coordinates, p, hint)
+    if system.driven is not None:
+        system.driven.raise_failure()
+    return Sizes(*found)
+
+
+def are_lengths(system: System) -> bool:
+    """Whether the parameters tell the size of all rows, or there are none."""
+    known = system.gap_unit == "m" and system.parameter_set.has_lengths
+    return known or not system.scene.holonomic
+
+
+def allowed_gap(system: System, p: Array, t: float) -> float:
+    """A gap that is rounding in every row; found fast where lengths are known."""
+    if are_lengths(system):
+        return ROUNDING * system.length(p)
+    return ROUNDING * float(sizes(system, p, t).rows.min())
+
+
+def allowed_gaps(system: System, p: Array, t: float) -> Array:
+    """The same for parameters p (n, np)."""
+    if are_lengths(system):
+        return np.asarray(ROUNDING * system.parameter_set.lengths(p))
+    return np.array([allowed_gap(system, row, t) for row in p])
+
+
+def refuse_uneven(system: System, p: Array, t: float) -> None:
+    """Raise where the integrator would take the smallest row for one that depends on others.
+
+    Raises
+    ------
+    AssemblyError
+        Which two rows these are.
+    """
+    if are_lengths(system):
+        return
+    rows = sizes(system, p, t).rows
+    least, most = int(np.argmin(rows)), int(np.argmax(rows))
+    if rows[least] < UNEVEN * rows[most]:
+        names = system.constraint_names
+        raise AssemblyError(
+            f"{names[most]!r} changes {rows[most] / rows[least]:.1g} times as much as "
+            f"{names[least]!r} in the same motion: rows so uneven cannot be told from dependent "
+            "ones. Multiply constraints by factors that make them similar"
+        )
+
+
+def is_open(system: System, gap: Array, p: Array, t: float) -> bool:
+    """Whether the rows (nh,) are off by more than rounding."""
+    return not (np.abs(gap) <= ROUNDING * sizes(system, p, t).rows).all()
+
+
+def gap_in_words(system: System, gap: Array, p: Array, t: float) -> str:
+    """What is open by how much: loops in m where that is known, else the row that is worst."""
+    if system.gap_unit == "m":
+        return f"the loop open by {np.abs(gap).max():.6g} m"
+    worst = int(np.argmax(np.abs(gap) / sizes(system, p, t).rows))
+    row = system.closure_units[worst]
+    return f"{system.constraint_names[worst]!r} at {gap[worst]:.6g} {row}".rstrip()
+
+
+def speed_sizes(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
+    """What steps of the speeds change each row of J u + b by (nc,), and these steps (nu,).
+
+    Configuration constraints have their sizes; others, those of their rows at the state y.
+    """
+    found, width = sizes(system, p, t), len(system.coordinates)
+    steps = np.where(system.dimensionless[width:], 1.0, found.length)
+    others = np.abs(system.constraint_jacobian(y, p, t))[system.scene.holonomic :] @ steps
+    return np.append(found.rows, np.where(others > 0.0, others, 1.0)), steps
+
+
+def excess_of_rates(system: System, drift: Array, y: Array, p: Array, t: float) -> Array:
+    """By how much the rows of J u + b (nc,) at a state exceed rounding; above 1 they are off."""
+    rows, steps = speed_sizes(system, y, p, t)
+    fastest = max(1.0, float(np.abs(y[len(system.coordinates) :] / steps).max(initial=0.0)))
+    return np.asarray(np.abs(drift) / (ROUNDING * fastest * rows))

@@ -1,0 +1,134 @@
+"""Forward sensitivities of the members of a batch: each as of the run of its own."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechc.batch.spec import Recipe
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.inputs.driven_scene import with_inputs
+from mechc.inputs.samples import signals_among
+from mechc.sensitivities.columns import columns_of
+from mechc.sensitivities.run import sensitivity_of_run
+from mechc.simulation.initialise import checked_state
+from mechc.simulation.simulate import run
+from mechc.simulation.trajectory import Trajectory
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+
+def check_names(system: System, recipe: Recipe, elsewhere: bool) -> None:
+    """Refuse names that have no derivatives, before anything is computed.
+
+    Raises
+    ------
+    UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError, MechcError
+        As :func:`columns_of`; for names that stand for several columns, for what a batch with
+        sensitivities cannot have, ``elsewhere``: a folder.
+    """
+    if elsewhere or recipe.until or recipe.events is not None:
+        raise ValueOutOfBoundsError(
+            "a batch with sensitivities takes none of out=, until= and events= yet"
+        )
+    if recipe.inputs.controllers:
+        raise ValueOutOfBoundsError(
+            "how a controller depends on the state is not known, so a batch with mechc.Sampled has "
+            "no sensitivities"
+        )
+    if not recipe.count:
+        return
+    driven, first = _driven(system, recipe, 0), system.parameter_set.resolve(_params(recipe, 0))
+    columns = columns_of(driven, recipe.sensitivities, np.asarray(first), _params(recipe, 0))
+    for name, place in columns.places.items():
+        if isinstance(place, slice):
+            raise ValueOutOfBoundsError(
+                f"sensitivities of a batch are by one number each, and {name} stands for several: "
+                "name coordinates, speeds, parameters, or values of signals such as 'F[0]'"
+            )
+
+
+class Members:
+    """The work on all members, for several threads.
+
+    ``final`` and ``largest`` are (n, nq + nu, k): derivatives at the end, and the largest absolute
+    values at the accepted steps or at t_eval; ``at_times`` (n, nt, nq + nu, k).  NaN where a
+    member has none.
+    """
+
+    def __init__(self, system: System, recipe: Recipe, values: Array, y0: Array, ok: Array) -> None:
+        self.system, self.recipe, self.values, self.y0, self.ok = system, recipe, values, y0, ok
+        n, width, k = recipe.count, system.scene.width, len(recipe.sensitivities)
+        self.final = np.full((n, width, k), np.nan)
+        self.largest = self.final.copy()
+        self.at_times = np.full((n, len(recipe.t_eval), width, k), np.nan)
+        self.done, self._lock, self._stopped = 0, threading.Lock(), False
+        self._next = iter(range(n))
+
+    def work(self) -> None:
+        """Members one after the other, until none is left."""
+        while not self._stopped:
+            with self._lock:
+                member = next(self._next, None)
+            if member is None:
+                return
+            if self.ok[member]:
+                self._differentiate(member)
+            self.done += 1
+
+    def stop(self) -> None:
+        """After the members at hand."""
+        self._stopped = True
+
+    def _differentiate(self, member: int) -> None:
+        recipe, given = self.recipe, _start(self.recipe, member)
+        system = _driven(self.system, recipe, member)
+        times = recipe.t_eval if len(recipe.t_eval) else None
+        policy, p = recipe.policy._replace(dense=True), self.values[member]
+        try:
+            state = checked_state(system, self.y0[member], p, recipe.span[0])
+            sol = run(Trajectory, system, recipe.span, state, p, policy, times)
+            found = sensitivity_of_run(
+                sol, recipe.sensitivities, state if given is None else given,
+                _params(recipe, member),
+            )  # fmt: skip
+        except MechcError:  # this member has none
+            return
+        columns = found.at(sol.t, sol.y)
+        self.final[member] = found.at(np.array([sol.span[1]]), sol(np.array([sol.span[1]])))[0]
+        self.largest[member] = np.abs(columns).max(axis=0)
+        if times is not None:
+            self.at_times[member] = columns
+
+    @property
+    def results(self) -> dict[str, Array]:
+        """By the names of a batch's arrays."""
+        found = {"sensitivity_final": self.final, "sensitivity_max": self.largest}
+        return found | ({"sensitivity": self.at_times} if len(self.recipe.t_eval) else {})
+
+
+def _driven(system: System, recipe: Recipe, member: int) -> System:
+    """With the inputs of a member, whose steps end at the samples that derivatives are by."""
+    if system.driven is None:
+        return system
+    own = with_inputs(system, recipe.inputs.of(member))
+    return with_inputs(own, signals_among(own, recipe.sensitivities))
+
+
+def _params(recipe: Recipe, member: int) -> dict[str, float]:
+    return {name: _one(column, member) for name, column in recipe.params.items()}
+
+
+def _start(recipe: Recipe, member: int) -> Mapping[str, float] | None:
+    """What was given to assemble; None for a whole state."""
+    if recipe.states is not None:
+        return None
+    every: Sequence[tuple[str, Any]] = [*recipe.coordinates.items(), *recipe.speeds.items()]
+    return {name: _one(column, member) for name, column in every}
+
+
+def _one(column: Any, member: int) -> float:
+    return float(column[member] if np.ndim(column) else column)

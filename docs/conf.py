@@ -14,6 +14,8 @@ import mechc
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE / "extensions"))
 
+SECTIONS = ("library", "linkages", "rolling", "driven")
+
 project = "mechc"
 author = "the mechc developers"
 copyright = f"{author}, BSD-3-Clause"
@@ -43,6 +45,8 @@ napoleon_google_docstring = False
 sphinx_gallery_conf = {
     "examples_dirs": str(HERE.parent / "examples" / "gallery"),
     "gallery_dirs": "gallery",
+    "subsection_order": [f"../examples/gallery/{each}" for each in SECTIONS],
+    "nested_sections": False,
     "filename_pattern": r"\.py$",
     "image_scrapers": ("moving_pictures.scrape",),
     "capture_repr": ("_repr_html_",),

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from mechc_codegen.compiler import Stopwatch, optimised
 from mechc_codegen.emit.c import emit
-from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.library.chains.windows import windows
 from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.four_bar import four_bar
@@ -34,7 +34,8 @@ from ..formulations.described import read
 from ..timing.machine import about
 from ..timing.processes import clocked, least_seconds
 from ..timing.results import write
-from . import calls, first_value, memory
+from . import calls, memory
+from .first import value as first_value
 from .installed import installed
 from .instructions import NotCountedError, counted
 

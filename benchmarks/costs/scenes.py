@@ -24,7 +24,7 @@ from unittest.mock import patch
 import numpy as np
 from mechc_codegen import shipped_mechanism
 from mechc_codegen.compiler import build_scene
-from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.library.chains.rods import planar_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top
 

@@ -19,8 +19,8 @@ from typing import Any
 from ..problems.data import DATA
 from .motions import REFERENCES, compute
 from .near_misses import near_misses
-from .sensitivities import NEEDED as DERIVATIVES
-from .sensitivities import sensitivities
+from .sensitivities.sensitivities import NEEDED as DERIVATIVES
+from .sensitivities.sensitivities import sensitivities
 
 NEEDED = 30  # digits
 NEAR_MISSES = "four_bar_near_misses"

@@ -9,8 +9,9 @@ import numpy as np
 import mechc
 
 from ..problems.problem import Array
-from . import near_misses, random_starts
+from . import random_starts
 from .judge import METHODS, Row, attempt, bounded, row
+from .misses import near_misses
 
 SMALL = 1e-300  # below, doubles lose digits
 

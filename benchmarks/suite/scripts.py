@@ -76,13 +76,13 @@ COMMANDS = {
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
     "derivatives": Command("errors of derivatives of motions against 28 digits",
-                           "references.derivatives"),
+                           "references.sensitivities.derivatives"),
     "sensitivities": Command("run times with derivatives over those without",
                              "costs.sensitivities"),
     "states": Command("last states of the library to the last bit, before and now",
                       "suite.states"),
     "wait": Command("seconds from compile to the end of the first simulate",
-                    "costs.first_motion"),
+                    "costs.first.motion"),
     "stepper": Command("the latency of steps in a loop with the world", "costs.stepping"),
 }  # fmt: skip
 

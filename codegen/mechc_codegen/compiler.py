@@ -17,13 +17,13 @@ from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
 from mechc_codegen.emit.c import emit
-from mechc_codegen.emit.instruction_sets import (
+from mechc_codegen.emit.metadata import scene_metadata
+from mechc_codegen.emit.numpy import Listing, emit_numpy
+from mechc_codegen.emit.units.instruction_sets import (
     InstructionSet,
     instruction_sets,
     with_fitting_lanes,
 )
-from mechc_codegen.emit.metadata import scene_metadata
-from mechc_codegen.emit.numpy import Listing, emit_numpy
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.standalone import standalone
 from mechc_codegen.extension.build import Build, extension

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from mechc.compilation.catalogue import LIBRARY
 from mechc.compilation.find import checked_backend, library_system
+from mechc.compilation.library.catalogue import LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.model import Model
 from mechc.system.names import by_name

@@ -58,7 +58,7 @@ def open_saved(
 
 
 def _batch(path: Path, model: Model | None) -> Batch:
-    from mechc.batch.store import open_batch
+    from mechc.batch.stored.store import open_batch
 
     batch = open_batch(path, None if model is None else model.system)
     batch.model = Model.of_system(batch.system)

@@ -10,7 +10,7 @@ import pytest
 from mechc_codegen.compiler import build_scene, operations_of_all
 from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
-from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.library.catalogue import shipped_mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.spatial.heavy_top import heavy_top

@@ -66,7 +66,7 @@ DATA = {
     ("ir", "derive"): {"derive.equations"},
     ("emit", "derive"): {"derive.equations"},
     ("emit", "ir"): {"ir.program"},
-    ("extension", "emit"): {"emit.instruction_sets"},
+    ("extension", "emit"): {"emit.units.instruction_sets"},
     ("export", "derive"): {"derive.equations"},
     ("export", "ir"): {"ir.program"},
     ("export", "extension"): {"extension.flags"},

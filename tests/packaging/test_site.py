@@ -28,12 +28,13 @@ def site(tmp_path_factory):
 
 
 def test_every_scene_has_a_moving_picture_and_an_animation(site):
-    scenes = sorted(path.stem for path in (ROOT / "examples" / "gallery").glob("*.py"))
+    gallery = ROOT / "examples" / "gallery"
+    scenes = sorted(path.relative_to(gallery) for path in gallery.rglob("*.py"))
     assert len(scenes) >= 24
     index = (site / "gallery" / "index.html").read_text("utf-8")
     for scene in scenes:
-        assert f"sphx_glr_{scene}_thumb.gif" in index
-        page = (site / "gallery" / f"{scene}.html").read_text("utf-8")
+        assert f"sphx_glr_{scene.stem}_thumb.gif" in index
+        page = (site / "gallery" / scene.with_suffix(".html")).read_text("utf-8")
         assert 'sandbox="allow-scripts"' in page
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.batch.store import examine
+from mechc.batch.stored.store import examine
 from mechc.compilation import cache
 from mechc.results import files as storage
 from tests.support.trust.fuzzing import run_cases

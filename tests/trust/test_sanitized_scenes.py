@@ -10,7 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 from mechc_codegen import build_scene
-from mechc_codegen.emit.instruction_sets import instruction_sets
+from mechc_codegen.emit.units.instruction_sets import instruction_sets
 from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 from mechc_codegen.library.catalogue import shipped_mechanism
 

@@ -17,11 +17,11 @@ from sympy import Symbol
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
-from mechc_codegen.emit.instruction_sets import InstructionSet
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.emit.scene_files import model_source, sizes_header, template
-from mechc_codegen.emit.split_functions import Line
 from mechc_codegen.emit.tables import lookups, table_text
+from mechc_codegen.emit.units.instruction_sets import InstructionSet
+from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template
+from mechc_codegen.emit.units.split_functions import Line
 from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 

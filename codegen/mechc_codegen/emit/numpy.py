@@ -17,8 +17,8 @@ from mechc_codegen.derive.equations import Equations, Output, Tree
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import NumpyPrinter
-from mechc_codegen.emit.split_functions import PIECE, Line
 from mechc_codegen.emit.tables import lookups
+from mechc_codegen.emit.units.split_functions import PIECE, Line
 from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement

@@ -14,7 +14,7 @@ from sympy import Symbol
 
 from mechc_codegen.derive.equations import Output
 from mechc_codegen.emit.functions import SceneFunction
-from mechc_codegen.emit.split_functions import Line, cut
+from mechc_codegen.emit.units.split_functions import Line, cut
 
 
 class FunctionWriter(ABC):

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
 
-from mechc_codegen.emit.instruction_sets import InstructionSet
+from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.extension.flags import FLAGS, runtime_headers
 
 

@@ -141,7 +141,7 @@ def simulate_batch(
     with CountBar(f"simulating {recipe.count} x {system.name}", recipe.count) as bar:
         report = bar.update_count if progress else _silent
         if out is not None:
-            from mechc.batch.store import stream
+            from mechc.batch.stored.store import stream
 
             return stream(system, recipe, Path(out), size, compute, report)
         return _collect(system, recipe, size, compute, report)

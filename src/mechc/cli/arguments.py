@@ -10,7 +10,7 @@ from typing import Any
 import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.own_models import is_own, own_model, own_name
-from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, UnknownNameError
 from mechc.progress import Notice
 from mechc.system.units import read_seconds, read_value, split_assignment
@@ -81,7 +81,7 @@ def _refuse_unknown_names(chosen: argparse.Namespace, options: dict[str, Any]) -
     parameters = chosen.parameters
     if not (state or parameters) or (chosen.name in COMPILED_AT_INSTALL and not options):
         return
-    from mechc.compilation.library import names_to_compile
+    from mechc.compilation.library.library import names_to_compile
 
     names = names_to_compile(chosen.name, options)
     if names is None:
@@ -122,7 +122,7 @@ def checked_options(name: str, options: dict[str, Any]) -> dict[str, Any]:
         For an option that the mechanism does not have.
     """
     if options:
-        from mechc.compilation.library import shipped_options
+        from mechc.compilation.library.library import shipped_options
 
         own = shipped_options(name)
         for option in options:

@@ -47,7 +47,7 @@ from mechc.cli.own_models import is_own
 from mechc.cli.show import show_command
 from mechc.cli.verify import verify_command
 from mechc.compilation import cache
-from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
+from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.errors import MechcError, MissingPackageError
 from mechc.progress import ProgressBar
 from mechc.results.durable import written_into
@@ -250,7 +250,7 @@ def _open_in_browser(path: Path) -> None:
 
 
 def _emit(chosen: argparse.Namespace) -> int:
-    from mechc.compilation.library import generated_texts
+    from mechc.compilation.library.library import generated_texts
 
     name = known(chosen.name)
     texts = generated_texts(name, checked_options(name, options_of(chosen.options)))

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import mechc
 from mechc.compilation import cache, toolchain
-from mechc.compilation.catalogue import COMPILED_AT_INSTALL
+from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL
 from mechc.errors import MechcError
 
 Check = tuple[str, bool, str]

@@ -15,7 +15,7 @@ from mechc.results.durable import write_text
 
 def show_command(chosen: argparse.Namespace) -> int:
     """Prints quantities, what follows from their values, and options; writes the page."""
-    from mechc.compilation.library import derivation_notes, derivation_page
+    from mechc.compilation.library.library import derivation_notes, derivation_page
 
     own, ending = is_own(chosen.name), page_ending(chosen)
     options = {} if own else checked_options(known(chosen.name), options_of(chosen.options))
@@ -49,7 +49,7 @@ def _values(model: mechc.Model, params: Mapping[str, float]) -> dict[str, float]
 
 
 def _of_library(name: str, options: Mapping[str, Any]) -> Any:
-    from mechc.compilation.library import mechanism_of
+    from mechc.compilation.library.library import mechanism_of
 
     return mechanism_of(name, options)
 
@@ -69,7 +69,7 @@ def _print_quantities(model: mechc.Model, values: Mapping[str, float]) -> None:
 
 
 def _print_options(name: str) -> None:
-    from mechc.compilation.library import shipped_options
+    from mechc.compilation.library.library import shipped_options
 
     found = shipped_options(name)
     if found:

@@ -18,7 +18,7 @@ def verify_command(chosen: argparse.Namespace) -> int:
         verify(path)
         print(f"{printable(str(path))}: sound")
         return 0
-    from mechc.batch.store import examine
+    from mechc.batch.stored.store import examine
 
     found = examine(path)
     for why in found.damage:

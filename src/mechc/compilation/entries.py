@@ -46,7 +46,7 @@ def make_outputs_only(scene: Any, folder: Path) -> None:
 
     It holds the texts of the scene too, which other parts are compiled from.
     """
-    from mechc_codegen.emit.scene_files import texts_source
+    from mechc_codegen.emit.units.scene_files import texts_source
     from mechc_codegen.extension.flags import OUTPUTS_ONLY_FLAGS, RUNTIME
 
     work, first = folder / "work", "scene_outputs_only.c"

@@ -57,7 +57,7 @@ def event_functions(
 def _made(
     events: Sequence[tuple[Any, Mapping[int, Any] | None, Any]], width: int, parameters: int
 ) -> EventFunctions | None:
-    from mechc_codegen.emit.event_unit import EventExpressions, event_unit
+    from mechc_codegen.emit.units.event_unit import EventExpressions, event_unit
 
     errors = errors_of_compiler()
     if toolchain.find_compiler() is None:

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from mechc.compilation.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.from_scene import drawn_by, system_with
+from mechc.compilation.library.catalogue import COMPILED_AT_INSTALL, LIBRARY
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._driver import Scene
@@ -47,7 +47,7 @@ def _variant(
     backend: str,
     options: Mapping[str, Any],
 ) -> System:
-    from mechc.compilation.library import beyond_default, variant
+    from mechc.compilation.library.library import beyond_default, variant
 
     options = beyond_default(name, options) if options else options
     if backend == "c" and not (options or asked) and name in COMPILED_AT_INSTALL:
@@ -122,7 +122,7 @@ def _installed(name: str, instruction_set: str | None) -> System:
 
 
 def _described(name: str) -> tuple[Any, Any]:
-    from mechc.compilation.library import described_as_asked
+    from mechc.compilation.library.library import described_as_asked
 
     return described_as_asked(name, {}, {})
 

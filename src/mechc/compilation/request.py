@@ -7,8 +7,8 @@ from typing import Any
 
 from mechc.compilation.build import compile_described, compile_known, timed, without_c
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.defaults import split, with_defaults
 from mechc.compilation.from_scene import drawn_by
+from mechc.compilation.library.defaults import split, with_defaults
 from mechc.compilation.table import Table
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.inputs.accept import samples_or_signal

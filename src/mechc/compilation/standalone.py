@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from mechc.compilation.compiler import errors_of_compiler
-from mechc.compilation.library import described_as_asked
+from mechc.compilation.library.library import described_as_asked
 from mechc.compilation.request import read_compilable
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 

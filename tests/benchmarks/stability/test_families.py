@@ -8,7 +8,8 @@ from benchmarks.problems.data import reference
 from benchmarks.problems.window_row import exact_row
 from benchmarks.references.linkage_curve import PlanarLinkage
 from benchmarks.references.pinned_chain import PinnedChain
-from benchmarks.stability import batches, crossings, long_runs, near_misses, stiff, values
+from benchmarks.stability import batches, crossings, long_runs, stiff, values
+from benchmarks.stability.misses import near_misses
 
 
 def test_the_pendulum_swings_as_its_equation_says():

@@ -24,8 +24,8 @@ from mechc_codegen.description.mechanism import (
 )
 from mechc_codegen.description.request import OPTIONAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
-from mechc_codegen.emit.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.units.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.extension.build import signature
 from mechc_codegen.extension.flags import FLAGS, OUTPUTS_ONLY_FLAGS, RUNTIME, STRICT
 from sympy import (

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 from mechc_codegen.derive.equations import Tree
 from mechc_codegen.emit.elimination_order import plan_rows
-from mechc_codegen.emit.instruction_sets import WIDER, with_fitting_lanes
+from mechc_codegen.emit.units.instruction_sets import WIDER, with_fitting_lanes
 
 CHAIN = tuple(range(-1, 9))
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from mechc_codegen import build_scene, shipped_mechanism
-from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))

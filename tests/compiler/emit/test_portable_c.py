@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import build_scene
-from mechc_codegen.emit.instruction_sets import BASELINE
+from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 
 import mechc

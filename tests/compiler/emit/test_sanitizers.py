@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import Build, build_scene
-from mechc_codegen.emit.instruction_sets import InstructionSet, instruction_sets
+from mechc_codegen.emit.units.instruction_sets import InstructionSet, instruction_sets
 from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
 
 import mechc

@@ -10,8 +10,8 @@ from mechc_codegen.library.catalogue import SHIPPED, shipped_mechanism
 import mechc
 from mechc.assembly.initial_values import filled_start
 from mechc.cli.commands import main
-from mechc.compilation.catalogue import LIBRARY
-from mechc.compilation.library import beyond_default
+from mechc.compilation.library.catalogue import LIBRARY
+from mechc.compilation.library.library import beyond_default
 from tests.support.marks import slow_among
 
 COMPILED = [name for name in LIBRARY if name != "bicycle"]  # whose C takes longest: see below

@@ -359,7 +359,7 @@ def test_what_is_damaged_counts_as_not_run_until_it_is_computed(call, folder, mo
 def test_data_are_on_the_disk_before_their_manifest_is_there(call, tmp_path, monkeypatch):
     import os
 
-    from mechc.batch import manifests
+    from mechc.batch.stored import manifests
 
     synced, events, fsync = set(), [], os.fsync
 
@@ -386,7 +386,7 @@ def test_data_are_on_the_disk_before_their_manifest_is_there(call, tmp_path, mon
 def test_a_full_disk_is_told_with_the_folder_and_the_call_goes_on(call, tmp_path, monkeypatch):
     import errno
 
-    from mechc.batch import manifests
+    from mechc.batch.stored import manifests
 
     full = OSError(errno.ENOSPC, "No space left on device")
     with monkeypatch.context() as patch:

@@ -22,7 +22,7 @@ import numpy as np
 import zarr  # noqa: F401  its threads must not begin before a fork
 
 import mechc
-from mechc.batch import store  # noqa: F401
+from mechc.batch.stored import store  # noqa: F401
 from mechc.compilation import build, cache
 from mechc.results import files  # noqa: F401
 from tests.support.pendulums import pendulum

@@ -9,7 +9,8 @@ import mechc
 from benchmarks.problems.five_bar import five_bar
 from benchmarks.problems.window_row import window_row
 from benchmarks.references.closure_curve import Geometry
-from benchmarks.stability import crossings, near_misses, random_starts, window_misses
+from benchmarks.stability import crossings, random_starts
+from benchmarks.stability.misses import near_misses, window_misses
 
 METHODS = ("dopri5", "dop853", "gauss8")
 

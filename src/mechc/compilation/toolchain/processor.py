@@ -27,7 +27,7 @@ def processor() -> str:
 
 def native() -> Any:
     """Flags for this processor's instruction set; the binary stays in the user's cache."""
-    from mechc_codegen.emit.instruction_sets import BASELINE, WIDER, InstructionSet
+    from mechc_codegen.emit.units.instruction_sets import BASELINE, WIDER, InstructionSet
 
     features = set(_cpu_info().get("flags", "").split())
     usable = [s for s in WIDER if {f[2:] for f in s.flags if "=" not in f} <= features]

@@ -10,7 +10,8 @@ from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.cli.commands import main
-from mechc.compilation import build, library
+from mechc.compilation import build
+from mechc.compilation.library import library
 from mechc.errors import MechcError
 
 REGULAR = {"l_3": 3.5}

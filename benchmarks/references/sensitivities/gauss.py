@@ -14,8 +14,8 @@ from typing import Any
 import mpmath
 from mpmath import mpf
 
+from ..extrapolation import DIGITS, Vector
 from .dual_numbers import Dual, slopes_of, value_of
-from .extrapolation import DIGITS, Vector
 
 STAGES = 20
 ENOUGH = mpf(10) ** (4 - DIGITS)

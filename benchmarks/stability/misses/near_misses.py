@@ -18,10 +18,10 @@ import numpy as np
 
 import mechc
 
-from ..problems.data import four_bar_state, reference
-from ..problems.problem import Array
-from ..references.near_misses import START, T_END, grounds
-from .judge import Row, attempt, limit_of, verdict
+from ...problems.data import four_bar_state, reference
+from ...problems.problem import Array
+from ...references.near_misses import START, T_END, grounds
+from ..judge import Row, attempt, limit_of, verdict
 
 CONDITION = 100.0
 ROUNDINGS = 4  # of 2^-51 m each

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.costs import first_motion
+from benchmarks.costs.first import motion as first_motion
 
 
 @pytest.mark.slow

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.problems.data import reference
-from benchmarks.references import derivatives, sensitivities
+from benchmarks.references.sensitivities import derivatives, sensitivities
 
 
 @pytest.mark.parametrize("name", ["pendulum", "stiff_masses"])

@@ -16,8 +16,8 @@ from mpmath import mpf
 from sympy import Symbol
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
+from ..extrapolation import DIGITS, Rates, Vector, extrapolated
 from .dual_numbers import Dual, sin, value_of
-from .extrapolation import DIGITS, Rates, Vector, extrapolated
 from .gauss import along
 
 WALL, RESTITUTION = 0.1, 0.8

@@ -8,7 +8,7 @@ from typing import Any
 
 import mpmath
 
-from .extrapolation import Vector
+from ..extrapolation import Vector
 
 
 class Dual:

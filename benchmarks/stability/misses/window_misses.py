@@ -17,10 +17,10 @@ import numpy as np
 
 import mechc
 
-from ..problems.problem import Array
-from ..problems.window_row import exact_row, hung, window_row
-from ..references.linkage_curve import PlanarLinkage
-from .judge import LARGEST, ROUNDING, Outcome, Row, attempt, measured, row, verdict
+from ...problems.problem import Array
+from ...problems.window_row import exact_row, hung, window_row
+from ...references.linkage_curve import PlanarLinkage
+from ..judge import LARGEST, ROUNDING, Outcome, Row, attempt, measured, row, verdict
 
 METHODS = ("auto", "dopri5", "dop853", "gauss8")
 RTOLS = (1e-3, 1e-4, 1e-6, 1e-9, 1e-12)

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ..timing.processes import environment, module_command, processor_seconds
+from ...timing.processes import environment, module_command, processor_seconds
 
 USUAL = ("pendulum", "four_bar", "andrews", "bicycle")
 DURATION = 0.01  # s of motion: it is the wait that counts
@@ -54,7 +54,7 @@ def line(row: dict[str, Any]) -> str:
 def measured(name: str) -> dict[str, Any]:
     """The figures of one mechanism, in seconds."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [*module_command("costs", "first_motion"), name]
+        command = [*module_command("costs", "first", "motion"), name]
         done = subprocess.run(
             command, env=environment(MECHC_CACHE_DIR=folder), stdout=subprocess.PIPE, check=True
         )

@@ -21,13 +21,13 @@ import mpmath
 from mechc_codegen.library.spatial.bicycle import bicycle, values
 from mpmath import mpc, mpf
 
-from ..formulations.described import described
-from ..formulations.equations import derive
-from .extrapolation import DIGITS, Vector, by_extrapolation
-from .motions import DEPENDENT, bicycle_reduced
+from ...formulations.described import described
+from ...formulations.equations import derive
+from ..extrapolation import DIGITS, Vector, by_extrapolation
+from ..motions import DEPENDENT, bicycle_reduced
+from ..tangent import PAIRS, TangentBar
 from .squeezer import squeezed
 from .struck import BY, END, GIVEN, TORQUES, struck
-from .tangent import PAIRS, TangentBar
 from .variational import SECOND, seeds
 
 STEP = mpf(10) ** -8  # of the size of what is given

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.costs import first_value
+from benchmarks.costs.first import value as first_value
 
 
 @pytest.mark.slow

@@ -19,7 +19,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from ..timing.processes import environment, module_command, peak_bytes, processor_seconds
+from ...timing.processes import environment, module_command, peak_bytes, processor_seconds
 
 BY_HAND = "by hand"  # the four-bar, which the limits are for
 LIMITS = {"cold": 1.5, "cached": 0.020}  # s
@@ -57,7 +57,7 @@ def process(form: str, cache: Path, *, wait: bool = False) -> dict[str, Any]:
     """Seconds and the value in a separate process; ``wait``: until all is compiled and cached."""
     given = environment(MECHC_CACHE_DIR=str(cache))
     given.pop("PYTHONDONTWRITEBYTECODE", None)
-    command = [*module_command("costs", "first_value"), form, str(int(wait))]
+    command = [*module_command("costs", "first", "value"), form, str(int(wait))]
     done = subprocess.run(command, env=given, stdout=subprocess.PIPE, check=True)
     told: dict[str, Any] = json.loads(done.stdout)
     return told
@@ -86,7 +86,7 @@ def one(form: str, wait: bool) -> None:
 
 def made(form: str) -> Any:
     if form == BY_HAND:
-        from ..formulations.four_bar_kane import by_hand
+        from ...formulations.four_bar_kane import by_hand
 
         return by_hand()
     from mechc_codegen import SHIPPED

@@ -4,7 +4,7 @@ import ctypes
 import subprocess
 
 import pytest
-from mechc_codegen.emit.event_unit import EventExpressions, event_unit
+from mechc_codegen.emit.units.event_unit import EventExpressions, event_unit
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 from sympy import Abs, Max, Symbol, besselj, diff, sin, sqrt

@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.batch import manifests
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs
 from mechc.batch.layout import (
@@ -31,6 +30,7 @@ from mechc.batch.layout import (
 )
 from mechc.batch.results import Batch
 from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
+from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
 from mechc.inputs.signals import PARTS, Signal

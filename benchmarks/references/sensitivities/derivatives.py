@@ -20,10 +20,10 @@ from mechc_codegen.library.spatial.bicycle import values
 
 import mechc
 
-from ..problems.bicycle import COORDINATES, NAMES, SPEEDS
-from ..problems.data import reference
-from ..problems.problem import Array
-from ..stability.stiff import two_masses
+from ...problems.bicycle import COORDINATES, NAMES, SPEEDS
+from ...problems.data import reference
+from ...problems.problem import Array
+from ...stability.stiff import two_masses
 from . import struck
 
 RTOLS = (1e-6, 1e-8, 1e-10, 1e-12)

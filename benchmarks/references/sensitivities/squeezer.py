@@ -12,7 +12,7 @@ from mechc_codegen.library.planar.andrews import ANGLES, INERTIAS, LENGTHS, MASS
 from mpmath import mpf
 from sympy import Expr, Matrix, Symbol, cos, sin, sqrt, zeros
 
-from .extrapolation import DIGITS, Vector, by_extrapolation
+from ..extrapolation import DIGITS, Vector, by_extrapolation
 
 NAMES = (*LENGTHS, *PIVOTS, *(f"m_{k}" for k in range(1, 8)), *(f"I_{k}" for k in range(1, 8)))
 NUMBERS = (*LENGTHS.values(), *PIVOTS.values(), *MASSES, *INERTIAS)

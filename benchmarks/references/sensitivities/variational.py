@@ -15,9 +15,9 @@ import mpmath
 from mechc_codegen.library.planar.andrews import andrews
 from mpmath import mpf
 
-from ..formulations.equations import Equations, derive
+from ...formulations.equations import Equations, derive
+from ..extrapolation import DIGITS, Vector
 from .dual_numbers import FUNCTIONS, Dual, cos, sin, solved
-from .extrapolation import DIGITS, Vector
 from .gauss import along
 from .struck import struck_in_dual_numbers
 

@@ -13,9 +13,9 @@ from string import Template
 from typing import Any
 
 from mechc_codegen.emit.functions import SceneFunctions
-from mechc_codegen.emit.instruction_sets import InstructionSet
 from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.ir.program import SineCosine
 
 VARIATIONAL = {

@@ -1,0 +1,1 @@
+"""The wait before the first value, and before the first motion."""

@@ -1,0 +1,1 @@
+"""Near misses: critical configurations whose gap is small but not zero."""

@@ -1,0 +1,1 @@
+"""Batches in a folder: what is in it, and how it is written and resumed."""

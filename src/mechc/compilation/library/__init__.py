@@ -1,0 +1,1 @@
+"""The mechanisms of the library: names, options, default values, compiled variants."""

@@ -52,5 +52,6 @@ def _packed(files: Iterable[Path]) -> int:
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in files:
-            archive.write(path, f"{path.parent.name}/{path.name}")
+            package = next(p for p in PACKAGES if p in path.parents)
+            archive.write(path, path.relative_to(package.parent))
     return len(buffer.getvalue())

@@ -177,7 +177,7 @@ class _Reader:
 
     def _plain(self, given: Any) -> Any:
         """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
-        from sympy import Derivative, Symbol, SympifyError, sympify
+        from sympy import Derivative, Dummy, Symbol, SympifyError, sympify
         from sympy.core.function import AppliedUndef
 
         if isinstance(given, str):
@@ -188,14 +188,16 @@ class _Reader:
             raise ValueOutOfBoundsError(
                 f"a reset gives numbers, texts or expressions of SymPy, not {brief(given)}"
             ) from None
-        known, rest = {}, expression
+        known, stand_ins, rest = {}, set[Any](), expression
         for kind in (Derivative, AppliedUndef, Symbol):  # from the outside inwards
-            for atom in rest.atoms(kind):
+            for atom in rest.atoms(kind) - stand_ins:
                 name = name_of(atom)
                 if name not in self.names:
                     raise UnknownNameError("coordinate, speed or parameter", name, self.names)
                 known[atom] = self.names[name]
-            rest = rest.xreplace(dict.fromkeys(known, 0))
+            replaced = {atom: Dummy() for atom in known}
+            stand_ins |= {*replaced.values()}
+            rest = rest.xreplace(replaced)
         return expression.xreplace(known)
 
 

@@ -33,6 +33,7 @@ def test_texts_and_expressions_mean_the_same(ball):
         ("u_0 + t <= 0", -1.1, -1.0),
         (u + t, -1.1, 0.0),
         (Max(q, u), 0.3, 0.0),
+        (q * m, 0.6, 0.0),
     ):
         (event,) = read(ball, given)
         assert event.function(0.4, state) == pytest.approx(value)

@@ -85,7 +85,8 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
                      const double *p, double *end, int *status)
 {
     const double t_eval[TIMES] = {0.0, 0.3 * SECONDS, SECONDS};
-    double length[N], *pieces = heap(N * TIMES * NX), *t = heap(N), *least = heap(N * MECHC_LEASTS);
+    double length[N], allowed[N], *pieces = heap(N * TIMES * NX), *t = heap(N);
+    double *least = heap(N * MECHC_LEASTS);
     double *reduced = heap(N * QUANTITIES);
     long *counts = calloc(N * MECHC_COUNTS, sizeof(long));
     unsigned char pure[NX];
@@ -94,7 +95,7 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
     pthread_t threads[2];
     memset(&batch, 0, sizeof batch);
     memset(quantity, 0, sizeof quantity);
-    for (int i = 0; i < N; i++) length[i] = 1.0;
+    for (int i = 0; i < N; i++) length[i] = 1.0, allowed[i] = 1e-6;
     memset(pure, 1, sizeof pure);
     for (int i = 0; i < QUANTITIES; i++) {
         quantity[i].reduction = i < 5 ? i : 0;
@@ -105,7 +106,7 @@ static void together(const mechc_unit *unit, int method, int lockstep, int stop,
     }
     batch.unit = unit, batch.options = options_of(method);
     batch.coordinates = MECHC_NQ, batch.width = NX, batch.parameters = MECHC_NP;
-    batch.open_at_most = 1e-6, batch.count = N, batch.lockstep = lockstep;
+    batch.allowed = allowed, batch.count = N, batch.lockstep = lockstep;
     batch.y0 = y0, batch.p = p, batch.length = length, batch.pure = pure;
     batch.times = TIMES, batch.t_eval = t_eval;
     batch.quantities = QUANTITIES, batch.quantity = quantity;
@@ -153,10 +154,11 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
     if (mechc_scene.holonomic < 1 || MECHC_NQ < 2) return;
     enum { UNKNOWNS = MECHC_NQ - 1, STARTS = 10, MOST = 4 };
     int unknown[MECHC_NQ], many[N];
-    unsigned char angular[MECHC_NQ], guessed[MECHC_NQ];
+    unsigned char kind[MECHC_NQ], guessed[MECHC_NQ];
     double *start = heap(STARTS * UNKNOWNS), *fixed = heap(N * MECHC_NQ), length[N], miss[N];
-    double *found = heap((size_t)N * MOST * MECHC_NQ);
-    for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, angular[i] = 1, guessed[i] = i % 2 == 0;
+    double *found = heap((size_t)N * MOST * MECHC_NQ), *open = heap(N * MECHC_NQ);
+    for (int i = 0; i < UNKNOWNS; i++) unknown[i] = i + 1, guessed[i] = i % 2 == 0;
+    for (int i = 0; i < MECHC_NQ; i++) kind[i] = i % 3 ? MECHC_ANGLE : MECHC_TRANSLATION;
     for (int i = 0; i < STARTS * UNKNOWNS; i++) start[i] = sin(1.0 + 7.0 * i);
     for (int i = 0; i < N; i++) {
         length[i] = 1.0;
@@ -168,17 +170,17 @@ static void close_all(const mechc_unit *unit, const double *y0, const double *p)
         job.closure = closure_of(unit);
         job.rows = mechc_scene.holonomic;
         job.columns = output_of(unit, "constraint_gradient") < 0 ? MECHC_NU : MECHC_NQ;
-        job.unknowns = UNKNOWNS, job.unknown = unknown, job.angular = angular;
+        job.unknowns = UNKNOWNS, job.unknown = unknown, job.kind = kind;
         job.guessed = way ? guessed : 0, job.near = 3, job.only_near = way == 2;
         job.starts = STARTS, job.start = start, job.count = N, job.block = 3, job.fixed = fixed;
         job.p = p, job.length = length, job.most = MOST, job.found = found, job.many = many;
-        job.miss = miss, job.tells_miss = 1, job.enough = way;
+        job.miss = miss, job.open = open, job.tells_miss = 1, job.enough = way;
         mechc_closer *closer = mechc_closer_make(&job);
         while (mechc_close_go_on(&job, closer, 1e-4)) {}
         if (job.done != N) exit(9);
         mechc_closer_free(closer);
     }
-    free(start), free(fixed), free(found);
+    free(start), free(fixed), free(found), free(open);
 }
 
 static void keep_speeds(const mechc_unit *unit, const double *y0, const double *p)

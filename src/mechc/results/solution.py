@@ -175,7 +175,7 @@ class Solution(Trajectory):
         return gradient_of_run(self, end, integral, names, y0, params)
 
     def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
-        """The derivative of an output by a name, (nt, ...), the output's shape after the times.
+        """The derivative of an output, (nt, ...), the output's shape after the times.
 
         Parameters
         ----------
@@ -183,7 +183,8 @@ class Solution(Trajectory):
             A coordinate, a speed, ``"energy"``, or an output that the model was compiled with
             (``"points"``, ``"kinetic_energy"``, a name of the user's own).
         name
-            One of those in ``sensitivity.names``.
+            One of those in ``sensitivity.names``, or a list of them: their columns, in its order,
+            are the last axis then.
         t
             Times (nt,) in s; by default ``sol.t``.
 

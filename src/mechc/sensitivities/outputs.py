@@ -22,25 +22,39 @@ SUMS = {"energy": ("kinetic_energy", "potential_energy")}
 def output_sensitivity(
     sol: Trajectory, sensitivity: Sensitivity, output: Any, name: Any, t: Array | None
 ) -> Array:
-    """The derivative of an output by a name, (nt, ...), at the run's times or others.
+    """The derivative of an output, (nt, ...), at the run's times or others.
+
+    By one name, or by a list or tuple of names: their columns are the last axis then.
 
     Raises
     ------
     UnknownNameError
         For an output or a name that there is not.
     """
-    label, key = name_of(output), name_of(name)
-    place = sensitivity.columns.places.get(key)
-    if place is None:
-        raise UnknownNameError("sensitivity", key, sensitivity.names)
+    label, several = name_of(output), isinstance(name, (list, tuple))
+    places = [_place(sensitivity, each) for each in (name if several else [name])]
     times = sol.t if t is None else np.atleast_1d(np.asarray(t, dtype=np.float64))
     y = sol.y if t is None else sol(times)
     columns = sensitivity.at(times, y)
     found = sum(
-        _one(sol, sensitivity, each, times, y, columns)[..., place]
-        for each in SUMS.get(label, (label,))
+        _one(sol, sensitivity, each, times, y, columns) for each in SUMS.get(label, (label,))
     )
-    return np.asarray(found)
+    parts = [np.asarray(found)[..., place] for place in places]
+    return _joined(parts, places) if several else parts[0]
+
+
+def _place(sensitivity: Sensitivity, name: Any) -> Any:
+    place = sensitivity.columns.places.get(name_of(name))
+    if place is None:
+        raise UnknownNameError("sensitivity", name_of(name), sensitivity.names)
+    return place
+
+
+def _joined(parts: list[Array], places: list[Any]) -> Array:
+    """Columns side by side; a name may have several of them."""
+    one = [isinstance(place, int) for place in places]
+    whole = [part[..., None] if alone else part for part, alone in zip(parts, one, strict=True)]
+    return np.concatenate(whole, axis=-1)
 
 
 def _one(

@@ -46,6 +46,18 @@ def end(model, name, start=START, torque=0.3, of=None):
     return run
 
 
+def test_several_names_are_columns_side_by_side(swing):
+    sol = swing.simulate(T, START, GIVEN, inputs={"F": 0.3}, sensitivities=["l", "y0", "c"])
+    for output, shape in (("energy", ()), ("points", (len(swing.point_names), 3))):
+        found = sol.sensitivity_of(output, ["c", "y0", Symbol("l")])
+        assert found.shape == (len(sol.t), *shape, 4)
+        np.testing.assert_array_equal(found[..., 0], sol.sensitivity_of(output, "c"))
+        np.testing.assert_array_equal(found[..., 1:3], sol.sensitivity_of(output, "y0"))
+        np.testing.assert_array_equal(found[..., 3], sol.sensitivity_of(output, "l"))
+    with pytest.raises(mechc.UnknownNameError, match="'m'"):
+        sol.sensitivity_of("energy", ("c", "m"))
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_differentiates_its_own_steps(swing, method):
     names = ("l", "c", "F", "q", "u")

@@ -42,13 +42,21 @@ def sizes(system: System, p: Array, t: float = 0.0) -> Sizes:
 
 
 def _sizes(system: System, p: Array, t: float) -> Sizes:
-    free, hint = np.array(system.unknowns([]), np.intc), system.length(p)
+    free, hint = _free(system), system.length(p)
     if not system.scene.holonomic:
         return Sizes(hint, np.zeros(0))
     found = measured(closure(system, t), t, free, system.default_coordinates, p, hint)
     if system.driven is not None:
         system.driven.raise_failure()
     return Sizes(*found)
+
+
+def _free(system: System) -> Array:
+    """The places of all coordinates that closing may change."""
+    known: Array | None = system.kept.get("free")
+    if known is None:
+        known = system.kept["free"] = np.array(system.unknowns([]), np.intc)
+    return known
 
 
 def are_lengths(system: System) -> bool:
@@ -65,10 +73,21 @@ def allowed_gap(system: System, p: Array, t: float) -> float:
 
 
 def allowed_gaps(system: System, p: Array, t: float) -> Array:
-    """The same for parameters p (n, np)."""
+    """The same for parameters p (n, np).
+
+    Raises
+    ------
+    AssemblyError
+        If those of a member make rows too uneven, see :func:`refuse_uneven`.
+    """
     if are_lengths(system):
         return np.asarray(ROUNDING * system.parameter_set.lengths(p))
-    return np.array([allowed_gap(system, row, t) for row in p])
+    return np.array([_allowed_of_member(system, row, t) for row in p])
+
+
+def _allowed_of_member(system: System, p: Array, t: float) -> float:
+    refuse_uneven(system, p, t)
+    return allowed_gap(system, p, t)
 
 
 def refuse_uneven(system: System, p: Array, t: float) -> None:

@@ -160,6 +160,8 @@ def test_a_batch_starts_where_the_loops_close():
 def test_rows_too_uneven_to_be_integrated_are_refused(natural):
     """Their sizes are told: times 1e6 and 1e-6."""
     y0 = natural.assemble({"theta": 1.0}, {"omega": 2.0}, guess={"y": 200.0})
-    for refused in (lambda: natural.simulate(0.01, y0), natural.equilibria):
+    compiled = natural.backend == "c"
+    in_batch = [lambda: natural.simulate_batch(0.01, y0[None])] if compiled else []
+    for refused in (lambda: natural.simulate(0.01, y0), natural.equilibria, *in_batch):
         with pytest.raises(AssemblyError, match=r"'constraint 1' changes .*e\+1\d times .*similar"):
             refused()

@@ -49,9 +49,9 @@ def circle(k, centre, frame, radius):
     """A polygon with a spoke that shows how it turns."""
     turns = [2 * sm.pi * i / 24 for i in range(24)]
     arms = [radius * (sm.cos(a) * frame.x + sm.sin(a) * frame.y) for a in turns]
-    rim = [centre.locatenew(f"rim {k}, 0", arms[0])]
+    rim = [centre.locatenew(f".rim {k}, 0", arms[0])]
     for i in range(1, 24):
-        rim.append(rim[-1].locatenew(f"rim {k}, {i}", arms[i] - arms[i - 1]))
+        rim.append(rim[-1].locatenew(f".rim {k}, {i}", arms[i] - arms[i - 1]))
     return f"wheel {k}", (centre, *rim, rim[0])
 
 

@@ -42,9 +42,9 @@ def around(k):
     return a * sm.cos(k * sm.pi / 12) * R.x + b * sm.sin(k * sm.pi / 12) * R.y
 
 
-outline = [middle.locatenew("edge 0", around(0))]
+outline = [middle.locatenew(".edge 0", around(0))]
 for k in range(1, 24):
-    outline.append(outline[-1].locatenew(f"edge {k}", around(k) - around(k - 1)))
+    outline.append(outline[-1].locatenew(f".edge {k}", around(k) - around(k - 1)))
 
 stone = me.RigidBody("stone", centre, R, M, (me.inertia(R, A, B, C, D), centre))
 kinematics = [(from_angles - R.ang_vel_in(N)).dot(axis) for axis in R]

@@ -34,9 +34,9 @@ def around(k):
     return r * (sm.cos(k * sm.pi / 8) * R.x + sm.sin(k * sm.pi / 8) * R.z)
 
 
-rim = [centre.locatenew("rim 0", around(0))]
+rim = [centre.locatenew(".rim 0", around(0))]
 for k in range(1, 16):
-    rim.append(rim[-1].locatenew(f"rim {k}", around(k) - around(k - 1)))
+    rim.append(rim[-1].locatenew(f".rim {k}", around(k) - around(k - 1)))
 
 along = r * roll.diff(t)  # the contact moves along the heading
 kinematics = [(from_angles - R.ang_vel_in(N)).dot(axis) for axis in L]

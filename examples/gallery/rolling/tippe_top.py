@@ -39,9 +39,9 @@ def around(k):
     return R * (sm.cos(k * sm.pi / 8) * T.x + sm.sin(k * sm.pi / 8) * T.y)
 
 
-belt = [middle.locatenew("belt 0", around(0))]
+belt = [middle.locatenew(".belt 0", around(0))]
 for k in range(1, 16):
-    belt.append(belt[-1].locatenew(f"belt {k}", around(k) - around(k - 1)))
+    belt.append(belt[-1].locatenew(f".belt {k}", around(k) - around(k - 1)))
 
 slip = contact.vel(N)
 friction = -mu * m * g * slip / sm.sqrt(slip.dot(slip) + v0**2)

@@ -155,8 +155,7 @@ def _run(chosen: argparse.Namespace) -> int:
         print(f"{model.title}, 0 to {t_end:g} s\n{summary(sol)}")
     if folder is not None:
         with written_into(folder):
-            _write(sol, folder, quiet=chosen.json)
-            page = _write_view(sol, folder) if chosen.open else folder / "animation.html"
+            page = _write(sol, folder, in_space=chosen.open, quiet=chosen.json)
         if chosen.open:
             _open_in_browser(page)
     if chosen.view is not None:
@@ -216,7 +215,8 @@ def _sweep(chosen: argparse.Namespace) -> int:
     return 0 if batch.complete else INTERRUPTED
 
 
-def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
+def _write(sol: mechc.Solution, folder: Path, *, in_space: bool, quiet: bool) -> Path:
+    """Data, pictures and the page that moves, which is returned."""
     import numpy as np
 
     from mechc.results.animation import write_animation
@@ -227,10 +227,12 @@ def _write(sol: mechc.Solution, folder: Path, *, quiet: bool) -> None:
     with ProgressBar("drawing"), np.errstate(over="ignore", invalid="ignore"):
         write_animation(sol, folder / "animation.html")
         save_all(sol, folder)
+        page = _write_view(sol, folder) if in_space else folder / "animation.html"
     if not quiet:
         print(f"\nwritten into {folder.resolve()}:")
         print(f"  {'  '.join(sorted(path.name for path in folder.iterdir()))}")
-        print(f"open {(folder / 'animation.html').resolve()} in a browser to see it move")
+        print(f"open {page.resolve()} in a browser to see it move")
+    return page
 
 
 def _write_view(sol: mechc.Solution, folder: Path) -> Path:

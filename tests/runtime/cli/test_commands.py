@@ -109,19 +109,22 @@ def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, mon
     assert {path.name for path in (here / "out").iterdir()} == DATA
 
 
-def test_the_browser_is_opened_on_a_desktop_only(monkeypatch):
+def test_the_browser_is_opened_on_a_desktop_only(monkeypatch, capsys):
     opened = []
     monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
     monkeypatch.setattr(cli.webbrowser, "open", opened.append)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(cli.sys, "platform", "linux")
+    page = "view" if find_spec("jupyter_threejs_sage") else "animation"
     assert main([*REGULAR, "--t-end", "0.1", "--open"]) == 0
     assert opened == []
+    said = capsys.readouterr().out
+    assert f"/{page}.html in a browser" in said
+    assert f"  {page}.html" in said
     monkeypatch.setenv("DISPLAY", ":0")
     assert main([*REGULAR, "--t-end", "0.1", "--open"]) == 0
     assert [address.startswith("file:///") for address in opened] == [True]
-    page = "view" if find_spec("jupyter_threejs_sage") else "animation"
     assert opened[0].endswith(f"/{page}.html")
 
 

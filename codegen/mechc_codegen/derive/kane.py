@@ -170,9 +170,11 @@ def _kanes_equations(
     forcing = _generalized_active_forces(mechanism)
     for motion, (linear, angular) in zip(motions, partials, strict=True):
         force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
+        spins = [] if motion.inertia is None else [motion.inertia.dot(each) for each in angular]
         for row in range(size):
             for column in range(row, size):
-                mass[row][column] += _mass_term(motion, linear, angular, row, column)
+                term = motion.mass * linear[row].dot(linear[column])
+                mass[row][column] += term + (angular[row].dot(spins[column]) if spins else S.Zero)
             forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
     for added in mechanism.added_inertia:
         for row, partial in enumerate(_partials_at(mechanism, added.place)):
@@ -189,15 +191,6 @@ def _partial_velocities(
         [motion.velocity.diff(u, frame, var_in_dcm=False) for u in speeds],
         [motion.angular_velocity.diff(u, frame, var_in_dcm=False) for u in speeds],
     )
-
-
-def _mass_term(
-    motion: BodyMotion, linear: list[Vector], angular: list[Vector], row: int, column: int
-) -> Expr:
-    term = motion.mass * linear[row].dot(linear[column])
-    if motion.inertia is not None:
-        term += angular[row].dot(motion.inertia.dot(angular[column]))
-    return term
 
 
 def _inertia_without_accelerations(

@@ -106,6 +106,7 @@ __all__ = [
     "ValueOutOfBoundsError",
     "export_c",
     "from_joints",
+    "from_urdf",
     "get_include",
     "jax",
     "load",
@@ -148,6 +149,7 @@ _DESCRIPTION = {
     "State",
     "UniversalJoint",
     "from_joints",
+    "from_urdf",
     "multiplier",
 }
 

@@ -252,9 +252,9 @@ cdef class Closure:
         try:
             if self.error is None:
                 times = np.array([closure.t])
-                found = np.ascontiguousarray(self.scene.evaluate(
-                    self.names[what], times, np.asarray(states), np.asarray(values)
-                ))
+                asked = self.names[what], times, np.asarray(states), np.asarray(values)
+                given = () if self.inputs is None else (self.inputs,)
+                found = np.ascontiguousarray(self.scene.evaluate(*asked, *given))
                 memcpy(out, &found[0, 0], size * sizeof(double))
                 return
         except BaseException as error:

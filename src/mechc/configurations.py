@@ -96,7 +96,7 @@ class Configurations(Outputs):
         names = (self.coordinates, self.speeds, self.coordinates)
         examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
         kinds = ("coordinates", "speeds", "guesses")
-        named = [
+        named: list[Mapping[str, float]] = [
             {} if values is None else by_name(values, kind, example)
             for values, kind, example in zip(given, kinds, examples, strict=True)
         ]

@@ -106,6 +106,7 @@ class Recipe:
         return {
             **(driven if self.inputs != NONE else {}),
             **({} if self.events is None else {"events": self.events.told()}),
+            **({"sensitivities": list(self.sensitivities)} if self.sensitivities else {}),
             "members": self.count,
             "t_span": list(self.span),
             "params": _told(self.params),

@@ -15,7 +15,7 @@ from mechc.batch.controlled import run_controlled
 from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
-from mechc.batch.sensitivities import check_names
+from mechc.batch.sensitivities import check_names, one_number_each
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
@@ -91,11 +91,11 @@ def simulate_batch(
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
-        signals.
+        signals, components of a whole start (``"y0"`` stands for ``"y0[0]"``, ``"y0[1]"``, ...).
         ``batch.sensitivity_final`` (n, nq + nu, k) has them at the end, ``batch.sensitivity_max``
         their largest absolute values, ``batch.sensitivity`` (n, nt, nq + nu, k) at t_eval; NaN
         where there is none.  Each member's motion is computed once more for them.  Not with
-        ``out``, ``until`` and ``events``.
+        ``until`` and ``events``.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -128,13 +128,14 @@ def simulate_batch(
     )  # fmt: skip
     elsewhere = out is not None or client is not None
     found = batch_events(system, recipe.span, events, until or "", elsewhere)
-    recipe = replace(recipe, events=found, sensitivities=tuple(names_of(sensitivities)))
+    by = one_number_each(system, names_of(sensitivities))
+    recipe = replace(recipe, events=found, sensitivities=by)
     if recipe.inputs.controllers and (out is not None or client is not None):
         raise ValueOutOfBoundsError(
             "sampled controllers are functions of this process: leave out= and client= away"
         )
     if recipe.sensitivities:
-        check_names(system, recipe, out is not None)
+        check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)

@@ -9,12 +9,6 @@ import mechc
 from mechc.compilation.event_unit import COMPILER
 from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.events.expressions import Compiler, checked_events, compiled_functions
-from tests.support.impacts import points_on_a_line
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
 
 
 def read(ball, *events):

@@ -165,3 +165,36 @@ def test_resets_at_one_instant_have_no_derivative(swing):
             sol.gradient(end="q", by=["q"])
     else:
         pytest.fail("both events were to reset the state together")
+
+
+def touched(swing, *names):
+    """A motion whose event meets its zero at 1 s with no rate, and resets the state there.
+
+    Without gravity and torque q = Q + U t.  A torque that begins later moves nothing by then.
+    """
+    hit = mechc.Event("q - 0.7 + 0.5*t - (t - 1)**3", direction=-1, reset={"u": "-u"})
+    torque = mechc.Signal([0.0, 1.5, 2.0], [0.0, 0.4, 0.4], "previous")
+    params = GIVEN | {"g": 0.0, "c": 0.0}
+    return swing.simulate(
+        T, {"q": Q, "u": U}, params, inputs={"F": torque}, events=hit, sensitivities=names
+    )
+
+
+def test_at_a_grazing_event_there_is_no_derivative(swing):
+    """But by what does not move the event; of its time, of the motion after it, and backwards."""
+    sol = touched(swing, "q", "u", "m", "F[1]")
+    (hit,) = sol.events[0].t
+    assert hit == pytest.approx(1.0, abs=1e-4)
+    at = sol.sensitivity.events[0]
+    for name in ("q", "u"):
+        assert np.isnan(at.t[name]).all()
+        assert np.isfinite(sol.sensitivity[name][sol.t < hit]).all()
+        assert np.isnan(sol.sensitivity[name][sol.t > hit]).all()
+    assert at.t["m"] == at.t["F[1]"] == 0.0
+    assert np.abs(sol.sensitivity["F[1]"][-1]).min() > 0.0
+    assert np.isfinite(sol.sensitivity["m"]).all()
+    for notes in (at.notes, sol.sensitivity.notes):
+        assert [note.split(":")[0] for note in notes] == ["by q", "by u"]
+        assert all("grazing" in note for note in notes)
+    with pytest.raises(mechc.MechcError, match=r"no gradient: none at t = .*grazing"):
+        sol.gradient(end="q", by=["q"])

@@ -59,15 +59,23 @@ def _free(system: System) -> Array:
     return known
 
 
-def are_lengths(system: System) -> bool:
-    """Whether the parameters tell the size of all rows, or there are none."""
-    known = system.gap_unit == "m" and system.parameter_set.has_lengths
-    return known or not system.scene.holonomic
+def checked_gap(system: System, p: Array, t: float) -> float:
+    """A gap that is rounding in every row, found fast where lengths are known.
+
+    Raises
+    ------
+    AssemblyError
+        If rows are too uneven, see :func:`refuse_uneven`.
+    """
+    if system.sized_by_lengths:
+        return ROUNDING * system.parameter_set.length(p)
+    refuse_uneven(system, p, t)
+    return allowed_gap(system, p, t)
 
 
 def allowed_gap(system: System, p: Array, t: float) -> float:
-    """A gap that is rounding in every row; found fast where lengths are known."""
-    if are_lengths(system):
+    """The same, however uneven rows are."""
+    if system.sized_by_lengths:
         return ROUNDING * system.length(p)
     return ROUNDING * float(sizes(system, p, t).rows.min())
 
@@ -80,14 +88,9 @@ def allowed_gaps(system: System, p: Array, t: float) -> Array:
     AssemblyError
         If those of a member make rows too uneven, see :func:`refuse_uneven`.
     """
-    if are_lengths(system):
+    if system.sized_by_lengths:
         return np.asarray(ROUNDING * system.parameter_set.lengths(p))
-    return np.array([_allowed_of_member(system, row, t) for row in p])
-
-
-def _allowed_of_member(system: System, p: Array, t: float) -> float:
-    refuse_uneven(system, p, t)
-    return allowed_gap(system, p, t)
+    return np.array([checked_gap(system, row, t) for row in p])
 
 
 def refuse_uneven(system: System, p: Array, t: float) -> None:
@@ -98,7 +101,7 @@ def refuse_uneven(system: System, p: Array, t: float) -> None:
     AssemblyError
         Which two rows these are.
     """
-    if are_lengths(system):
+    if system.sized_by_lengths:
         return
     rows = sizes(system, p, t).rows
     least, most = int(np.argmin(rows)), int(np.argmax(rows))

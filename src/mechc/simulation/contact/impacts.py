@@ -58,7 +58,7 @@ def _without_gain(problem: Problem, restitution: Array, has_friction: Mask) -> A
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         found = _impulses(problem, middle * restitution, has_friction)
-        if _gives_energy(problem, found):
+        if _energy(problem, found) > 0.0:
             high = middle
         else:
             low, best = middle, found

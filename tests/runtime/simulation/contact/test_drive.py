@@ -5,8 +5,7 @@ import pytest
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
-from tests.support.contacts import TIP_GAP, TIP_SLIP, block, rod
-from tests.support.impacts import G, impacts, points_on_a_line
+from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, points_on_a_line, rod
 
 
 @pytest.fixture(scope="module")

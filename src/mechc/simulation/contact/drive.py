@@ -66,10 +66,21 @@ class ContactResets(CompiledResets):
 
     def begin(self) -> int:
         t, y = (rows[-1] for rows in self.chain.tail(1))
-        if not self.lasting and not self._may_rest(float(t), y):
+        if not self.lasting and (not self._may_rest(float(t), y) or self._is_free(float(t), y)):
             return RUNNING
         self._watch_modes()
         return self._enter(float(t), y, first=True)
+
+    def _is_free(self, t: float, y: Array) -> bool:
+        """Whether a run may begin in compiled code: nothing that touches presses."""
+        place = self.contacts.place(t, y)
+        slow, _ = self._slow(place, self.contacts.free(place))
+        strikes = self._touching(place, ()) & (place.numbers.rate < -slow)
+        try:
+            mode, *_ = self._decided(t, y, (), (), ())
+        except (Inconsistent, TooManyContactsError):
+            return False
+        return not strikes.any() and all(state is State.OPEN for state in mode)
 
     def _may_rest(self, t: float, y: Array) -> bool:
         least = NEAR_START * float(self.system.scale(self.values).max(initial=0.0))
@@ -206,10 +217,10 @@ class ContactResets(CompiledResets):
             return y, []
         again = np.array([self._is_now(self.last, number, t) for number in self.numbers_of])
         kept = np.where(again, 0.0, numbers.restitution)
-        change = after_impact(place, touching, kept, self.laws.has_friction)
+        change, pressed = after_impact(place, touching, kept, self.laws.has_friction)
         after = y.copy()
         after[self.contacts.split :] += place.speeds(change)
-        struck = [self.numbers_of[k] for k in np.flatnonzero(closing)]
+        struck = [self.numbers_of[k] for k in np.flatnonzero(pressed)]
         for number in struck:
             self.last[number] = t
             if not noted and self.numbers_of.index(number) not in hit:

@@ -10,6 +10,7 @@ taken as much smaller as keeps it from that.  With e = 0 it never does: p^T w+ <
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -23,8 +24,11 @@ HALVINGS = 52  # of the restitution
 GIVEN = 1e-13  # of the energy exchanged: rounding
 
 
-def after_impact(place: Place, touching: Mask, restitution: Array, has_friction: Mask) -> Array:
-    """The change along rows R (nu,) by the impulses at the contacts that touch (n,).
+def after_impact(
+    place: Place, touching: Mask, restitution: Array, has_friction: Mask
+) -> tuple[Array, Mask]:
+    """The change along rows R (nu,) by the impulses at the contacts that touch (n,), and which of
+    these have one.
 
     Raises
     ------
@@ -40,12 +44,19 @@ def after_impact(place: Place, touching: Mask, restitution: Array, has_friction:
             found: Array = impulses(*map(np.ascontiguousarray, given))
         except ArithmeticError:
             raise Inconsistent(several=False) from None
-        return found @ rows
+        return found @ rows, _among(own, found, len(touching))
     problem = Problem(
         place.normal[own], place.tangent[own], numbers.rate[own], numbers.slip[own],
         numbers.friction[own], numbers.friction[own], np.ones(len(own), bool),
     )  # fmt: skip
-    return _without_gain(problem, restitution[own], has_friction[own]).along
+    answer = _without_gain(problem, restitution[own], has_friction[own])
+    return answer.along, _among(own, answer.forces[:, 0], len(touching))
+
+
+def _among(own: Any, pressed: Array, count: int) -> Mask:
+    struck = np.zeros(count, bool)
+    struck[own] = pressed > 0.0
+    return struck
 
 
 def _without_gain(problem: Problem, restitution: Array, has_friction: Mask) -> Answer:

@@ -331,7 +331,10 @@ def _by_static_friction(problem: Problem, first: Mode, other: Mode) -> bool:
 def choices_of(
     closed: Mask, still: Mask, slip: Array, has_gap: Mask, has_friction: Mask
 ) -> list[tuple[State, ...]]:
-    """The states that each contact may be in: closed gaps, of these still or sliding ones."""
+    """The states that each contact may be in: closed gaps, of these still or sliding ones.
+
+    What neither presses nor opens is open, so that no force is sought that is rounding.
+    """
     found = []
     for k in range(len(closed)):
         ways: tuple[State, ...] = (State.HELD,)
@@ -340,7 +343,7 @@ def choices_of(
             if still[k]:
                 ways = (State.STICKS, State.SLIDES_ON, State.SLIDES_BACK)
         if has_gap[k]:
-            ways = (*ways, State.OPEN) if closed[k] else (State.OPEN,)
+            ways = (State.OPEN, *ways) if closed[k] else (State.OPEN,)
         found.append(ways)
     return found
 

@@ -148,16 +148,19 @@ class ContactResets(CompiledResets):
     ) -> int:  # fmt: skip
         """Go on from a state, after the impacts there, in the mode that follows.
 
-        ``hit``: contacts whose gaps have just closed; ``still``: whose slip has just come to 0;
-        ``left``: states that have come to their limits; ``noted``: the impacts are recorded.
+        ``hit``: contacts whose gaps have just closed, and rest where they did so just before;
+        ``still``: whose slip has just come to 0; ``left``: states that have come to their
+        limits; ``noted``: the impacts are recorded.
         """
         self.changes = self.changes + 1 if self._is_soon(t) else 0
         self.changed_at = t
         if self.changes > MOST_CHANGES:
             return CONTACT_UNDECIDED
+        again = {k for k in hit if self._is_now(self.last, self.numbers_of[k], t)}
+        self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
         try:
-            struck, more = self._struck(t, y, hit, noted)
-            mode, leaving, slow = self._decided(t, struck, hit, still, left)
+            struck, more = self._struck(t, y, hit, again, noted)
+            mode, leaving, rests = self._decided(t, struck, hit, still, left, again)
         except Inconsistent as error:
             return CONTACT_UNDECIDED if error.several else CONTACT_INCONSISTENT
         except TooManyContactsError:
@@ -170,7 +173,7 @@ class ContactResets(CompiledResets):
         if code != RUNNING:
             return int(code)
         given = (*causes, *(n for n in more if n not in causes))
-        return self._continue(t, state, mode, given, leaving, slow, first=first)
+        return self._continue(t, state, mode, given, leaving, rests, first=first)
 
     def _is_soon(self, t: float) -> bool:
         return bool(abs(t - self.changed_at) <= SHORTEST * located(t))
@@ -204,7 +207,7 @@ class ContactResets(CompiledResets):
         return slopes if place.kinematic is None else slopes @ place.kinematic
 
     def _struck(
-        self, t: float, y: Array, hit: Collection[int], noted: bool
+        self, t: float, y: Array, hit: Collection[int], again: Collection[int], noted: bool
     ) -> tuple[Array, list[int]]:
         """The state after the impacts at this instant; the events that they are."""
         place = self.contacts.place(t, y)
@@ -215,8 +218,8 @@ class ContactResets(CompiledResets):
         closing = touching & (numbers.rate < -slow)
         if not closing.any():
             return y, []
-        again = np.array([self._is_now(self.last, number, t) for number in self.numbers_of])
-        kept = np.where(again, 0.0, numbers.restitution)
+        kept = numbers.restitution.copy()
+        kept[list(again)] = 0.0
         change, pressed = after_impact(place, touching, kept, self.laws.has_friction)
         after = y.copy()
         after[self.contacts.split :] += place.speeds(change)
@@ -229,14 +232,16 @@ class ContactResets(CompiledResets):
 
     def _decided(
         self, t: float, y: Array, hit: Collection[int], still: Collection[int],
-        left: Collection[tuple[int, State]],
+        left: Collection[tuple[int, State]], again: Collection[int] = (),
     ) -> tuple[Mode, Mask, Mask]:  # fmt: skip
         """The mode at a state after its impacts, the gaps that open from rest (n,), and contacts
         without slip (n,)."""
         laws, place = self.laws, self.contacts.place(t, y)
         free = self.contacts.free(place)
         slow, slow_slip = self._slow(place, free)
-        closed = self._touching(place, hit) & (np.abs(place.numbers.rate) <= slow)
+        settled = np.abs(place.numbers.rate) <= slow
+        settled[list(again)] = True
+        closed = self._touching(place, hit) & settled
         rests = np.abs(place.numbers.slip) <= slow_slip
         rests[list(still)] = True
         rests &= laws.has_friction & (closed | ~laws.has_gap)

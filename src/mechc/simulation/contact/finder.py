@@ -76,6 +76,12 @@ class ModeFinder(EventFinder):
             points = points[next((k for k, (_, gap) in enumerate(points) if gap > clear), 0) :]
         super()._watch_grazing(number, points)
 
+    def notes(self) -> tuple[str, ...]:
+        for found in (self.grazing, self.too_fast):
+            for number in [number for number in found if number >= self.own]:
+                del found[number]
+        return super().notes()
+
     def records(self) -> tuple[EventRecord, ...]:
         return super().records()[: self.own]
 

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
-    from mechc.export import export_c
+    from mechc.export import export_c, export_fmu
     from mechc.inputs.sampled import Sampled
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
@@ -107,7 +107,9 @@ __all__ = [
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
     "export_c",
+    "export_fmu",
     "from_joints",
+    "from_urdf",
     "get_include",
     "jax",
     "load",
@@ -125,6 +127,7 @@ _LATER = {
     "Stepper": "mechc.simulation.stepper",
     "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
+    "export_fmu": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }
@@ -151,6 +154,7 @@ _DESCRIPTION = {
     "State",
     "UniversalJoint",
     "from_joints",
+    "from_urdf",
     "multiplier",
 }
 

@@ -110,7 +110,7 @@ def _driven(
     resets = None
     if finder is not None and resets_of(events) and compiled.status == RUNNING:
         compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
-        kind = _kind_of_resets(events, finder)
+        kind = _kind_of_resets(system, events, finder)
         resets = partial(kind, system, values, policy, span[1], compiled, finder)
     code, stop, finder = _drive(compiled, span, finder, progress, resets)
     ended = None
@@ -165,15 +165,17 @@ def _finder(
         return None
     compiled = compiled_finder(events, system, run, span, values, policy, first)
     laws = contact_laws(events)
+    slides = any(law.slip is not None for law in laws)
     if laws:
-        refuse_stops(system, span, may_compile(system, run, first))
-    if compiled is None or any(law.slip is not None for law in laws):
+        alone = system.driven is None or (compiled is not None and not slides)
+        refuse_stops(system, span, alone and may_compile(run, first))
+    if compiled is None or slides:
         return EventFinder(events, run, system.scene.width, first, policy.rtol)
     return compiled
 
 
-def _kind_of_resets(events: Sequence[Any], finder: EventFinder) -> Any:
-    if contact_laws(events):
+def _kind_of_resets(system: System, events: Sequence[Any], finder: EventFinder) -> Any:
+    if contact_laws(events) and system.driven is None:
         return ContactResets
     return CompiledResets if isinstance(finder, CompiledFinder) else Resets
 

@@ -5,17 +5,7 @@ import pytest
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
-from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, points_on_a_line, rod
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
-
-
-@pytest.fixture(scope="module")
-def five_springs():
-    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
+from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
 
 
 @pytest.fixture(scope="module", name="block")
@@ -197,6 +187,7 @@ def moreau(model, y, mu, t_end, h):
     return np.concatenate([q, u])
 
 
+@pytest.mark.slow
 def test_a_rod_that_slides_and_sticks_is_that_of_a_scheme_of_time_steps(rod):
     start = at_the_tip(1.2, 3.0, 0.0)
     stop = mechc.Stop(TIP_GAP, friction=0.5, slip=TIP_SLIP)
@@ -221,6 +212,7 @@ def test_painleves_rod_is_flagged(rod):
     assert "Painleve" in str(rod.simulate(0.1, at_the_tip(1.2, -3.0, 0.0), events=stop).status)
 
 
+@pytest.mark.slow
 def test_energy_never_grows(rod):
     rng = np.random.default_rng(11)
     for _ in range(4):
@@ -252,6 +244,7 @@ def test_other_events_go_on_in_contact(ball):
     assert ended.t[-1] == pytest.approx(2.0, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_motion_with_contact_is_continued_saved_and_drawn(block, tmp_path):
     stop = mechc.Stop("y", 0.5, friction=0.5, slip="v_x")
     start = [0.0, 0.1, 2.0, 0.0]

@@ -8,17 +8,7 @@ from mechc.native._events import impulses
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
-from tests.support.impacts import G, impacts, points_on_a_line
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
-
-
-@pytest.fixture(scope="module")
-def five_springs():
-    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
+from tests.support.impacts import G, impacts
 
 
 def energies(y):

@@ -132,6 +132,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "contacts": contacts_of(sol._run),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
+        "event_titles": list(sol.event_titles),
     }
 
 

@@ -25,6 +25,7 @@ from mechc_codegen.emit.units.instruction_sets import (
     with_fitting_lanes,
 )
 from mechc_codegen.errors import CodegenError
+from mechc_codegen.export.fmu import FmuOptions, fmu_files, fmu_request
 from mechc_codegen.export.standalone import standalone
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
@@ -73,6 +74,15 @@ def build_standalone(
     """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
     made = optimised(mechanism, request, Stopwatch())
     return standalone(*made.parts, request, name, start, values, end)
+
+
+def build_fmu(
+    mechanism: Mechanism, options: FmuOptions, request: OutputRequest = DEFAULT_REQUEST
+) -> dict[str, bytes]:
+    """The mechanism as a functional mock-up unit; see :func:`export.fmu.fmu_files`."""
+    request = fmu_request(request)
+    made = optimised(mechanism, request, Stopwatch())
+    return fmu_files(*made.parts, request, options)
 
 
 def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) -> OptimisedScene:

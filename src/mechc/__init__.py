@@ -36,6 +36,7 @@ from mechc.open import open_saved as open  # noqa: F401
 from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events.event import Event, EventRecord
+from mechc.simulation.events.friction import DryFriction
 from mechc.simulation.events.stops import Stop
 from mechc.simulation.status import ChangePoint, Status
 
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
-    from mechc.export import export_c
+    from mechc.export import export_c, export_fmu
     from mechc.inputs.sampled import Sampled
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
@@ -69,6 +70,7 @@ __all__ = [
     "Coupling",
     "Cut",
     "Drawing",
+    "DryFriction",
     "Event",
     "EventError",
     "EventRecord",
@@ -105,7 +107,9 @@ __all__ = [
     "UnusedValueWarning",
     "ValueOutOfBoundsError",
     "export_c",
+    "export_fmu",
     "from_joints",
+    "from_urdf",
     "get_include",
     "jax",
     "load",
@@ -123,6 +127,7 @@ _LATER = {
     "Stepper": "mechc.simulation.stepper",
     "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
+    "export_fmu": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }
@@ -135,6 +140,7 @@ _DESCRIPTION = {
     "Coupling",
     "Cut",
     "Drawing",
+    "DryFriction",
     "FreeJoint",
     "Joint",
     "Kind",
@@ -148,6 +154,7 @@ _DESCRIPTION = {
     "State",
     "UniversalJoint",
     "from_joints",
+    "from_urdf",
     "multiplier",
 }
 

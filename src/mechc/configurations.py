@@ -96,10 +96,22 @@ class Configurations(Outputs):
         names = (self.coordinates, self.speeds, self.coordinates)
         examples = [f"{{{known[0]!r}: 0.5}}" if known else "{}" for known in names]
         kinds = ("coordinates", "speeds", "guesses")
-        return [
+        named: list[Mapping[str, float]] = [
             {} if values is None else by_name(values, kind, example)
             for values, kind, example in zip(given, kinds, examples, strict=True)
         ]
+        for argument, values in zip(("coordinates", "speeds", "guess"), named, strict=True):
+            self._refuse_elsewhere(argument, values)
+        return named
+
+    def _refuse_elsewhere(self, argument: str, values: Mapping[str, float]) -> None:
+        """Names that belong to another argument: the error says which."""
+        homes = {"coordinates": self.coordinates, "speeds": self.speeds, "params": self.parameters}
+        known = homes.get(argument, (*self.coordinates, *self.speeds))
+        for name in values:
+            for home, names in homes.items():
+                if name not in known and name in names:
+                    raise UnknownNameError.misplaced(name, argument, home, values[name])
 
     def _checked_start(
         self, coordinates: Mapping[str, float], speeds: Mapping[str, float]

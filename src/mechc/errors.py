@@ -22,6 +22,12 @@ class UnknownNameError(MechcError, KeyError):
         self.message = f"no {kind} is called {name!r}; {offered}"
         super().__init__(self.message)
 
+    @classmethod
+    def misplaced(cls, name: str, argument: str, other: str, value: object) -> UnknownNameError:
+        """A name in one argument that belongs to another one."""
+        message = f"{name} is not one of the {argument}: give {other}={{{name!r}: {value!r}}}"
+        return _unpickled(cls, message)
+
     def __str__(self) -> str:
         return self.message
 

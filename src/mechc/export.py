@@ -1,4 +1,4 @@
-"""Mechanisms as C for other programs."""
+"""Mechanisms for other programs: as C, and as functional mock-up units."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mechc.compilation.one_at_a_time import one_at_a_time
-from mechc.results.durable import written_into
+from mechc.errors import ValueOutOfBoundsError
+from mechc.results.durable import replacing, written_into
 
 
 @one_at_a_time
@@ -79,3 +80,87 @@ def export_c(
         for file, text in texts.items():
             (target / file).write_text(text, "utf-8")
     return [target / file for file in texts]
+
+
+@one_at_a_time
+def export_fmu(
+    mechanism: Any,
+    file: str | Path,
+    *,
+    version: str = "3.0",
+    name: str | None = None,
+    y0: Sequence[float] | None = None,
+    params: Mapping[str, float] | None = None,
+    t_end: float = 10.0,
+    rtol: float = 1e-9,
+    drift: float = 1e-4,
+    fix: Mapping[Any, float] | None = None,
+    outputs: Iterable[Any] | None = None,
+    **options: Any,
+) -> Path:
+    """Write a mechanism as a functional mock-up unit (FMU), compiled for this machine.
+
+    One file serves both ways: by co-simulation mechc's own integrators advance the motion, with
+    error control and loops closed; by model exchange the importer integrates all coordinates and
+    speeds.  The C that it is compiled from is in it.
+
+    Parameters
+    ----------
+    mechanism
+        The name of a mechanism of the library, or what :func:`mechc.compile` takes.
+    file
+        The archive, NAME.fmu; replaced if it exists.
+    version
+        Of FMI, ``"3.0"`` or ``"2.0"``.
+    name
+        The identifier of the model; by default that of the mechanism.
+    y0
+        State (nq + nu) at which the model starts, SI units; by default zero.  At the end of
+        initialization it is moved to the nearest state on the constraints.
+    params
+        Start values of parameters, by name; by default those of the mechanism.  A default that
+        follows other parameters, as the inertia of a rod, is calculated in the unit unless it is
+        given here.
+    t_end
+        End of the default experiment, s.
+    rtol
+        Relative tolerance of co-simulation where the importer asks for none.
+    drift
+        Start value of the parameter ``mechc.drift``: by model exchange a state that is farther from
+        the constraints, relative to its nominal value, is moved onto them in event mode; 0: never.
+    fix, outputs
+        As for :func:`mechc.compile`.
+    options
+        Of the mechanism of the library as in :func:`mechc.load`, or the other arguments of
+        :func:`mechc.compile`.
+
+    Returns
+    -------
+    Path
+        The archive.
+
+    Raises
+    ------
+    MechcError
+        If ``name`` is no identifier, there is no such version or no compiler, a parameter has no
+        value, or the mechanism cannot be compiled.
+    ValueOutOfBoundsError
+        If y0 has another length, or rtol or drift is no such number.
+
+    Notes
+    -----
+    The interface is the Functional Mock-up Interface, versions 2.0.4 and 3.0.2.
+    """
+    from mechc.compilation.fmu import write_fmu
+    from mechc.compilation.standalone import exported
+
+    if not 0.0 < rtol <= 0.1 or not 0.0 <= drift < float("inf"):
+        raise ValueOutOfBoundsError("rtol lies above 0 and up to 0.1, drift is a number from 0 on")
+    asked = exported(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    target = Path(file)
+    with replacing(target) as part:
+        write_fmu(
+            asked, part, name=name or asked.mechanism.name, version=version, end=float(t_end),
+            rtol=float(rtol), drift=float(drift),
+        )  # fmt: skip
+    return target

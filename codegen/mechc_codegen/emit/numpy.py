@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from sympy import Symbol
@@ -23,7 +23,7 @@ from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.errors import MechanismError
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 
-STATE = ("t", "q", "u", "p", "k")  # what every function of states is given
+STATE = ("t", "w", "q", "u", "p", "k")  # what every function of states is given; w: the inputs
 SOLVED = (*STATE, "a", "l")  # outputs: accelerations and multipliers, where they hold any
 
 
@@ -68,13 +68,8 @@ def emit_numpy(
     Raises
     ------
     MechanismError
-        Where inputs are given at run time, which only compiled code supports.
+        Where sensitivities are requested, which only compiled code has.
     """
-    if program.input_values():
-        raise MechanismError(
-            "inputs that are given with a run need compiled code: with backend='numpy' give "
-            "expressions, inputs={name: expression}"
-        )
     if request.includes("sensitivities"):
         raise MechanismError("sensitivities need compiled code: compile without backend='numpy'")
     return _listing(SceneFunctions(program, equations, request), metadata)
@@ -107,6 +102,11 @@ class NumpyWriter(FunctionWriter):
         self.functions, self.printer = functions, NumpyPrinter(tables=True)
         outputs = enumerate(functions.own_functions())
         self.names = {output.name: f"output_{number}" for number, output in outputs}
+        values = enumerate(functions.program.input_values())
+        self.inputs = {value.symbol: f"w[{place}]" for place, value in values}
+
+    def text(self, function: SceneFunction) -> str:
+        return super().text(replace(function, loads={**function.loads, **self.inputs}))
 
     def lengths(self, targets: Mapping[str, str]) -> dict[str, int]:
         """Array -> its length, of the outputs that the scene has."""

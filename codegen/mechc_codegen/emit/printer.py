@@ -132,7 +132,7 @@ class NumpyPrinter(RealPrinter):
     _MOST_TERMS = 40  # of a sum in one bracket: Python's own compiler walks down them one by one
 
     def _print_Symbol(self, expr: Symbol) -> str:
-        if not re.fullmatch(r"[a-z]+[0-9]*x?", expr.name):
+        if not re.fullmatch(r"[a-z]+[0-9]*(_[0-9]+)?x?", expr.name):
             raise InternalError(f"{expr.name!r} is no name of ours")
         return str(expr.name)
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 _INCLUDE = re.compile(r'#include "([\w./]+)"')
+_EVERY_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include "([\w./]+)"', re.MULTILINE)
 _REBINDING = "simd/unbind.h"  # of names that stay bound to one double in an exported file
 
 
@@ -27,10 +28,27 @@ def amalgamate(name: str, generated: Mapping[str, str], runtime: Path) -> str:
                 if line != "#pragma once":
                     yield line
                 continue
-            named = included[1]
-            own = f"{Path(header).parent}/{named}"  # beside the including header
-            found = named if named in generated or (runtime / named).exists() else own
+            found = _meant(included[1], header, generated, runtime)
             if found not in done:
                 yield from lines(found)
 
     return "\n".join(lines(name)) + "\n"
+
+
+def included_headers(name: str, generated: Mapping[str, str], runtime: Path) -> list[str]:
+    """The headers of the folder ``runtime`` that ``name`` and what it includes need."""
+    found, left = set[str](), [name]
+    while left:
+        header = left.pop()
+        text = generated[header] if header in generated else (runtime / header).read_text("utf-8")
+        named = {_meant(n, header, generated, runtime) for n in _EVERY_INCLUDE.findall(text)}
+        left += sorted(named - found)
+        found |= named
+    return sorted(found - {*generated})
+
+
+def _meant(named: str, header: str, generated: Mapping[str, str], runtime: Path) -> str:
+    """The path of an included header: from the root, or beside the one that includes it."""
+    if named in generated or (runtime / named).exists():
+        return named
+    return (Path(header).parent / named).as_posix()

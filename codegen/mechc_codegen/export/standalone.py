@@ -51,12 +51,7 @@ def standalone(
     CodegenError
         If ``name`` is no identifier of C, or reserved.
     """
-    if not _NAME.fullmatch(name):
-        raise CodegenError(
-            f"{plain_words(name)!r} cannot begin the names of C functions: give a name of at most "
-            "51 letters, digits and _ that begins with a letter, not with mechc, and is no header "
-            "of C's library"
-        )
+    checked_name(name)
     functions = SceneFunctions(program, equations, request)
     generated = program_texts(functions, metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
@@ -95,6 +90,17 @@ def standalone(
         "main.c": _filled("main.c.in", common, run),
         "CMakeLists.txt": _filled("CMakeLists.txt.in", common),
     }
+
+
+def checked_name(name: str) -> str:
+    """The name, which begins names of functions or files; see :func:`standalone`."""
+    if not _NAME.fullmatch(name):
+        raise CodegenError(
+            f"{plain_words(name)!r} cannot begin the names of C functions: give a name of at most "
+            "51 letters, digits and _ that begins with a letter, not with mechc, and is no header "
+            "of C's library"
+        )
+    return name
 
 
 def _filled(template: str, *values: Mapping[str, Any]) -> str:

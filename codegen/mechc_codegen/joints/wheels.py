@@ -39,10 +39,7 @@ class Wheel:
     @classmethod
     def of(cls, name: str, pin: Any) -> Self:
         """The child of a pin."""
-        if not isinstance(pin, PinJoint):
-            raise MechanismError(
-                f"the coupling {name}: {pin!r} is not a PinJoint of sympy.physics.mechanics"
-            )
+        _expect(PinJoint, pin, name)
         points = (pin.parent_point, pin.child_point)
         frames = (pin.parent_interframe, pin.child_interframe)
         axis = pin.joint_axis.normalize()
@@ -69,13 +66,17 @@ class Slide:
     @classmethod
     def of(cls, name: str, slide: Any) -> Self:
         """The child of a prismatic joint."""
-        if not isinstance(slide, PrismaticJoint):
-            raise MechanismError(
-                f"the coupling {name}: {slide!r} is not a PrismaticJoint of sympy.physics.mechanics"
-            )
+        _expect(PrismaticJoint, slide, name)
         direction = slide.joint_axis.normalize()
         points = (slide.parent_point, slide.child_point)
         return cls(slide.child, slide.parent, *points, direction, slide.coordinates[0])
+
+
+def _expect(kind: type, joint: Any, name: str) -> None:
+    if not isinstance(joint, kind):
+        raise MechanismError(
+            f"the coupling {name}: {joint!r} is not a {kind.__name__} of sympy.physics.mechanics"
+        )
 
 
 class Pair(NamedTuple):

@@ -5,7 +5,7 @@ Whatever the unit of a row is, and whatever it is multiplied by.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,27 +25,36 @@ def steps_of(system: System, p: Array, t: float = 0.0) -> Array:
 
 
 class Sizes(NamedTuple):
-    """The mechanism's length, and what a radian, 1 or that length change each row by (nh,)."""
+    """The mechanism's length, and what a radian, 1 or that length change each row by (nh,).
 
-    length: float
+    Of members with parameters (n, np): (n,) and (n, nh).
+    """
+
+    length: Any
     rows: Array
 
 
 def sizes(system: System, p: Array, t: float = 0.0) -> Sizes:
     """The sizes with parameters p (np,); those of the last parameters are kept."""
-    key = p.tobytes(), t
+    of_all = sizes_of_members(system, p[None], t)
+    return Sizes(float(of_all.length[0]), of_all.rows[0])
+
+
+def sizes_of_members(system: System, p: Array, t: float) -> Sizes:
+    """The sizes with parameters p (n, np); those of the last ones are kept."""
+    key = p.tobytes(), len(p), t
     known = system.kept.get("sizes")
     if known is None or known[0] != key:
-        known = system.kept["sizes"] = key, _sizes(system, p, t)
+        known = system.kept["sizes"] = key, _sizes(system, np.ascontiguousarray(p), t)
     found: Sizes = known[1]
     return found
 
 
 def _sizes(system: System, p: Array, t: float) -> Sizes:
-    free, hint = _free(system), system.length(p)
+    hints = system.parameter_set.lengths(p)
     if not system.scene.holonomic:
-        return Sizes(hint, np.zeros(0))
-    found = measured(closure(system, t), t, free, system.default_coordinates, p, hint)
+        return Sizes(hints, np.zeros((len(p), 0)))
+    found = measured(closure(system, t), t, _free(system), system.default_coordinates, p, hints)
     if system.driven is not None:
         system.driven.raise_failure()
     return Sizes(*found)
@@ -90,7 +99,9 @@ def allowed_gaps(system: System, p: Array, t: float) -> Array:
     """
     if system.sized_by_lengths:
         return np.asarray(ROUNDING * system.parameter_set.lengths(p))
-    return np.array([checked_gap(system, row, t) for row in p])
+    rows = sizes_of_members(system, p, t).rows
+    _refuse_uneven(system, rows)
+    return np.asarray(ROUNDING * rows.min(axis=1))
 
 
 def refuse_uneven(system: System, p: Array, t: float) -> None:
@@ -101,14 +112,19 @@ def refuse_uneven(system: System, p: Array, t: float) -> None:
     AssemblyError
         Which two rows these are.
     """
-    if system.sized_by_lengths:
-        return
-    rows = sizes(system, p, t).rows
-    least, most = int(np.argmin(rows)), int(np.argmax(rows))
-    if rows[least] < UNEVEN * rows[most]:
+    if not system.sized_by_lengths:
+        _refuse_uneven(system, sizes(system, p, t).rows[None])
+
+
+def _refuse_uneven(system: System, rows: Array) -> None:
+    """The same for the sizes of the rows of members (n, nh)."""
+    uneven = rows.min(axis=1) < UNEVEN * rows.max(axis=1)
+    if uneven.any():
+        first = rows[np.argmax(uneven)]
+        least, most = int(np.argmin(first)), int(np.argmax(first))
         names = system.constraint_names
         raise AssemblyError(
-            f"{names[most]!r} changes {rows[most] / rows[least]:.1g} times as much as "
+            f"{names[most]!r} changes {first[most] / first[least]:.1g} times as much as "
             f"{names[least]!r} in the same motion: rows so uneven cannot be told from dependent "
             "ones. Multiply constraints by factors that make them similar"
         )
@@ -129,18 +145,26 @@ def gap_in_words(system: System, gap: Array, p: Array, t: float) -> str:
 
 
 def speed_sizes(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
-    """What steps of the speeds change each row of J u + b by (nc,), and these steps (nu,).
+    """What steps of the speeds change each row of J u + b by (n, nc), and these steps (n, nu).
 
-    Configuration constraints have their sizes; others, those of their rows at the state y.
+    States y (n, nq + nu), parameters p (n, np).  Configuration constraints have their sizes;
+    others, those of their rows at the state.
     """
-    found, width = sizes(system, p, t), len(system.coordinates)
-    steps = np.where(system.dimensionless[width:], 1.0, found.length)
-    others = np.abs(system.constraint_jacobian(y, p, t))[system.scene.holonomic :] @ steps
-    return np.append(found.rows, np.where(others > 0.0, others, 1.0)), steps
+    found, width, first = (
+        sizes_of_members(system, p, t),
+        len(system.coordinates),
+        system.scene.holonomic,
+    )
+    steps = np.where(system.dimensionless[width:], 1.0, found.length[:, None])
+    if first == system.scene.rows:
+        return found.rows, steps
+    rows = np.abs(system.constraint_jacobian(y, p, t))[:, first:]
+    others = (rows @ steps[:, :, None])[:, :, 0]
+    return np.hstack([found.rows, np.where(others > 0.0, others, 1.0)]), steps
 
 
 def excess_of_rates(system: System, drift: Array, y: Array, p: Array, t: float) -> Array:
     """By how much the rows of J u + b (nc,) at a state exceed rounding; above 1 they are off."""
-    rows, steps = speed_sizes(system, y, p, t)
+    (rows,), (steps,) = speed_sizes(system, y[None], p[None], t)
     fastest = max(1.0, float(np.abs(y[len(system.coordinates) :] / steps).max(initial=0.0)))
     return np.asarray(np.abs(drift) / (ROUNDING * fastest * rows))

@@ -82,8 +82,8 @@ def consistent(system: System, y: Array, given: Collection[str], p: Array, t: fl
 
 def _units(system: System, y: Array, p: Array, t: float) -> tuple[Array, Array]:
     """Weights of the rows and units of the speeds, for every row of parameters p (n or 1, np)."""
-    own = [speed_sizes(system, y[i], row, t) for i, row in enumerate(p)]
-    return np.array([1.0 / rows for rows, _ in own]), np.array([steps for _, steps in own])
+    rows, steps = speed_sizes(system, y[: len(p)], p, t)
+    return 1.0 / rows, steps
 
 
 def _speeds_at(

@@ -12,7 +12,7 @@ from mechc.batch.spec import Recipe
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.samples import signals_among
-from mechc.sensitivities.columns import columns_of
+from mechc.sensitivities.columns import START, columns_of
 from mechc.sensitivities.run import sensitivity_of_run
 from mechc.simulation.initialise import checked_state
 from mechc.simulation.simulate import run
@@ -21,18 +21,24 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 
-def check_names(system: System, recipe: Recipe, elsewhere: bool) -> None:
+def one_number_each(system: System, names: Sequence[str]) -> tuple[str, ...]:
+    """The names of a batch's columns: for ``"y0"`` those of its components, ``"y0[0]"`` and on."""
+    components = [f"{START}[{k}]" for k in range(system.scene.width)]
+    return tuple(each for n in names for each in (components if n == START else [n]))
+
+
+def check_names(system: System, recipe: Recipe) -> None:
     """Refuse names that have no derivatives, before anything is computed.
 
     Raises
     ------
     UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError, MechcError
         As :func:`columns_of`; for names that stand for several columns, for what a batch with
-        sensitivities cannot have, ``elsewhere``: a folder.
+        sensitivities cannot have.
     """
-    if elsewhere or recipe.until or recipe.events is not None:
+    if recipe.until or recipe.events is not None:
         raise ValueOutOfBoundsError(
-            "a batch with sensitivities takes none of out=, until= and events= yet"
+            "a batch with sensitivities takes neither until= nor events= yet"
         )
     if recipe.inputs.controllers:
         raise ValueOutOfBoundsError(

@@ -15,7 +15,7 @@ from mechc.batch.controlled import run_controlled
 from mechc.batch.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
-from mechc.batch.sensitivities import check_names
+from mechc.batch.sensitivities import check_names, one_number_each
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
@@ -87,15 +87,15 @@ def simulate_batch(
         Expressions, and :class:`mechc.Event` of expressions with their resets, as in
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
-        without one.  Not with ``until``, ``out``, ``client`` and inputs.
+        without one.  Not with ``until`` and sampled controllers.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
-        signals.
+        signals, components of a whole start (``"y0"`` stands for ``"y0[0]"``, ``"y0[1]"``, ...).
         ``batch.sensitivity_final`` (n, nq + nu, k) has them at the end, ``batch.sensitivity_max``
         their largest absolute values, ``batch.sensitivity`` (n, nt, nq + nu, k) at t_eval; NaN
         where there is none.  Each member's motion is computed once more for them.  Not with
-        ``out``, ``until`` and ``events``.
+        ``until`` and ``events``.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -126,15 +126,16 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    elsewhere = out is not None or client is not None
-    found = batch_events(system, recipe.span, events, until or "", elsewhere)
-    recipe = replace(recipe, events=found, sensitivities=tuple(names_of(sensitivities)))
-    if recipe.inputs.controllers and (out is not None or client is not None):
+    controlled = bool(recipe.inputs.controllers)
+    found = batch_events(system, recipe.span, events, until or "", controlled)
+    by = one_number_each(system, names_of(sensitivities))
+    recipe = replace(recipe, events=found, sensitivities=by)
+    if controlled and (out is not None or client is not None):
         raise ValueOutOfBoundsError(
             "sampled controllers are functions of this process: leave out= and client= away"
         )
     if recipe.sensitivities:
-        check_names(system, recipe, out is not None)
+        check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)
     compute = _source(system, recipe, workers, client)

@@ -106,7 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
-    handed_on = "C files for other programs, which need nothing of mechc"
+    handed_on = "for other programs: C files, or a functional mock-up unit"
     export_options(_add(commands, "export", handed_on, export_command))
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)

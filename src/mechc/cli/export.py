@@ -1,8 +1,9 @@
-"""The command ``mechc export``: a mechanism as C for other programs."""
+"""The command ``mechc export``: a mechanism for other programs."""
 
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from mechc.cli.arguments import (
     checked_options,
@@ -15,30 +16,47 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.own_models import is_own, own_description, own_name
 from mechc.errors import MechcError
-from mechc.export import export_c
+from mechc.export import export_c, export_fmu
 
 
 def export_command(chosen: argparse.Namespace) -> int:
-    """Assembles the start of the example, then writes the files."""
-    if not chosen.c:
-        raise MechcError("say what to export: --c")
+    """Assembles the start, then writes the files."""
+    if chosen.c == chosen.fmu:
+        raise MechcError("say what to export: --c or --fmu")
+    if chosen.fmi and not chosen.fmu:
+        raise MechcError("--fmi chooses the version of --fmu")
+    return (_fmu if chosen.fmu else _c)(chosen)
+
+
+def _asked(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
+    """What is handed on, and arguments that both kinds of files have."""
     own = is_own(chosen.name)
     model = model_of(chosen)
     params = values_of(model, chosen.parameters, model.parameters, "parameter")
-    start = start_state(model, chosen, params)
+    return own_description(chosen.name) if own else chosen.name, {
+        "name": chosen.prefix or (own_name(chosen.name) if own else None),
+        "y0": start_state(model, chosen, params),
+        "params": params,
+        "t_end": seconds_of(chosen),
+        **({} if own else checked_options(chosen.name, options_of(chosen.options))),
+    }
+
+
+def _c(chosen: argparse.Namespace) -> int:
+    mechanism, arguments = _asked(chosen)
     folder = output_folder(chosen, "mechc_export")
     assert folder is not None
-    files = export_c(
-        own_description(chosen.name) if own else chosen.name,
-        folder,
-        name=chosen.prefix or (own_name(chosen.name) if own else None),
-        y0=start,
-        params=params,
-        t_end=seconds_of(chosen),
-        **({} if own else checked_options(chosen.name, options_of(chosen.options))),
-    )
+    files = export_c(mechanism, folder, **arguments)
     for file in files:
         print(file)
     c = next(file.name for file in files if file.suffix == ".c")
     print(f"\ncc -std=c99 -O2 -o run {c} main.c -lm && ./run > motion.csv   in {folder}")
+    return 0
+
+
+def _fmu(chosen: argparse.Namespace) -> int:
+    mechanism, arguments = _asked(chosen)
+    named = chosen.prefix or (own_name(chosen.name) if is_own(chosen.name) else chosen.name)
+    print(export_fmu(mechanism, chosen.out or f"{named}.fmu", version=chosen.fmi or "3.0",
+                     **arguments))  # fmt: skip
     return 0

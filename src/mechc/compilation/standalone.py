@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from mechc.compilation.compiler import errors_of_compiler
@@ -25,6 +26,34 @@ def standalone_texts(
     """File name -> text; see :func:`mechc.export_c`."""
     from mechc_codegen.compiler import build_standalone
 
+    asked = exported(mechanism, y0, params, fix=fix, outputs=outputs, **options)
+    found = asked.mechanism
+    texts: dict[str, str] = build_standalone(
+        found, name or found.name, asked.start, asked.values, t_end, asked.request
+    )
+    return texts
+
+
+@dataclass(frozen=True)
+class Exported:
+    """A description that is handed on: its request, its start, the values of parameters."""
+
+    mechanism: Any
+    request: Any
+    start: list[float]
+    values: dict[str, float]
+
+
+def exported(
+    mechanism: Any,
+    y0: Sequence[float] | None,
+    params: Mapping[str, float],
+    *,
+    fix: Mapping[Any, float] | None,
+    outputs: Iterable[Any] | None,
+    **options: Any,
+) -> Exported:
+    """What is asked for, checked; arguments as those of :func:`mechc.export_c`."""
     errors_of_compiler()
     (found, request), numbers = _described(mechanism, fix, outputs, options)
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
@@ -36,10 +65,7 @@ def standalone_texts(
         if given not in known:
             raise UnknownNameError("parameter", given, sorted(known))
     values = {key: value for key, value in numbers.items() if key in known} | dict(params)
-    texts: dict[str, str] = build_standalone(
-        found, name or found.name, start, values, t_end, request
-    )
-    return texts
+    return Exported(found, request, start, values)
 
 
 def _described(

@@ -160,34 +160,35 @@ class Motion:
 
         Members of a batch that fail are NaN.
         """
-        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
+        leading, times, rows = _members(t, x)
         if not leading:
             return np.asarray(self._one(t, x).y)
-        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
-        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
-        driven = self.model.system.driven
-        if (driven and driven.called) or not (times == times[0]).all():
+        if self._called:
             found = np.stack([self._one(*each).y for each in zip(times, rows, strict=True)])
         else:
-            found = self._batch(times[0], rows)
+            found = self._batch(times, rows)
         return found.reshape(*leading, *found.shape[1:])
 
     def slopes(self, t: Array, x: Array) -> Array:
-        """Derivatives (..., nt, nq + nu, k) of the states by x."""
-        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
-        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
-        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
-        found = np.stack([self._slope(*each) for each in zip(times, rows, strict=True)])
+        """Derivatives (..., nt, nq + nu, k) of the states by x; several are a batch.
+
+        Those of members of a batch that fail, and those that do not exist, are NaN.
+        """
+        leading, times, rows = _members(t, x)
+        if not leading:
+            return self._slope(t, x)
+        if self._called:
+            found = np.stack([self._slope(*each) for each in zip(times, rows, strict=True)])
+        else:
+            found = self._batch(times, rows, self.names)
         return found.reshape(*leading, *found.shape[1:])
 
     def pulled(self, t: Array, x: Array, cotangent: Array) -> Array:
-        """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states."""
-        leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
-        rows = np.broadcast_to(x, (*leading, x.shape[-1])).reshape(-1, x.shape[-1])
-        times = np.broadcast_to(t, (*leading, t.shape[-1])).reshape(-1, t.shape[-1])
-        weights = cotangent.reshape(-1, *cotangent.shape[-2:])
-        found = np.stack([self._pull(*each) for each in zip(times, rows, weights, strict=True)])
-        return found.reshape(*leading, x.shape[-1])
+        """Gradients (..., k) by x of the sum of cotangents (..., nt, nq + nu) times states; of one
+        motion's end by the adjoint, several are a batch."""
+        if x.ndim == 1 and t.ndim == 1:
+            return self._pull(t, x, cotangent)
+        return np.asarray(np.einsum("...ti,...tik->...k", cotangent, self.slopes(t, x)))
 
     def rates(self, t: Array, x: Array, y: Array) -> Array:
         """Derivatives (..., nt, nq + nu) of the states y by the times."""
@@ -212,16 +213,45 @@ class Motion:
         found = pull(cotangent)
         return np.concatenate([np.atleast_1d(found[name]) for name in self.names] or [np.zeros(0)])
 
-    def _batch(self, t: Array, x: Array) -> Array:
+    @property
+    def _called(self) -> bool:
+        """Are there inputs that are functions of Python, which a batch does not take?"""
+        driven = self.model.system.driven
+        return bool(driven and driven.called)
+
+    def _batch(self, t: Array, x: Array, names: Sequence[str] = ()) -> Array:
+        """States (n, nt, nq + nu), or their derivatives by the names, at times (n, nt) of members.
+
+        One batch until the last time of all; a member that fails only after its own last time is
+        run again until there.
+        """
         start, parameters = self.given(x)
-        times = _checked_times(t, self.t0)
+        for each in np.unique(t, axis=0):
+            _checked_times(each, self.t0)
+        times = np.unique(t)
         batch = self.model.simulate_batch(
-            (self.t0, float(times[-1])), start, parameters, t_eval=times, progress=False,
-            **self.policy,
+            (self.t0, float(times[-1])), start, parameters, t_eval=times, sensitivities=names,
+            progress=False, **self.policy,
         )  # fmt: skip
-        found: Array = batch["y_eval"]
-        found[~batch.ok] = np.nan
+        found = np.array(batch["sensitivity" if names else "y_eval"])
+        found = found[np.arange(len(t))[:, None], np.searchsorted(times, t)]
+        for member in np.flatnonzero(~batch.ok):
+            shorter = t[member, -1] < times[-1]
+            found[member] = self._alone(t[member], x[member], names) if shorter else np.nan
         return found
+
+    def _alone(self, t: Array, x: Array, names: Sequence[str]) -> Any:
+        try:
+            return self._slope(t, x) if names else self._one(t, x).y
+        except MechcError:
+            return np.nan
+
+
+def _members(t: Array, x: Array) -> tuple[tuple[int, ...], Array, Array]:
+    """The leading shape of times (..., nt) and vectors (..., k), and both with one axis for it."""
+    leading = np.broadcast_shapes(t.shape[:-1], x.shape[:-1])
+    times, rows = (np.broadcast_to(each, (*leading, each.shape[-1])) for each in (t, x))
+    return leading, times.reshape(-1, t.shape[-1]), rows.reshape(-1, x.shape[-1])
 
 
 def _numbers(columns: Array) -> list[Any]:

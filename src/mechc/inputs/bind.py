@@ -13,7 +13,7 @@ import numpy as np
 
 from mechc.errors import MissingInputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.sampled import Control, HeldSignal, Sampled
-from mechc.inputs.signals import Signal
+from mechc.inputs.signals import FAR, Signal
 from mechc.native._inputs import Caller, Inputs
 from mechc.system.parameters import Array
 
@@ -68,15 +68,26 @@ class GivenInputs:
             else:
                 functions += [None] * len(slot.orders)
                 self._sources += [(len(self._pieces), order) for order in slot.orders]
+                self._places[slot.name] = len(self._pieces)
                 self._pieces.append(_polynomials(slot, value))
                 if not isinstance(value, Signal):
                     self._numbers[slot.name] = self._pieces[-1][1]
-                    self._places[slot.name] = len(self._pieces) - 1
+        self._functions, self._sizes = functions, sizes
         self.caller = Caller(functions, *sizes)
 
     def compiled(self, t0: float = -np.inf, t1: float = np.inf) -> Any:
         """The values for compiled code; of signals only the pieces between two times."""
         return Inputs(self._pieces, self._sources, self.caller, *_within(t0, t1))
+
+    def for_c(self) -> Any:
+        """The values for C functions, which nothing checks: NaN at times beyond the samples of a
+        signal, and with a caller of their own."""
+        pieces = [(knots, coefficients.copy()) for knots, coefficients in self._pieces]
+        for name, signal in self.signals.items():
+            place = self._places[name]
+            pieces[place] = _nan_beyond(signal.span, *pieces[place])
+        caller = Caller(self._functions, *self._sizes)
+        return Inputs(pieces, self._sources, caller, -np.inf, np.inf)
 
     def in_segments(
         self, t0: float, t1: float, rtol: float, own: Sequence[str]
@@ -147,6 +158,17 @@ def _within(t0: float, t1: float) -> tuple[float, float]:
         return low, high
     slack = min(0.25 * (high - low), 2 * TICKS * np.spacing(max(abs(low), abs(high))))
     return low + slack, high - slack
+
+
+def _nan_beyond(
+    span: tuple[float, float], knots: Array, coefficients: Array
+) -> tuple[Array, Array]:
+    """The polynomials, and NaN before and after the span where it is finite."""
+    if not np.isfinite(span).all():
+        return knots, coefficients
+    beyond = np.full((1, coefficients.shape[1]), np.nan)
+    times = np.concatenate([[-FAR], knots, [np.nextafter(span[1], np.inf)]])
+    return times, np.vstack([beyond, coefficients, beyond])
 
 
 def missing(slots: Sequence[InputSlot], given: Mapping[str, Any]) -> MissingInputError:

@@ -155,24 +155,9 @@ class DrivenScene:
         """Forget calls and failures of functions."""
         self._needed().caller.reset()
 
-    def bound(self, name: str, p: Array) -> tuple[Any, ...]:
-        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
-        self._refuse_in_c(name)
-        found: tuple[Any, ...] = self._scene.bound(name, p)
-        return found
-
-    def bound_along(self, name: str, p: Array, *along: Any) -> Any:
-        """As of :class:`mechc.native._driver.Scene`, for outputs without inputs."""
-        self._refuse_in_c(name)
-        return self._scene.bound_along(name, p, *along)
-
-    def _refuse_in_c(self, name: str) -> None:
-        if name not in self._free:
-            raise MechcError(
-                f"{name} needs {', '.join(slot.name for slot in self._slots)}, which are given "
-                "with a run: a C function takes parameters only. Compile with expressions for "
-                "them: mechc.compile(..., inputs={...})"
-            )
+    def for_c(self, output: str) -> Any:
+        """The inputs that an output as a C function keeps; None where it contains none."""
+        return None if output in self._free else self._needed().for_c()
 
     # -- Python functions ----------------------------------------------------------------------
 

@@ -76,6 +76,7 @@ cdef extern from "closing/measure.h":
         const int *alike
 
     ctypedef struct mechc_measure:
+        mechc_measured of
         double length
         double *weight
         double size
@@ -147,14 +148,24 @@ ctypedef struct following:
 
 ctypedef struct measuring:
     mechc_measure *measure
+    ptrdiff_t count, p_stride
     const double *q
     const double *p
-    double hint
+    const double *hint
+    double *length
+    double *rows
 
 
-cdef void measure_a_member(void *given) noexcept nogil:
+cdef void measure_members(void *given) noexcept nogil:
     cdef measuring *work = <measuring *>given
-    mechc_measure_member(work.measure, work.q, work.p, work.hint)
+    cdef mechc_measure *one = work.measure
+    cdef ptrdiff_t k, i
+    cdef int rows = one.of.rows
+    for k in range(work.count):
+        mechc_measure_member(one, work.q, work.p + k * work.p_stride, work.hint[k])
+        work.length[k] = one.length
+        for i in range(rows):
+            work.rows[k * rows + i] = one.size / one.weight[i]
 
 
 cdef void follow(void *given) noexcept nogil:
@@ -252,9 +263,9 @@ cdef class Closure:
         try:
             if self.error is None:
                 times = np.array([closure.t])
-                found = np.ascontiguousarray(self.scene.evaluate(
-                    self.names[what], times, np.asarray(states), np.asarray(values)
-                ))
+                asked = self.names[what], times, np.asarray(states), np.asarray(values)
+                given = () if self.inputs is None else (self.inputs,)
+                found = np.ascontiguousarray(self.scene.evaluate(*asked, *given))
                 memcpy(out, &found[0, 0], size * sizeof(double))
                 return
         except BaseException as error:
@@ -407,34 +418,36 @@ cdef class Closings:
 
 
 def measured(Closure closure, double t, const int[::1] unknown, const double[::1] q,
-             const double[::1] p, double hint):
-    """The sizes that coordinates and rows are compared with, see ``closing/measure.h``.
+             const double[:, ::1] p, const double[::1] hint):
+    """The sizes that coordinates and rows of members are compared with, see ``closing/measure.h``.
 
-    ``unknown``: coordinates that may move, the others are those of q (nq,).  Returns the length of
-    a step of a coordinate that is neither angle nor number, and (rows,) what such steps of the
-    unknowns change each row by; rows that are alike have the same size.
+    ``unknown``: coordinates that may move, the others are those of q (nq,).  Returns the lengths
+    (n,) of a step of a coordinate that is neither angle nor number, and (n, rows) what such steps
+    of the unknowns change each row by; rows that are alike have the same size.
     """
     cdef mechc_measured of
     cdef mechc_measure one
     cdef mechc_closure asked = closure.closure
     cdef measuring work
+    cdef double[::1] lengths = np.empty(hint.shape[0])
+    cdef double[:, ::1] rows = np.empty((hint.shape[0], closure.holonomic))
     asked.t = t
-    if q.shape[0] != asked.coordinates or p.shape[0] != asked.parameters:
+    if (q.shape[0], p.shape[0], p.shape[1]) != (asked.coordinates, len(hint), asked.parameters):
         raise ValueError("wrong number of coordinates or parameters")
-    if not unknown.shape[0] or not closure.holonomic:
+    if not unknown.shape[0] or not closure.holonomic or not hint.shape[0]:
         raise ValueError("nothing to measure")
     of.closure, of.rows, of.columns = &asked, closure.holonomic, closure.columns
     of.unknowns, of.unknown, of.kind = unknown.shape[0], &unknown[0], &closure.kind[0]
     of.alike = &closure.alike[0]
     if not mechc_measure_make(&one, &of):
         raise MemoryError()
-    work.measure, work.q, work.p, work.hint = &one, &q[0], &p[0] if p.shape[0] else NULL, hint
-    with_stack(closure.stack, measure_a_member, &work)
-    weights = np.array([one.weight[i] for i in range(closure.holonomic)])
-    length, size = one.length, one.size
+    work.measure, work.count, work.p_stride = &one, hint.shape[0], p.shape[1]
+    work.q, work.p, work.hint = &q[0], &p[0, 0] if p.shape[1] else NULL, &hint[0]
+    work.length, work.rows = &lengths[0], &rows[0, 0]
+    with_stack(closure.stack, measure_members, &work)
     mechc_measure_free(&one)
     closure.raise_error()
-    return length, size / weights
+    return np.asarray(lengths), np.asarray(rows)
 
 
 def followed(Closure closure, double t, int driven, const int[::1] unknown,

@@ -7,6 +7,7 @@ import numpy as np
 from numpy import empty, ndarray
 
 from cpython.exc cimport PyErr_CheckSignals
+from cpython.ref cimport PyObject, Py_INCREF, Py_XDECREF
 from cpython.pycapsule cimport (
     PyCapsule_GetContext, PyCapsule_GetPointer, PyCapsule_New, PyCapsule_SetContext
 )
@@ -29,9 +30,10 @@ from mechc.native._run cimport Run
 cdef extern from "abi/call.h":
     ctypedef struct mechc_bound:
         int states, width
+        void *owner
 
     ctypedef struct mechc_along:
-        pass
+        const mechc_bound *of
 
     mechc_bound *mechc_bind(
         const mechc_model *, const mechc_unit *, int, const double *, const mechc_inputs *
@@ -67,10 +69,14 @@ cdef const char *CALL = "void (double, double *, double *, void *)"
 cdef const char *CALL_ALONG = "double (int, double *, void *)"
 
 cdef void release_bound(object capsule) noexcept:
-    free(PyCapsule_GetContext(capsule))
+    cdef mechc_bound *bound = <mechc_bound *>PyCapsule_GetContext(capsule)
+    Py_XDECREF(<PyObject *>bound.owner)
+    free(bound)
 
 cdef void release_along(object capsule) noexcept:
-    mechc_let_go(<mechc_along *>PyCapsule_GetContext(capsule))
+    cdef mechc_along *along = <mechc_along *>PyCapsule_GetContext(capsule)
+    Py_XDECREF(<PyObject *>along.of.owner)
+    mechc_let_go(along)
 
 
 ctypedef struct evaluation:
@@ -316,24 +322,25 @@ cdef class Scene:
             with_stack(self.stack, evaluate_a_while, &job)
             PyErr_CheckSignals()
 
-    def bound(self, str name, const double[::1] p):
+    def bound(self, str name, const double[::1] p, Inputs inputs=None):
         """Output `name` at the parameters p, for C: (capsule, address, data, width, stack).
 
         The capsule is called by its C signature, has the data for its context and owns them;
         the address is that of its function; a call takes at most so many bytes of stack.
         """
-        cdef mechc_bound *bound = bound_output(self, name, p)
+        cdef mechc_bound *bound = bound_output(self, name, p, inputs)
         capsule = PyCapsule_New(<void *>mechc_call, CALL, release_bound)
         PyCapsule_SetContext(capsule, bound)
+        keep_for(bound, inputs)
         stack = mechc_stack_needed(self.width)
         return capsule, <size_t>&mechc_call, <size_t>bound, bound.width, stack
 
     def bound_along(
         self, str name, const double[::1] p, int component, const int[::1] places,
-        const double[::1] y, double t,
+        const double[::1] y, double t, Inputs inputs=None,
     ):
         """One component of it as a function of y at these indices (-1: t), as a capsule."""
-        cdef mechc_bound *bound = bound_output(self, name, p)
+        cdef mechc_bound *bound = bound_output(self, name, p, inputs)
         cdef mechc_along *along
         if y.shape[0] != self.width or not 0 <= component < bound.width:
             free(bound)
@@ -344,6 +351,7 @@ cdef class Scene:
             raise MemoryError()
         capsule = PyCapsule_New(<void *>mechc_call_along, CALL_ALONG, release_along)
         PyCapsule_SetContext(capsule, along)
+        keep_for(bound, inputs)
         return capsule
 
     def rates_seconds(self, double t, const double[::1] y, const double[::1] p, long repeats):
@@ -423,16 +431,27 @@ cdef class Scene:
         return run
 
 
-cdef mechc_bound *bound_output(Scene scene, str name, const double[::1] p) except NULL:
+cdef mechc_bound *bound_output(
+    Scene scene, str name, const double[::1] p, Inputs inputs=None
+) except NULL:
     cdef int index = -1 if name == "rates" else scene.indices[name]
     cdef mechc_bound *bound
     if p.shape[0] != scene.parameters:
         raise ValueError(f"{scene.parameters} parameters are needed")
     scene.need(MECHC_PART_OUTPUTS)
-    bound = mechc_bind(scene.model, scene.unit, index, &p[0] if scene.parameters else NULL, NULL)
+    bound = mechc_bind(
+        scene.model, scene.unit, index, &p[0] if scene.parameters else NULL, address_of(inputs)
+    )
     if bound == NULL:
         raise MemoryError()
     return bound
+
+
+cdef void keep_for(mechc_bound *bound, Inputs inputs):
+    """Let inputs live as long as what is bound to them."""
+    if inputs is not None:
+        Py_INCREF(inputs)
+        bound.owner = <void *>inputs
 
 
 cdef class Ode:

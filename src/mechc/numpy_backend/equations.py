@@ -8,12 +8,13 @@ Arrays have states first: q (n, nq), u (n, nu), p and k (n or 1, ...), t (n,) or
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from mechc.numpy_backend.linear import Rows, diagonal, free_motion
-from mechc.numpy_backend.program import Functions
+from mechc.numpy_backend.program import Filled, Functions
 from mechc.numpy_backend.tree import LinkTree, TreeData
 from mechc.system.parameters import Array
 
@@ -33,12 +34,23 @@ class Place(NamedTuple):
 
 
 class ArrayEquations:
-    """A listing of :mod:`mechc_codegen.emit.numpy` as functions of arrays."""
+    """A listing of :mod:`mechc_codegen.emit.numpy` as functions of arrays.
+
+    ``inputs``: the values of inputs that are given with a run, as compiled scenes take them.
+    """
+
+    inputs: Any = None
 
     def __init__(self, listing: Any) -> None:
         self.listing = listing
         self.functions = Functions(listing.text)
         self.tree = LinkTree(listing.tree) if listing.tree is not None else None
+
+    def with_inputs(self, inputs: Any) -> ArrayEquations:
+        """The same equations with these values of the inputs."""
+        other = copy(self)
+        other.inputs = inputs
+        return other
 
     def constants(self, p: Array) -> Array:
         return self.functions.constants(self.listing.constants, p)
@@ -86,7 +98,7 @@ class ArrayEquations:
         them."""
         function, length = self.listing.written[name]
         solved = motion or (np.zeros((1, 0)), np.zeros((1, 0)))
-        return self.functions.fill(function, (length,), t, q, u, p, k, *solved)[0]
+        return self._filled(function, (length,), t, q, u, p, k, *solved)[0]
 
     def _fill(
         self, name: str, targets: dict[str, int], t: Array, q: Array, u: Array, p: Array, k: Array,
@@ -94,11 +106,14 @@ class ArrayEquations:
     ) -> dict[str, Array]:  # fmt: skip
         """Arrays by name; the last array of a function without saved values is for them."""
         if saved is not None:
-            found = self.functions.fill(name, tuple(targets.values()), t, q, u, p, k, saved)
+            found = self._filled(name, tuple(targets.values()), t, q, u, p, k, saved)
             return dict(zip(targets, found, strict=True))
         lengths = (self.listing.saved, *targets.values())
-        found = self.functions.fill(name, lengths, t, q, u, p, k)
+        found = self._filled(name, lengths, t, q, u, p, k)
         return dict(zip(("saved", *targets), found, strict=True))
+
+    def _filled(self, name: str, lengths: tuple[int, ...], t: Array, *rows: Array) -> Filled:
+        return self.functions.fill(name, lengths, t, *rows, inputs=self.inputs)
 
 
 def rows_of(place: Place) -> Rows:

@@ -73,7 +73,8 @@ class NumpyRun:
         self, manifold: Manifold, t0: float, y0: Array, scale: Array, first_step: float,
         limits: RunLimits,
     ) -> None:  # fmt: skip
-        self.manifold, self.limits, self.pair = manifold, limits, _Pair()
+        self.manifold = self.whole = manifold
+        self.limits, self.pair = limits, _Pair()
         self.width = manifold.listing.coordinates
         self.t, self.status, self.failure = float(t0), RUNNING, RUNNING
         self.y = np.array(y0, dtype=np.float64)
@@ -91,6 +92,22 @@ class NumpyRun:
         self.step = first_step or self._first_step()
         if t0 == limits.t1:
             self.status = FINISHED
+
+    def extend(self, t1: float, inputs: Any = None) -> None:
+        """Go on to t1, from the end of the run or before it, with other inputs where given."""
+        if self.status not in (RUNNING, FINISHED):
+            return
+        self.limits = self.limits._replace(t1=t1)
+        last = np.abs(np.diff(self._times[-3:]))  # of two steps: the last may have been cut short
+        self.step = max(self.step, float(last.max(initial=0.0)))
+        self.status = RUNNING
+        if inputs is not None:
+            self.manifold = self.manifold.with_inputs(inputs)
+            self.status = self._stage(self.t, self.y, 0)
+
+    def read_with(self, inputs: Any) -> None:
+        """The inputs that :meth:`interpolate` takes, of the whole run."""
+        self.whole = self.manifold.with_inputs(inputs)
 
     # -- stages ------------------------------------------------------------------------------
 
@@ -295,9 +312,15 @@ class NumpyRun:
         ends = np.array([self._times[i + 1] for i in steps])
         states, rows = (np.array([kept[i] for i in steps]) for kept in (self._states, self._dense))
         s = ((t - starts) / (ends - starts))[:, None]
-        out = np.zeros(states.shape)
-        for row in reversed(range(DENSE_ROWS)):
-            out = (1 - s if row % 2 else s) * (out + rows[:, row])
-        settled, closed = self.manifold.settle(t, states + out)
+        settled, closed = self.whole.settle(t, states + dense_output(rows, s))
         settled[closed.status != RUNNING] = np.nan
         return np.asarray(np.where(s == 0.0, states, settled))
+
+
+def dense_output(rows: Array, s: Array) -> Array:
+    """What is added to the starts of steps with these rows (n, 7, nq + nu) at the parts s (n, 1)
+    of them."""
+    out = np.zeros((len(rows), rows.shape[2]))
+    for row in reversed(range(DENSE_ROWS)):
+        out = (1 - s if row % 2 else s) * (out + rows[:, row])
+    return out

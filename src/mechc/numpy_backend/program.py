@@ -36,6 +36,27 @@ FLOATS |= {
 }
 
 
+class NoInputs:
+    """Values of inputs that were not given: NaN, as in C."""
+
+    def __getitem__(self, place: int) -> float:
+        return math.nan
+
+
+class InputValues:
+    """The values of a scene's inputs at one state or many, each evaluated when it is first read."""
+
+    def __init__(self, inputs: Any, t: Array, q: Array, u: Array) -> None:
+        self._inputs, self._at = inputs, tuple(map(np.ascontiguousarray, (t, q, u)))
+        self._known: dict[int, Any] = {}
+
+    def __getitem__(self, place: int) -> Any:
+        if place not in self._known:
+            values = self._inputs.values(place, *self._at)
+            self._known[place] = values.item() if len(values) == 1 else values
+        return self._known[place]
+
+
 class Functions:
     """The functions that a text defines, each called with columns of states and lists to fill."""
 
@@ -43,27 +64,32 @@ class Functions:
         code = compile(text, "<mechc scene>", "exec")
         self._floats, self._arrays = _defined(code, FLOATS), _defined(code, ARRAYS)
 
-    def fill(self, name: str, lengths: Sequence[int], t: Array, *rows: Array) -> Filled:
+    def fill(
+        self, name: str, lengths: Sequence[int], t: Array, *rows: Array, inputs: Any = None
+    ) -> Filled:
         """The results of a function: arrays (n, length), one for each of the lengths.
 
         Times (n,) or (1,), and rows (n, width) or (1, width) of each further argument.  Undefined
         values (a root of -1) are NaN, as in C.
         """
         count = max(len(t), *map(len, rows))
+        w = NoInputs() if inputs is None else InputValues(inputs, t, *rows[:2])
         if count == 1:
             try:
-                return self._of_one(name, lengths, t, rows)
+                return self._of_one(name, lengths, t, w, rows)
             except (ArithmeticError, ValueError):
                 pass  # floats raise where arrays give NaN or infinity
         columns = [list(np.ascontiguousarray(each.T)) for each in rows]
         targets = [[0.0] * length for length in lengths]
         with np.errstate(all="ignore"):
-            self._arrays[name](t, *columns, *targets)
+            self._arrays[name](t, w, *columns, *targets)
         return [_stacked(target, count) for target in targets]
 
-    def _of_one(self, name: str, lengths: Sequence[int], t: Array, rows: Sequence[Array]) -> Filled:
+    def _of_one(
+        self, name: str, lengths: Sequence[int], t: Array, w: Any, rows: Sequence[Array]
+    ) -> Filled:
         targets = [[0.0] * length for length in lengths]
-        self._floats[name](t.item(), *(each[0].tolist() for each in rows), *targets)
+        self._floats[name](t.item(), w, *(each[0].tolist() for each in rows), *targets)
         return [np.array([target]) for target in targets]
 
     def constants(self, count: int, p: Array) -> Array:

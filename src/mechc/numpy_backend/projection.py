@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,6 +32,12 @@ class Manifold:
         self.equations, self.listing = equations, equations.listing
         self.p = np.array(p, dtype=np.float64).reshape(1, -1)
         self.k = equations.constants(self.p)
+
+    def with_inputs(self, inputs: Any) -> Manifold:
+        """The same constraints with these values of the inputs."""
+        other = copy(self)
+        other.equations = self.equations.with_inputs(inputs)
+        return other
 
     def at(self, t: Array, q: Array) -> tuple[Place, Rows | None]:
         place = self.equations.place(t, q, self.p, self.k)

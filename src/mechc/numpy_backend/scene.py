@@ -74,17 +74,22 @@ class NumpyScene:
         """Values for every row."""
         self.equations.functions.complete(given, rows)
 
-    def evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
+    def evaluate(self, name: str, t: Array, y: Array, p: Array, inputs: Any = None) -> Array:
         """Output ``name`` of states (n, nq + nu), t and p once or once a state: (n, length)."""
+        equations = self.equations.with_inputs(inputs)
         out = np.empty((len(y), self.outputs[name]))
         for first in range(0, len(y), BLOCK):
             own = slice(first, first + BLOCK)
             times, values = (x[own] if len(x) > 1 else x for x in (t, p))
-            out[own] = self._evaluate(self._labels.get(name, name), times, y[own], values)
+            out[own] = self._evaluate(
+                equations, self._labels.get(name, name), times, y[own], values
+            )
         return out
 
-    def _evaluate(self, name: str, t: Array, y: Array, p: Array) -> Array:
-        equations, k = self.equations, self.equations.constants(p)
+    def _evaluate(
+        self, equations: ArrayEquations, name: str, t: Array, y: Array, p: Array
+    ) -> Array:
+        k = equations.constants(p)
         state = (t, y[:, : self.coordinates], y[:, self.coordinates :], p, k)
         listing = equations.listing
         if name in listing.outputs and name not in listing.of_motion:
@@ -105,21 +110,24 @@ class NumpyScene:
             return equations.written(name, *state, motion)
         return jacobian(name, equations, state, place, motion)
 
-    def project(self, t: float, y: Array, p: Array) -> tuple[int, Array, float, float]:
+    def project(
+        self, t: float, y: Array, p: Array, inputs: Any = None
+    ) -> tuple[int, Array, float, float]:
         """The nearest state on the constraints: status, state, gap and velocity residual before."""
         if len(y) != self.width:
             raise ValueError(f"a state has {self.width} components")
-        manifold = Manifold(self.equations, p)
+        manifold = Manifold(self.equations.with_inputs(inputs), p)
         return manifold.project(t, np.array(y, dtype=np.float64))
 
     def start(
         self, t0: float, t1: float, y0: Array, p: Array, rtol: float, atol: Array | None,
         scale: Array, first_step: float, max_step: float, max_steps: int, method: int,
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
-        max_bytes: float = np.inf,
+        max_bytes: float = np.inf, inputs: Any = None,
     ) -> Any:  # fmt: skip
         """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
         from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
         limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense, max_bytes)
-        return NumpyRun(Manifold(self.equations, p), t0, y0, scale, first_step, limits)
+        manifold = Manifold(self.equations.with_inputs(inputs), p)
+        return NumpyRun(manifold, t0, y0, scale, first_step, limits)

@@ -87,11 +87,10 @@ def animation_html(sol: SolutionLike, *, fps: float = 60.0) -> str:
     Raises ValueOutOfBoundsError if `fps` is not a positive number.
     """
     run = sample(sol, _frame_count(sol, fps))
-    template = (
-        resources.files("mechc.results").joinpath("templates/animation.html").read_text("utf-8")
-    )
+    template = _template("animation.html")
     return Template(template).substitute(
         title=attribute_text(clean_text(sol.model.title or sol.model.name, 100)),
+        style=page_style(),
         script_hash=_script_hash(template),
         motion=json_for_script(_motion(run, fps)),
     )
@@ -226,6 +225,15 @@ def json_for_script(value: Any) -> str:
 
 def attribute_text(text: str) -> str:
     return html.escape(text, quote=True).encode("ascii", "xmlcharrefreplace").decode("ascii")
+
+
+def page_style() -> str:
+    """The look of text and controls that every page with a motion shares."""
+    return _template("page.css")
+
+
+def _template(name: str) -> str:
+    return resources.files("mechc.results").joinpath("templates", name).read_text("utf-8")
 
 
 def _script_hash(template: str) -> str:

@@ -6,6 +6,7 @@ values, of a value of a sampled signal, or of the start.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError
+from mechc.errors import MechcError, UnavailableOutputError, UnknownNameError, ValueOutOfBoundsError
 from mechc.inputs.bind import InputSlot
 from mechc.inputs.samples import sampled
 from mechc.sensitivities.samples import Samples, samples_of, width
@@ -22,6 +23,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 START = "y0"
+COMPONENT = re.compile(r"y0\[(\d+)\]\Z")
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,8 @@ class Columns:
     """Attributes
     ----------
     names
-        As asked for; ``"y0"`` has one column for each component of the state, an input that is a
-        signal one for each sample, others have one.
+        As asked for; ``"y0"`` has one column for each component of the start, ``"y0[2]"`` that of
+        component 2, an input that is a signal one for each sample, others have one.
     places
         Name -> its column, or columns.
     parameters : (np, k)
@@ -60,6 +62,18 @@ class Columns:
     def shapes(self) -> Any:
         """How inputs change as functions of time, for compiled code."""
         return self.samples and self.samples.shapes
+
+    @cached_property
+    def of_start(self) -> dict[int, int]:
+        """The columns that are by components of the whole start -> these components."""
+        found: dict[int, int] = {}
+        for name, place in self.places.items():
+            if name == START and isinstance(place, slice):
+                found |= {column: k for k, column in enumerate(range(place.start, place.stop))}
+            elif (one := COMPONENT.match(name)) is not None:
+                assert isinstance(place, int)
+                found[place] = int(one[1])
+        return found
 
     def names_among(self, marked: Array) -> list[str]:
         """The names of which a column is marked, of (k,) flags."""
@@ -108,7 +122,8 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
     UnknownNameError
         For what is neither parameter, coordinate, speed nor input of the model.
     MechcError, ValueOutOfBoundsError
-        For an input that is neither number nor signal, and for a sample that there is not.
+        For an input that is neither number nor signal, and for a sample or a component of the
+        start that there is not.
     """
     if "differentiated" not in system.data:
         raise UnavailableOutputError(
@@ -129,10 +144,20 @@ def columns_of(system: System, names: Sequence[str], values: Array, given: Any) 
             along[system.parameters.index(name), place] = 1.0
         elif sampled(system, name) is None and name in system.inputs:
             pushed[_input_place(system, name), place] = 1.0
-        elif name != START and sampled(system, name) is None:
+        elif not _of_start(system, name) and sampled(system, name) is None:
             _refuse_unknown(system, name)
     along = _followed(along, slopes)
     return Columns(tuple(places), places, along, pushed, samples_of(system, places))
+
+
+def _of_start(system: System, name: str) -> bool:
+    """Is it the whole start, or a component of it?"""
+    one = COMPONENT.match(name)
+    if one is not None and int(one[1]) >= system.scene.width:
+        raise ValueOutOfBoundsError(
+            f"{name}: a state has {system.scene.width} components, 0 to {system.scene.width - 1}"
+        )
+    return name == START or one is not None
 
 
 def _refuse_unknown(system: System, name: str) -> None:

@@ -40,11 +40,12 @@ def start_columns(
         found, notes = _assembled(system, columns, held, state, values, t)
     else:
         _place_states(system, columns, found)
-    if START in columns.places:
-        found[:, columns.places[START]] = np.eye(system.scene.width)
-    if system.scene.rows and (START in columns.places or not isinstance(given, Mapping)):
+    own = columns.of_start
+    for column, component in own.items():
+        found[component, column] = 1.0
+    if system.scene.rows and (own or not isinstance(given, Mapping)):
         moved = on_tangent_space(system, run, columns, found, values)
-        places = slice(None) if not isinstance(given, Mapping) else columns.places[START]
+        places = list(own) if isinstance(given, Mapping) else slice(None)
         found[:, places] = moved[:, places]
     return np.ascontiguousarray(found), notes
 

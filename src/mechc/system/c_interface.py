@@ -40,14 +40,18 @@ class CFunction:
         too small.
     signature
         ``"void (double, double *, double *, void *)"``.
+    failure
+        None; or name, time and exception of the first input given as a Python function that
+        failed: it is NaN from then on.
     """
 
     signature = "void (double, double *, double *, void *)"
 
     def __init__(
-        self, capsule: object, address: int, data: int, states: int, width: int, stack: int
-    ) -> None:
-        self.capsule, self.stack = capsule, stack
+        self, capsule: object, address: int, data: int, states: int, width: int, stack: int,
+        inputs: Any = None,
+    ) -> None:  # fmt: skip
+        self.capsule, self.stack, self._inputs = capsule, stack, inputs
         self.address, self.data = address, data
         self.states, self.width = states, width
 
@@ -56,19 +60,26 @@ class CFunction:
         """The function for ctypes and, inside compiled code, for numba; arguments are addresses."""
         return _PROTOTYPE(self.address)
 
+    @property
+    def failure(self) -> tuple[str, float, BaseException | None] | None:
+        if self._inputs is None:
+            return None
+        found: tuple[str, float, BaseException | None] | None = self._inputs.caller.failure
+        return found
+
     def __repr__(self) -> str:
         return f"<mechc.CFunction {self.signature}: {self.states} -> {self.width}>"
 
 
 def c_function(system: System, output: str, p: Array) -> CFunction:
-    """An output as a C function with the parameters p (np,) bound; they are copied.
+    """An output as a C function with the parameters p (np,) and the inputs bound; they are copied.
 
     Waits until the model is compiled completely.
     """
-    _check_output(system, output)
-    bound = system.scene.bound(output, np.ascontiguousarray(p))
+    inputs = _inputs(system, output)
+    bound = system.scene.bound(output, np.ascontiguousarray(p), inputs)
     capsule, address, data, width, stack = bound
-    return CFunction(capsule, address, data, system.scene.width, width, stack)
+    return CFunction(capsule, address, data, system.scene.width, width, stack, inputs)
 
 
 def integrand(
@@ -77,7 +88,7 @@ def integrand(
     """A number of an output as a function of coordinates: a ``scipy.LowLevelCallable``."""
     from scipy import LowLevelCallable
 
-    _check_output(system, output)
+    inputs = _inputs(system, output)
     width = system.scene.outputs[output]
     if not 0 <= component < width:
         raise ValueOutOfBoundsError(
@@ -85,13 +96,15 @@ def integrand(
         )
     places = np.array([_place(system, name) for name in along], dtype=np.intc)
     return LowLevelCallable(
-        system.scene.bound_along(output, np.ascontiguousarray(p), component, places, y, t)
+        system.scene.bound_along(output, np.ascontiguousarray(p), component, places, y, t, inputs)
     )
 
 
-def _check_output(system: System, output: str) -> None:
+def _inputs(system: System, output: str) -> Any:
+    """The values of inputs that an output keeps; None if it contains none."""
     if output not in system.scene.outputs:
         system.refuse_output(output)
+    return None if system.driven is None else system.driven.for_c(output)
 
 
 def _place(system: System, name: str) -> int:

@@ -18,7 +18,7 @@ BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
 # Each may use those before it.
 LAYERS = (
     "abi", "simd", "dynamics", "singularities", "run", "stepping", "methods", "lockstep",
-    "variational", "adjoint", "unit",
+    "variational", "adjoint", "unit", "fmu",
 )  # fmt: skip
 # Compiled into the runtime, not into scenes.
 APART = {

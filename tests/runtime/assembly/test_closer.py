@@ -205,7 +205,7 @@ def test_the_length_is_the_extent_of_the_linkage_in_any_unit(unit):
     rods = np.ones(len(linkage.rods))
     rows = dyads.Rows(linkage, rods > 0, 1e6 * rods)
     free, nothing = np.arange(rows.coordinates, dtype=np.intc), np.zeros(rows.coordinates)
-    length, sizes = measured(Closure(rows), 0.0, free, nothing, np.zeros(1), 1.0)
+    (length,), (sizes,) = measured(Closure(rows), 0.0, free, nothing, np.zeros((1, 1)), np.ones(1))
     extent = np.abs(linkage.assemblies()).max()
     assert extent < length < 3 * extent
     assert (sizes > 1e6 * extent * np.min([rod[2] for rod in linkage.rods])).all()
@@ -217,6 +217,7 @@ def test_rows_without_a_length_keep_the_one_given():
         lambda q: q[:, :1] - q[:, 1:], lambda q: np.tile([1.0, -1.0], (len(q), 1)), 2, 1
     )
     free = np.arange(2, dtype=np.intc)
-    length, sizes = measured(Closure(line), 0.0, free, np.zeros(2), np.zeros(1), 7.0)
-    assert length == 7.0
-    assert sizes[0] == pytest.approx(14.0)
+    hints = np.array([7.0, 3.0])
+    lengths, sizes = measured(Closure(line), 0.0, free, np.zeros(2), np.zeros((2, 1)), hints)
+    assert lengths.tolist() == hints.tolist()
+    assert sizes[:, 0] == pytest.approx(2 * hints)

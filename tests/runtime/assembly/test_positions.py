@@ -206,6 +206,20 @@ def test_unknown_names_are_met_with_the_nearest(model, part, name, nearest):
         model.assemble(**arguments)
 
 
+@pytest.mark.parametrize(
+    ("part", "name", "home"),
+    [
+        ("coordinates", "omega_0", "speeds"),
+        ("speeds", "theta_1", "coordinates"),
+        ("guess", "m_0", "params"),
+    ],
+)
+def test_names_in_the_wrong_argument_are_told_the_right_one(model, part, name, home):
+    arguments = {"coordinates": {"theta_0": 1.0}} | {part: {name: 2.5}}
+    with pytest.raises(UnknownNameError, match=rf"{home}=\{{'{name}': 2.5\}}"):
+        model.assemble(**arguments)
+
+
 def test_one_set_of_parameters_at_a_time(model):
     with pytest.raises(ValueOutOfBoundsError, match="one set of parameters"):
         model.assemble({"theta_0": 1.0}, params={"l_3": np.array([3.5, 3.6])})

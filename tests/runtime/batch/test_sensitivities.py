@@ -81,13 +81,42 @@ def test_they_are_labelled(swing):
     assert float(one) == batch["sensitivity_final"][2, 0, 1]
 
 
-def test_what_is_refused_is_named(swing, tmp_path):
+def test_by_every_component_of_a_whole_start(bar):
+    """Of a closed loop, where a start is moved to the nearest one that closes it."""
+    y0 = bar.assemble({"theta_0": 1.4}, {"omega_0": 0.3}, params=REGULAR)
+    batch = bar.simulate_batch(0.5, np.stack([y0, y0]), REGULAR, sensitivities=["l_3", "y0"])
+    sol = bar.simulate(0.5, y0, REGULAR, sensitivities=["y0", "l_3", "y0[4]"])
+    wanted = np.column_stack([sol.sensitivity["l_3"][-1], sol.sensitivity["y0"][-1]])
+    np.testing.assert_array_equal(batch["sensitivity_final"], [wanted, wanted])
+    np.testing.assert_array_equal(sol.sensitivity["y0[4]"], sol.sensitivity["y0"][..., 4])
+    assert batch.to_xarray()["by"].values.tolist() == ["l_3", *(f"y0[{k}]" for k in range(6))]
+
+
+def test_they_are_streamed_to_a_folder(swing, tmp_path):
+    """Chunk by chunk; a folder is opened with them, and resumed for the same names only."""
+    pytest.importorskip("zarr")
+
+    def batch(by, **policy):
+        given = {"inputs": {"F": 0.3}, "t_eval": AT, "sensitivities": by}
+        return swing.simulate_batch(T, STARTS, GIVEN, **given, **policy)
+
+    kept, folder = batch(["l", "c"]), tmp_path / "batch"
+    batch(["l", "c"], out=folder, chunk=3)
+    found = mechc.open(folder, swing)
+    for name in ("sensitivity", "sensitivity_final", "sensitivity_max"):
+        np.testing.assert_array_equal(found[name], kept[name])
+    assert found.to_xarray()["sensitivity"].dims == ("member", "time", "state", "by")
+    with pytest.raises(mechc.MechcError, match="sensitivities"):
+        batch(["l"], out=folder, chunk=3)
+
+
+def test_what_is_refused_is_named(swing):
     def batch(**policy):
         return swing.simulate_batch(T, STARTS, GIVEN, inputs={"F": 0.3}, **policy)
 
     with pytest.raises(mechc.UnknownNameError, match="mass"):
         batch(sensitivities=["mass"])
-    with pytest.raises(mechc.ValueOutOfBoundsError, match="y0 stands for several"):
-        batch(sensitivities=["y0"])
-    with pytest.raises(mechc.ValueOutOfBoundsError, match="out="):
-        batch(sensitivities=["l"], out=tmp_path / "batch")
+    with pytest.raises(mechc.ValueOutOfBoundsError, match=r"y0\[2\]: a state has 2 components"):
+        batch(sensitivities=["y0[2]"])
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="until="):
+        batch(sensitivities=["l"], until="q < 0")

@@ -59,6 +59,36 @@ def test_jit_and_vmap_give_the_same(bar):
     np.testing.assert_allclose(slopes, [jax.jit(jax.grad(rocker))(a) for a in cranks], rtol=1e-12)
 
 
+@pytest.mark.usefixtures("doubles")
+@pytest.mark.parametrize("transform", ["vmap", "jit", "grad", "jvp"])
+def test_vmap_is_one_batch(bar, transform, monkeypatch):
+    """Also with grad and jvp within it and jit around it: no single run is made."""
+    f = mechc.jax(bar)
+
+    def rocker(crank):
+        return f(1.0, START | {"theta_0": crank}, PARAMS)[2]
+
+    slope = {
+        "vmap": rocker, "jit": rocker, "grad": jax.grad(rocker),
+        "jvp": lambda crank: jax.jvp(rocker, (crank,), (1.0,))[1],
+    }[transform]  # fmt: skip
+    cranks = np.linspace(1.4, 1.5, 3)
+    alone = [slope(a) for a in cranks]
+    calls = []
+    batched = type(bar).simulate_batch
+
+    def counted(model, *args, **policy):
+        calls.append(len(policy.get("sensitivities", ())))
+        return batched(model, *args, **policy)
+
+    monkeypatch.setattr(type(bar), "simulate_batch", counted)
+    monkeypatch.setattr(type(bar), "simulate", None)
+    together = jax.vmap(slope)
+    found = (jax.jit(together) if transform == "jit" else together)(cranks)
+    np.testing.assert_allclose(found, alone, rtol=1e-12)
+    assert sorted(calls) == ([0] if transform in ("vmap", "jit") else [0, 4])
+
+
 def test_single_precision_is_refused(bar):
     with pytest.raises(mechc.MechcError, match="jax_enable_x64"):
         mechc.jax(bar)(1.0, START, PARAMS)

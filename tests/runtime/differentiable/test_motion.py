@@ -84,6 +84,44 @@ def test_a_cotangent_of_another_shape(pendulum):
         pull(np.ones(3))
 
 
+@pytest.mark.parametrize("start", [("theta_0", "omega_0"), None])
+def test_derivatives_of_several_motions_are_one_batch(pendulum, start, monkeypatch):
+    """Each with times of its own; whole states and assembled starts."""
+    motion = motion_of(pendulum, start, ("l_0",), 0.0, {"rtol": 1e-10})
+    t = np.array([[0.5, 1.0], [0.2, 2.0], [0.5, 1.0]])
+    x = np.array([[0.8, 0.3, 1.3], [0.7, 0.2, 1.1], [-0.4, 0.0, 1.0]])
+    alone = [motion.slopes(*each) for each in zip(t, x, strict=True)]
+    states = [motion.states(*each) for each in zip(t, x, strict=True)]
+    calls = []
+    batched, single = type(pendulum).simulate_batch, type(pendulum).simulate
+
+    def counted(model, *args, **policy):
+        calls.append("batch")
+        return batched(model, *args, **policy)
+
+    monkeypatch.setattr(type(pendulum), "simulate_batch", counted)
+    monkeypatch.setattr(type(pendulum), "simulate", lambda *_, **__: calls.append("single"))
+    np.testing.assert_allclose(motion.slopes(t, x), alone, rtol=1e-8, atol=1e-9)
+    np.testing.assert_allclose(motion.states(t, x), states, rtol=1e-8, atol=1e-9)
+    weights = np.arange(12.0).reshape(3, 2, 2)
+    wanted = [np.einsum("ti,tik->k", w, s) for w, s in zip(weights, alone, strict=True)]
+    np.testing.assert_allclose(motion.pulled(t, x, weights), wanted, rtol=1e-8)
+    assert calls == ["batch"] * 3
+    monkeypatch.setattr(type(pendulum), "simulate", single)
+    together = motion.slopes(t[[0, 2]], x[[0, 2]])
+    np.testing.assert_array_equal(together, [alone[0], alone[2]])
+
+
+def test_a_member_that_fails_after_its_own_time_is_kept(pendulum):
+    motion = motion_of(pendulum, None, (), 0.0, {"max_steps": 40, "method": "dop853"})
+    t, x = np.array([[0.1], [60.0]]), np.array([[0.8, 0.3], [0.8, 0.3]])
+    found, slopes = motion.states(t, x), motion.slopes(t, x)
+    np.testing.assert_array_equal(found[0], motion.states(t[0], x[0]))
+    np.testing.assert_array_equal(slopes[0], motion.slopes(t[0], x[0]))
+    assert np.isnan(found[1]).all()
+    assert np.isnan(slopes[1]).all()
+
+
 def test_several_motions_are_a_batch_with_the_inputs_of_the_model():
     model = mechc.compile(pushed_mass(), defaults={"m": 2.0, "k": 1.0}, outputs=("sensitivities",))
     for force in (0.7, lambda t: 0.7 + 0.0 * t):
@@ -100,3 +138,18 @@ def test_without_the_tool(pendulum, tool, monkeypatch):
     monkeypatch.setitem(sys.modules, tool, None)
     with pytest.raises(mechc.MissingPackageError, match=f"pip install {tool}"):
         getattr(mechc, tool)(pendulum)
+
+
+@pytest.mark.slow
+def test_past_a_change_point_lengths_are_refused():
+    """By the start, lengths held, there is a derivative; the error says so."""
+    bar = mechc.load("four_bar", outputs=("energy", "multipliers", "sensitivities"))
+    start, words = {"theta_0": np.radians(85)}, "by l_3: none from t = .*change point.*lengths held"
+    with pytest.raises(mechc.MechcError, match=words):
+        bar.jvp(2.0, start, along={"l_3": 1.0})
+    _, pull = bar.vjp(2.0, start, by=["theta_0", "l_3"])
+    with pytest.raises(mechc.MechcError, match=words):
+        pull(np.ones(6))
+    _, moved = bar.jvp(2.0, start, along={"theta_0": 1.0})
+    _, pull = bar.vjp(2.0, start, by=["theta_0", "m_1"])
+    assert pull(np.ones(6))["theta_0"] == pytest.approx(moved.sum(), rel=1e-8)

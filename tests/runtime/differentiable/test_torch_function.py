@@ -32,17 +32,25 @@ def test_gradcheck(bar):
         assert torch.autograd.gradcheck(states, given, check_forward_ad=True, eps=1e-5, atol=1e-6)
 
 
-def test_vmap_is_a_batch(bar):
-    f = mechc.torch(bar)
+def test_vmap_is_a_batch(bar, monkeypatch):
+    f, batched, calls = mechc.torch(bar), type(bar).simulate_batch, []
+
+    def counted(model, *args, **policy):
+        calls.append(len(policy.get("sensitivities", ())))
+        return batched(model, *args, **policy)
 
     def rocker(crank):
         return f(1.0, {"theta_0": crank, "omega_0": 0.3}, {"l_3": 3.5})[2]
 
     cranks = torch.linspace(1.4, 1.5, 4, dtype=torch.float64)
-    together, slopes = (
-        torch.func.vmap(rocker)(cranks),
-        torch.func.vmap(torch.func.grad(rocker))(cranks),
-    )
+    with monkeypatch.context() as patched:
+        patched.setattr(type(bar), "simulate_batch", counted)
+        patched.setattr(type(bar), "simulate", None)
+        together = torch.func.vmap(rocker)(cranks)
+        slopes = torch.func.vmap(torch.func.grad(rocker))(cranks)
+        along = torch.func.jvp(torch.func.vmap(rocker), (cranks,), (torch.ones_like(cranks),))[1]
+    assert sorted(calls) == [0, 0, 0, 3, 3]
+    np.testing.assert_allclose(along, slopes, rtol=1e-12)
     for crank, value, slope in zip(cranks.tolist(), together, slopes, strict=True):
         y, moved = bar.jvp(1.0, START | {"theta_0": crank}, {"l_3": 3.5}, along={"theta_0": 1.0})
         assert value.item() == pytest.approx(y[2], rel=1e-9)

@@ -1,10 +1,12 @@
 """Inputs that are given with a run, against closed forms and against the same as expressions."""
 
+import gc
 import pickle
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from sympy import Rational, Symbol, sin
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
@@ -378,12 +380,136 @@ def test_ctrl_c_in_a_function_keeps_what_was_computed(pushed):
     assert 0.4 < sol.t[-1] <= 0.5
 
 
-def test_c_functions_refuse_what_is_given_with_a_run(pushed):
-    with pytest.raises(mechc.MechcError, match="rates needs F, which are given with a run"):
+# -- C functions ----------------------------------------------------------------------------
+
+
+def called(function, time, y):
+    out = np.full(function.width, 7.0)
+    function.ctypes(time, y.ctypes.data, out.ctypes.data, function.data)
+    return out
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        2.5,
+        mechc.Signal(TIMES, VALUES, "previous"),
+        mechc.Signal(TIMES, VALUES, "cubic", outside="hold"),
+        lambda t: 3.0 * np.cos(2.0 * t),
+        lambda t, q, u: -2.0 * u[0] + q[0] - t,
+    ],
+    ids=["a number", "steps", "held", "of time", "of the state"],
+)
+def test_c_functions_keep_the_inputs_they_were_made_with(pushed, force):
+    driven = pushed.with_inputs({"F": force})
+    y, times = np.array([0.3, -0.2]), [0.0, 0.5, 0.77, END]
+    expected = [driven.rhs(t, y, {"k": 3.0}) for t in times]
+    function = driven.c_function("rates", {"k": 3.0})
+    work = driven.integrand("power", "t", y)
+    del driven
+    gc.collect()
+    for at, rates in zip(times, expected, strict=True):
+        np.testing.assert_array_equal(called(function, at, y), rates)
+    exact = quad(lambda t: -0.2 * MASS * pushed.rhs(t, y, inputs={"F": force})[1], 0.0, 0.4)[0]
+    assert quad(work, 0.0, 0.4)[0] == pytest.approx(exact, rel=1e-12)
+    assert function.failure is None
+
+
+def test_a_c_function_is_nan_beyond_the_samples_and_after_a_failure(pushed):
+    y, steps = np.array([0.3, -0.2]), mechc.Signal(TIMES, VALUES, "previous")
+    for kind in ("previous", "linear", "quintic"):
+        signal = mechc.Signal(TIMES, VALUES, kind)
+        function = pushed.with_inputs({"F": signal}).c_function()
+        for at, known in ((-1e-9, False), (0.0, True), (END, True), (END + 1e-9, False)):
+            assert np.isfinite(called(function, at, y)).all() == known
+    number = pushed.with_inputs({"F": 1.0})
+    both = number.c_function(), pushed.with_inputs({"F": steps}).c_function("kinetic_energy")
+    assert called(both[1], 99.0, y) == pytest.approx(0.04, rel=1e-14)  # it contains no input
+    failing = pushed.with_inputs({"F": lambda t: 1.0 / (t < 0.6)})
+    function = failing.c_function()
+    assert called(function, 0.1, y)[1] == 0.5
+    assert np.isnan(called(function, 0.7, y)[1])
+    assert np.isnan(called(function, 0.1, y)[1])
+    name, at, error = function.failure
+    assert (name, at, type(error)) == ("F", 0.7, ZeroDivisionError)
+    assert failing.rhs(0.1, y)[1] == 0.5, "others are not concerned"
+    with pytest.raises(mechc.MissingInputError, match="no value: F"):
         pushed.c_function("rates")
-    assert pushed.c_function("kinetic_energy").width == 1
 
 
-def test_without_compiled_code_inputs_must_be_expressions():
-    with pytest.raises(mechc.MechcError, match="given with a run need compiled code"):
-        mechc.compile(pushed_mass(), backend="numpy")
+# -- without compiled code ------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def plain():
+    power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
+    return mechc.compile(
+        pushed_mass(), defaults={"m": MASS, "k": 0.0}, outputs=("energy", power), backend="numpy"
+    )
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic"])
+def test_without_c_a_mass_pushed_by_samples_follows_the_closed_form(plain, kind):
+    signal = mechc.Signal(TIMES, VALUES, kind)
+    sol = plain.simulate(END, [0.0, 0.0], inputs={"F": signal}, rtol=1e-8)
+    np.testing.assert_allclose(sol.y[-1], closed_form(signal), atol=3e-8)
+    assert set(signal.breaks(1e-8)) <= set(sol.t)
+    assert sol.stats["steps"] < 40
+    back = sol.model.simulate((END, 0.0), sol.y[-1], rtol=1e-10)
+    np.testing.assert_allclose(back.y[-1], [0.0, 0.0], atol=1e-7)
+
+
+def test_without_c_inputs_give_the_compiled_motion(pushed, plain, tmp_path):
+    def controller(t, q, u):
+        return -40.0 * q[0] - 12.0 * u[0]
+
+    for force in (
+        2.5,
+        lambda t: 3.0 * np.cos(2.0 * t),
+        lambda t, q, u: -2.0 * u[0] + q[0],
+        mechc.Signal([0.0, 1.0, 1.1, 1.2, 6.0], [0.0, 0.0, 40.0, 0.0, 0.0], "linear"),
+        mechc.Sampled(controller, period=0.02, delay=0.005),
+    ):
+        two = [
+            model.simulate(
+                1.5, [1.0, 0.5], {"k": 3.0}, inputs={"F": force}, rtol=1e-10, method="dop853"
+            )
+            for model in (plain, pushed)
+        ]
+        np.testing.assert_allclose(two[0].y[-1], two[1].y[-1], atol=1e-11)
+        t = np.linspace(0.0, 1.5, 40)
+        np.testing.assert_allclose(two[0](t), two[1](t), atol=1e-9)
+        powers = [sol.model.output("power", sol(t), t=t) for sol in two]
+        np.testing.assert_allclose(powers[0], powers[1], atol=1e-7)
+    stop = mechc.Event("q > 2", terminal=True)
+    ends = [
+        model.simulate(9.0, [1.0, 0.0], inputs={"F": 2.5}, events=stop, rtol=1e-10).t[-1]
+        for model in (plain, pushed)
+    ]
+    assert ends[0] == pytest.approx(np.sqrt(2 * MASS / 2.5), abs=1e-9)
+    assert ends[1] == pytest.approx(ends[0], abs=1e-9)
+
+
+def test_without_c_a_function_that_fails_ends_the_run_and_missing_inputs_are_named(plain):
+    with pytest.raises(mechc.InputError, match=r"F failed at t = .*ZeroDivisionError") as caught:
+        plain.simulate(1.0, [0.0, 0.0], inputs={"F": lambda t: 1.0 / (t < 0.6)}, max_step=0.05)
+    assert 0.5 < caught.value.solution.t[-1] <= 0.6
+    with pytest.raises(mechc.MissingInputError, match="no value: F"):
+        plain.simulate(1.0, [0.0, 0.0])
+    assert plain.kinetic_energy([0.0, 2.0]) == pytest.approx(4.0)
+
+
+def test_without_c_prescribed_motion_is_that_of_the_expression():
+    """By functions and by a spline, against the same with the motion as an expression."""
+    wave = Rational(3, 10) * sin(2 * t)
+    exact = mechc.compile(crane(), defaults=DEFAULTS, inputs={"r": wave}, backend="numpy")
+    expected = exact.simulate(1.0, start(exact), rtol=1e-9)
+    model = mechc.compile(crane(), defaults=DEFAULTS, backend="numpy")
+    times = np.linspace(-0.5, 1.5, 201)
+    for moved, error in ((MOVED, 1e-11), (mechc.Signal(times, MOVED[0](times), "quintic"), 1e-9)):
+        driven = model.with_inputs({"r": moved})
+        sol = driven.simulate(1.0, start(driven), rtol=1e-9)
+        np.testing.assert_allclose(sol.y[-1], expected.y[-1], atol=error)
+        assert sol.closure.max() < 1e-14
+        between = np.linspace(0.0, 1.0, 51)
+        assert np.abs(driven.constraints(sol(between), t=between)).max() < 1e-14

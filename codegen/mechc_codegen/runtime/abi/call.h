@@ -16,6 +16,7 @@ typedef struct {
     const double *p;
     const mechc_inputs *inputs;
     const mechc_given *given;
+    void *owner; /* of the inputs, for the program that binds */
 } mechc_bound;
 
 /* `output` is an index of unit->outputs, or -1 for the state rates; `inputs` may be NULL where it
@@ -37,6 +38,7 @@ static inline mechc_bound *mechc_bind(const mechc_model *model, const mechc_unit
     bound->p = values;
     bound->inputs = inputs;
     bound->given = given;
+    bound->owner = NULL;
     return bound;
 }
 

@@ -16,7 +16,7 @@ typedef struct {
     mechc_varying *blocks; /* work space where Jacobians are needed, or NULL */
     double t[MECHC_MOST_RATES * MECHC_LANES], y[MECHC_MOST_RATES * MECHC_LANES * MECHC_NX];
     mechc_nodes_at_hand nodes;
-    mechc_mask kept[MECHC_MOST_RATES];
+    mechc_mask kept; /* of the steps of a pair */
     double ends[MECHC_LANES]; /* times */
     mechc_vector tangents[MECHC_AT_LEAST_ONE(MECHC_NC > 0 ? MECHC_NX * MECHC_SLOPES : 0)];
     mechc_scalar_solved_state one;

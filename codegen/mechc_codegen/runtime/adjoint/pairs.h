@@ -12,14 +12,18 @@ MECHC_STATIC void mechc_take_stages_back(mechc_covarying *w, const mechc_tableau
                                          ptrdiff_t first, int count)
 {
     mechc_pair_stages stages;
+    w->kept = (mechc_mask){0};
     for (int i = 0; i < tableau->stages; i++) {
         mechc_vector time, state[MECHC_NX], rates[MECHC_NX];
         double *t = w->t + i * MECHC_LANES, *y = w->y + i * MECHC_LANES * MECHC_NX;
         mechc_pair_states(tableau, record, first, count, i, &stages);
+        if (mechc_keeps_more(method, &w->given, count, &stages, &w->kept)) {
+            i = -1;
+            continue;
+        }
         mechc_fill_lanes(stages.t, count, 1, &time);
         mechc_fill_lanes(stages.y, count, MECHC_NX, state);
-        w->kept[i] = mechc_keeps(method, state, time, &w->given);
-        if (mechc_any(w->kept[i])) mechc_keep_lanes(&w->given, stages.t, count, w->kept[i], state);
+        if (mechc_any(w->kept)) mechc_keep_lanes(&w->given, stages.t, count, w->kept, state);
         mechc_vector_solve_state(time, state, &w->given.vector, &w->lanes[0], rates);
         mechc_empty_lanes(rates, count, MECHC_NX, stages.rates[i]);
         mechc_empty_lanes(state, count, MECHC_NX, y);
@@ -35,7 +39,7 @@ MECHC_INLINE void mechc_stage_back(mechc_covarying *w, int i, int n, const doubl
     double rates[MECHC_NX];
     mechc_scalar_solve_state(w->t[place], w->y + place * MECHC_NX, &w->given.scalar, &w->one,
                              rates);
-    mechc_scalar_prepare_pullback(&w->given.scalar, w->kept[i][n] != 0, &w->one);
+    mechc_scalar_prepare_pullback(&w->given.scalar, w->kept[n] != 0, &w->one);
     mechc_scalar_pull_back(&w->one, &w->given.scalar, z, slopes);
 }
 

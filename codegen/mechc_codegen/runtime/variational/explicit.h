@@ -8,12 +8,12 @@
 #include "variational/columns.h"
 
 #if MECHC_VARIATIONAL
-/* Of up to MECHC_LANES steps: rates, whether some are those of projected states, their derivatives
- * and those of the projection of the ends. */
+/* Of up to MECHC_LANES steps: rates, whether those of some steps are of projected states, their
+ * derivatives and those of the projection of the ends. */
 typedef struct {
     double t[MECHC_LANES], y[MECHC_LANES * MECHC_NX];
     double rates[MECHC_MOST_RATES][MECHC_LANES * MECHC_NX];
-    int kept[MECHC_MOST_RATES];
+    int kept;
     double *slopes, *tangents; /* MECHC_LANES blocks a rate, a block a step */
 } mechc_pair_stages;
 
@@ -39,6 +39,17 @@ MECHC_STATIC void mechc_pair_states(const mechc_tableau *tableau, const mechc_tr
     }
 }
 
+/* Adds the lanes whose stage at hand the method keeps on the constraints; 1 where there are more.
+ * The stages of a step are all kept or none is: rates with and without projection differ off the
+ * constraints, and a step by both has a low order. */
+MECHC_STATIC int mechc_keeps_more(int method, const mechc_given_twice *given, int count,
+                                  const mechc_pair_stages *stages, mechc_mask *along)
+{
+    const mechc_mask more = ~*along & mechc_kept_states(method, given, count, stages->t, stages->y);
+    *along |= more;
+    return mechc_any(more);
+}
+
 /* The first `rates` rates of `count` steps, and the projection of their ends. */
 MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_trajectory *record, ptrdiff_t first,
                                        int count, int rates, const mechc_given_twice *given,
@@ -46,15 +57,19 @@ MECHC_ONCE void mechc_take_pair_stages(int method, const mechc_trajectory *recor
 {
     const mechc_tableau *tableau = mechc_pair_tableau(method);
     const double *ends = record->y + (first + 1) * MECHC_NX;
+    mechc_mask along = {0};
     for (int i = 0; i < rates; i++) {
         mechc_pair_states(tableau, record, first, count, i, stages);
         if (i == tableau->stages)
             memcpy(stages->y, ends, (size_t)(count * MECHC_NX) * sizeof(double));
-        const mechc_mask along = mechc_kept_states(method, given, count, stages->t, stages->y);
-        stages->kept[i] = mechc_any(along);
+        if (i < tableau->stages && mechc_keeps_more(method, given, count, stages, &along)) {
+            i = -1; /* from the first stage on */
+            continue;
+        }
         mechc_linearise_states(along, given, count, stages->t, stages->y, d,
                                stages->rates[i], stages->slopes + i * MECHC_LANES * d->block);
     }
+    stages->kept = mechc_any(along);
     mechc_end_tangents(given, record, first, count, d, stages->tangents);
 }
 
@@ -93,7 +108,7 @@ MECHC_STATIC void mechc_pair_columns(const mechc_tableau *tableau, const mechc_p
         const double *row = tableau->matrix + i * MECHC_MOST_RATES;
         mechc_stage_columns(row, i, h, start, d->width, rates, at);
         if (i == tableau->stages) mechc_onto_tangent(tangent, d->width, block, at);
-        mechc_stage_rates(stages->slopes + (i * MECHC_LANES + n) * d->block, stages->kept[i], at,
+        mechc_stage_rates(stages->slopes + (i * MECHC_LANES + n) * d->block, stages->kept, at,
                           d->width, block, rates[i]);
     }
     const double *row = tableau->matrix + tableau->stages * MECHC_MOST_RATES;

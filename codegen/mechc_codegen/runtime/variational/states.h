@@ -71,6 +71,24 @@ MECHC_INLINE mechc_mask mechc_keeps(int method, const mechc_vector *state, mechc
 #endif
 }
 
+/* One state moved onto the constraints, as the run moves its stages, and then until the gap is its
+ * own rounding: beside a crossing derivatives magnify what is left of it by the third power of the
+ * conditioning. */
+MECHC_STATIC void mechc_keep_state(const mechc_scalar_given *given, double t, double *y)
+{
+    double moved[2];
+    const int status = mechc_project_state(t, y, given, moved);
+#if MECHC_NH > 0
+    mechc_scalar_place place;
+    mechc_locate(t, y, given, &place);
+    if (status != MECHC_RUNNING || mechc_is_delicate(&place, given)) return;
+    mechc_scalar_correct(t, y, given, &place);
+    mechc_locate(t, y, given, &place);
+    mechc_scalar_steady(&place, y + MECHC_NQ);
+#else
+    (void)status;
+#endif
+}
 
 /* States of `count` lanes, those of the mask, moved onto the constraints. */
 MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double *t, int count,
@@ -79,7 +97,7 @@ MECHC_STATIC void mechc_keep_lanes(const mechc_given_twice *given, const double 
     double y[MECHC_LANES * MECHC_NX];
     mechc_empty_lanes(state, count, MECHC_NX, y);
     for (int n = 0; n < count; n++)
-        if (which[n]) mechc_project_between(t[n], y + n * MECHC_NX, &given->scalar);
+        if (which[n]) mechc_keep_state(&given->scalar, t[n], y + n * MECHC_NX);
     mechc_fill_lanes(y, count, MECHC_NX, state);
 }
 

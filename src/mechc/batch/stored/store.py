@@ -13,6 +13,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +21,7 @@ import numpy as np
 
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs
+from mechc.batch.events import events_told
 from mechc.batch.layout import (
     METADATA,
     Layout,
@@ -29,6 +31,7 @@ from mechc.batch.layout import (
     output_shapes,
 )
 from mechc.batch.results import Batch
+from mechc.batch.sensitivities import check_names
 from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe, common_count
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
@@ -166,6 +169,8 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
         "keep_states": recipe.keep_states, "outputs": recipe.outputs,
         "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
+        "events": None if recipe.events is None else recipe.events.told(),
+        "sensitivities": recipe.sensitivities,
     }  # fmt: skip
     arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
     told["signals"] = {}
@@ -380,7 +385,8 @@ def _read_recipe(notes: Path) -> Recipe:
         reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
         policy=Policy(atol=arrays.get("atol"), **told["policy"]),
         params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
-        inputs=driven if any(driven) else NONE,
+        inputs=driven if any(driven) else NONE, events=events_told(told.get("events")),
+        sensitivities=names_of(told.get("sensitivities", []), "its sensitivities"),
     )  # fmt: skip
     every = {name: values for kind in columns.values() for name, values in kind.items()}
     if recipe.states is not None:
@@ -412,6 +418,9 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
         checked_policy(system, **told), {**recipe.inputs.numbers, **recipe.inputs.signals},
     )  # fmt: skip
+    again = replace(again, events=recipe.events, sensitivities=recipe.sensitivities)
+    if again.sensitivities:
+        check_names(system, again)
     if again.told() != recipe.told():
         raise ValueError("no call makes such a request")
     return again

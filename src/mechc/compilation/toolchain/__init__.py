@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import importlib.util
 import os
 import re
 import shlex
@@ -19,7 +20,7 @@ from typing import Any
 
 from mechc.errors import CompilerError
 
-_OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?")  # not ccache, not a script
+_OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?|zig")  # not ccache, not a script
 _STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")
 _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
 _MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
@@ -28,7 +29,8 @@ _LONGEST_VERSION = 60.0
 
 
 def find_compiler() -> list[str] | None:
-    """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own; None if absent.
+    """The command of the C compiler: ``$CC``, else gcc, clang, cc or Python's own, else that of the
+    package ``ziglang``; None if absent.
 
     Raises
     ------
@@ -41,7 +43,20 @@ def find_compiler() -> list[str] | None:
         if shutil.which(name):
             return [name]
     words = shlex.split(sysconfig.get_config_var("CC") or "")  # slow
-    return words if words and shutil.which(words[0]) else None
+    return words if words and shutil.which(words[0]) else packaged_compiler()
+
+
+def packaged_compiler() -> list[str] | None:
+    """The clang in the Python package ``ziglang``, of the extra ``compiler``; None if absent.
+
+    Compiled with little optimisation its code would check for undefined behaviour, and need a
+    library for that.
+    """
+    package = importlib.util.find_spec("ziglang")
+    for folder in (package and package.submodule_search_locations) or ():
+        if found := shutil.which("zig", path=folder):
+            return [found, "cc", "-fno-sanitize=undefined"]
+    return None
 
 
 def _chosen(command: str) -> list[str]:
@@ -62,9 +77,10 @@ def compiler() -> list[str]:
     command = find_compiler()
     if command is None:
         raise CompilerError(
-            "no C compiler was found: install gcc or clang (Debian and Ubuntu: apt install gcc; "
-            "Fedora: dnf install gcc; conda: conda install c-compiler), or set CC. Shipped "
-            "mechanisms run without one, and all others with backend='numpy', slowly"
+            "no C compiler was found: pip install 'mechc[compiler]' brings one; or install gcc or "
+            "clang (Debian and Ubuntu: apt install gcc; Fedora: dnf install gcc; conda: conda "
+            "install c-compiler), or set CC. Shipped mechanisms run without one, and all others "
+            "with backend='numpy', slowly"
         )
     return command
 

@@ -23,6 +23,7 @@ from mechc.results.animation import (
     attribute_text,
     content_hash,
     json_for_script,
+    page_style,
     speed_choices,
     status_note,
     step_note,
@@ -201,7 +202,7 @@ def _finite_positions(run: Run) -> Array:
 
 def page(data: dict[str, Any]) -> str:
     """The page with its scripts, style and data."""
-    library, script, style = three_js(), page_script(), _template("page.css")
+    library, script, style = three_js(), page_script(), page_style() + _template("page.css")
     return Template(_template("page.html")).substitute(
         title=attribute_text(data["title"]),
         style=style,

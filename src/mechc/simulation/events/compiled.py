@@ -32,15 +32,25 @@ def compiled_finder(
     """What looks for compiled events from the accepted state ``first`` on; None where they are not
     compiled, or the run from there on is not one of compiled code."""
     functions = compiled_functions(events)
-    part = _last(run)
-    begins = first == run.count - part.count
-    if functions is None or type(part) is not Run or not begins or system.driven is not None:
+    if functions is None or not may_compile(run, first):
         return None
     return CompiledFinder(events, functions, system, run, span, values, policy, first)
 
 
+def may_compile(run: Segment, first: int) -> bool:
+    """Whether a run from its accepted state ``first`` on is one of compiled code."""
+    part = _last(run)
+    begins = first == run.count - part.count
+    return isinstance(_compiled(part), Run) and begins
+
+
 def _last(run: Any) -> Any:
     return run.last if isinstance(run, Segments) else run
+
+
+def _compiled(part: Any) -> Any:
+    """The compiled run of a part; one with inputs restarts at their kinks."""
+    return getattr(part, "compiled_run", part)
 
 
 def directions_of(events: Sequence[Event]) -> tuple[Array, Array]:
@@ -59,9 +69,10 @@ class CompiledFinder(EventFinder):
         span: tuple[float, float], values: Array, policy: Policy, first: int,
     ) -> None:  # fmt: skip
         directions, terminal = directions_of(events)
+        part = _last(run)
         self.watch = Watch(
-            _last(run), functions, directions, terminal, values, system.scale(values),
-            policy.rtol, *span, METHODS[policy.method],
+            _compiled(part), functions, directions, terminal, values, system.scale(values),
+            policy.rtol, *span, METHODS[policy.method], getattr(part, "whole", None),
         )  # fmt: skip
         super().__init__(events, run, system.scene.width, first, policy.rtol)
 
@@ -70,7 +81,7 @@ class CompiledFinder(EventFinder):
         part = _last(run)
         t, y = part.states()
         self.run, self.looked_at, self.found = run, first, [[] for _ in self.events]
-        self.watch.enter(part, float(t[0]), y[0])
+        self.watch.enter(_compiled(part), float(t[0]), y[0])
 
     def look(self) -> float | None:
         try:

@@ -24,11 +24,9 @@ def test_errors_through_strikes_and_jumps():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar_regular", "four_bar_change_point"])
 def test_errors_through_loops(name: str):
-    """The pair of order 8 comes so near to the change point at rtol 1e-12 that rounding counts."""
     rows = list(derivatives.rows(name))
-    known = ("four_bar_change_point", "dop853", 1e-12)
     assert len(rows) == 8
-    assert all(row.fine for row in rows if row[:3] != known)
+    assert all(row.fine for row in rows)
 
 
 def test_an_error_shows():

@@ -7,8 +7,8 @@ import pytest
 
 import mechc
 from mechc.results.view.page import view_data
-from tests.runtime.results.view.test_page import floats
 from tests.support.linkages.jointed import chain
+from tests.support.page_data import floats
 
 
 def test_the_joints_of_a_hanging_chain_carry_what_hangs_below() -> None:

@@ -17,6 +17,7 @@ from mechc.results.view import three_js
 from tests.runtime.results.test_animation import Page, evil_run
 from tests.support import fake_linkage
 from tests.support.fake_linkage import FakeChangePoint, FakeSolution
+from tests.support.page_data import floats
 
 pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
 
@@ -24,10 +25,6 @@ pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not 
 def data_of(text: str) -> dict[str, Any]:
     found: dict[str, Any] = json.loads(Page(text).scripts[0])
     return found
-
-
-def floats(text: str) -> Any:
-    return np.frombuffer(base64.b64decode(text), dtype="<f4")
 
 
 def run(t_end: float = 2.0, marks: tuple[FakeChangePoint, ...] = ()) -> FakeSolution:

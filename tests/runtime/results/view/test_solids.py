@@ -18,7 +18,7 @@ from sympy.physics.mechanics import (
 import mechc
 from mechc.results.view.page import view_data
 from mechc.results.view.solids import body_of_inertia
-from tests.runtime.results.view.test_page import floats
+from tests.support.page_data import floats
 
 
 def per_mass(kind: str, sizes: np.ndarray) -> np.ndarray:

@@ -6,17 +6,7 @@ import pytest
 import mechc
 from mechc.errors import EventError
 from mechc.simulation.events.compiled import CompiledFinder
-from tests.support.impacts import impacts, points_on_a_line
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
-
-
-@pytest.fixture(scope="module")
-def five_springs():
-    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
+from tests.support.impacts import impacts
 
 
 @pytest.fixture

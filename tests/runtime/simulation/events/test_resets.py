@@ -8,19 +8,9 @@ import pytest
 import mechc
 from mechc.errors import EventError, ValueOutOfBoundsError
 from mechc.simulation.events.resets import onto_constraints
-from tests.support.impacts import G, impacts, points_on_a_line
+from tests.support.impacts import G, impacts
 
 LENGTH = 1.0
-
-
-@pytest.fixture(scope="module")
-def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
-
-
-@pytest.fixture(scope="module")
-def five_springs():
-    return points_on_a_line("five_springs", 5, lambda q, u, m: -4 * m * q)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,164 @@
+"""The variables of a functional mock-up unit.
+
+Input: the metadata of a scene, and start values.  Output: variables in the order of their value
+references, which ``runtime/fmu/instance.h`` counts in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Any
+
+from mechc_codegen.emit.metadata import distinct
+
+# Of outputs whose elements are along a body's or a joint's three axes.
+_UNITS = {
+    "kinetic_energy": "J",
+    "potential_energy": "J",
+    "linear_momenta": "kg m/s",
+    "angular_momenta": "kg m^2/s",
+    "points": "m",
+    "point_velocities": "m/s",
+    "point_accelerations": "m/s^2",
+    "reaction_forces": "N",
+    "reaction_torques": "N m",
+}
+_PLACES = {
+    **dict.fromkeys(("linear_momenta", "angular_momenta"), "bodies"),
+    **dict.fromkeys(("points", "point_velocities", "point_accelerations"), "points"),
+    **dict.fromkeys(("reaction_forces", "reaction_torques"), "joints"),
+}
+# Signs that XML 1.0 cannot hold, and those that end a line.
+_NO_TEXT = re.compile("[^\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One real variable; ``rate_of``: the reference of the state whose rate it is."""
+
+    name: str
+    causality: str
+    variability: str
+    initial: str | None = None
+    start: float | None = None
+    unit: str = ""
+    description: str = ""
+    rate_of: int | None = None
+    lower: float | None = None
+    upper: float | None = None
+
+
+@dataclass(frozen=True)
+class Values:
+    """Start values: states, parameters in the scene's order, and which of these follow others."""
+
+    states: Sequence[float]
+    parameters: Sequence[float]
+    calculated: Sequence[bool]
+    drift: float
+
+
+def variables(metadata: Mapping[str, Any], values: Values) -> list[Variable]:
+    """All of them; a variable's place in the list is its value reference."""
+    found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
+    found += [*_parameters(metadata, values), _drift(values)]
+    found += [*_inputs(metadata), *_outputs(metadata)]
+    names = distinct(plain_text(each.name) or "_" for each in found)
+    return [
+        replace(each, name=name, description=plain_text(each.description))
+        for each, name in zip(found, names, strict=True)
+    ]
+
+
+def plain_text(words: str) -> str:
+    """Without signs that XML cannot hold or that end a line."""
+    return _NO_TEXT.sub("\ufffd", words)
+
+
+def open_inputs(metadata: Mapping[str, Any]) -> list[int]:
+    """The places of inputs, without their rates, among the values that a run is given."""
+    orders = [order for each in metadata.get("inputs", ()) for order in each["orders"]]
+    return [place for place, order in enumerate(orders) if order == 0]
+
+
+def output_sizes(metadata: Mapping[str, Any]) -> list[tuple[str, int]]:
+    """The outputs, in the order of the rows of their Jacobians."""
+    own = [(name, 1) for name in metadata["own"]]
+    return own + [(name, size) for name, size in metadata.get("differentiated", ())]
+
+
+def _states(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+    described = [*metadata["coordinates"], *metadata["speeds"]]
+    for quantity, start in zip(described, values.states, strict=True):
+        yield replace(_quantity(quantity), causality="output", variability="continuous",
+                      initial="exact", start=float(start))  # fmt: skip
+    for number, quantity in enumerate(described):
+        yield Variable(
+            f"der({quantity['name']})", "local", "continuous", "calculated",
+            unit=_rate_unit(quantity["unit"]), rate_of=1 + number,
+        )  # fmt: skip
+
+
+def _rate_unit(unit: str) -> str:
+    """The unit of a rate, where that of the quantity is known and simple."""
+    known = {"rad": "rad/s", "m": "m/s", "rad/s": "rad/s^2", "m/s": "m/s^2", "1": "1/s"}
+    return known.get(unit, f"{unit}/s" if unit and "/" not in unit else "")
+
+
+def _quantity(told: Mapping[str, Any]) -> Variable:
+    return Variable(
+        told["name"], "parameter", "tunable", unit=told["unit"], description=told["description"]
+    )
+
+
+def _parameters(metadata: Mapping[str, Any], values: Values) -> Iterator[Variable]:
+    columns = (metadata["parameters"], values.parameters, values.calculated)
+    for told, start, calculated in zip(*columns, strict=True):
+        each = _quantity(told)
+        if calculated:
+            yield replace(each, causality="calculatedParameter", initial="calculated")
+        else:
+            yield replace(each, initial="exact", start=float(start),
+                          lower=told["lower"], upper=told["upper"])  # fmt: skip
+
+
+def _drift(values: Values) -> Variable:
+    told = (
+        "model exchange: a state that is farther from the constraints than this, over its nominal "
+        "value, is moved onto them in event mode; 0: never"
+    )
+    return Variable("mechc.drift", "parameter", "tunable", "exact", values.drift, "", told)
+
+
+def _inputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
+    for each in metadata.get("inputs", ()):
+        if 0 in each["orders"]:
+            yield Variable(each["name"], "input", "continuous", start=0.0)
+
+
+def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
+    for name in metadata["own"]:
+        yield Variable(name, "output", "continuous", "calculated")
+    for name, size in metadata.get("differentiated", ()):
+        for label in _labels(metadata, name, size):
+            unit = _UNITS.get(name, "")
+            yield Variable(label, "output", "continuous", "calculated", unit=unit)
+
+
+def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:
+    """``points[A,x]``: the element by its point, body or joint, where the shape is so."""
+    shape = metadata["shapes"].get(name, [size])
+    axes: list[Sequence[Any]] = [range(each) for each in shape]
+    named = metadata.get(_PLACES.get(name, ""), ())
+    if axes and len(named) == shape[0]:
+        axes[0] = named
+    if len(axes) > 1 and shape[-1] in (2, 3):
+        axes[-1] = "xyz"[: shape[-1]]
+    if math.prod(shape) != size:
+        axes = [range(size)]
+    for place in product(*axes):
+        yield f"{name}[{','.join(map(str, place))}]" if place else name

@@ -1,0 +1,153 @@
+/* Directional and adjoint derivatives of rates and outputs by states, parameters and inputs. */
+#pragma once
+
+#include "fmu/instance.h"
+
+#define MECHC_FMU_KNOWNS (MECHC_NX + MECHC_NP + MECHC_NI)
+#define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_OWN)
+
+/* Rates, then outputs, by states, parameters and values of inputs: each row by row. */
+typedef struct {
+    double by_state[MECHC_FMU_UNKNOWNS * MECHC_NX];
+    double by_parameter[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NP)];
+    double by_input[MECHC_AT_LEAST_ONE(MECHC_FMU_UNKNOWNS * MECHC_NI)];
+} mechc_fmu_jacobian;
+
+/* A direction, and what follows of it. */
+typedef struct {
+    double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+} mechc_fmu_direction;
+
+MECHC_STATIC void mechc_fmu_linearise(mechc_fmu *fmu, mechc_fmu_jacobian *to)
+{
+    const mechc_standalone *model = mechc_fmu_current(fmu);
+    const double t = fmu->now.t, *y = fmu->now.y;
+    memset(to, 0, sizeof *to);
+    (void)model, (void)t, (void)y;
+#if MECHC_STATE_JACOBIAN
+    mechc_standalone_state_jacobian(model, t, y, to->by_state);
+#if MECHC_OWN > 0
+    mechc_standalone_own_state_jacobian(model, t, y, to->by_state + MECHC_NX * MECHC_NX);
+#endif
+#endif
+#if MECHC_PARAMETER_JACOBIAN
+    mechc_standalone_parameter_jacobian(model, t, y, to->by_parameter);
+#if MECHC_OWN > 0
+    mechc_standalone_own_parameter_jacobian(model, t, y, to->by_parameter + MECHC_NX * MECHC_NP);
+#endif
+#endif
+#if MECHC_INPUT_JACOBIAN
+    mechc_standalone_input_jacobian(model, t, y, to->by_input);
+#if MECHC_OWN > 0
+    mechc_standalone_own_input_jacobian(model, t, y, to->by_input + MECHC_NX * MECHC_NI);
+#endif
+#endif
+}
+
+/* Where a direction keeps a known variable; NULL where nothing can be differentiated by it. */
+MECHC_STATIC double *mechc_fmu_known(mechc_fmu_direction *along, uint32_t reference)
+{
+    const int64_t r = reference, parameter = r - MECHC_OF_PARAMETERS;
+    if (mechc_fmu_within(r, MECHC_OF_STATES, MECHC_OF_RATES)) return &along->y[r - MECHC_OF_STATES];
+    if (mechc_fmu_within(r, MECHC_OF_PARAMETERS, MECHC_OF_DRIFT)
+        && !mechc_fmu_scene.calculated[parameter])
+        return &along->p[parameter];
+    if (mechc_fmu_within(r, MECHC_OF_INPUTS, MECHC_OF_OUTPUTS))
+        return &along->inputs[mechc_fmu_scene.inputs[r - MECHC_OF_INPUTS]];
+    return 0;
+}
+
+MECHC_STATIC double mechc_fmu_dot(const double *row, const double *along, int count)
+{
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) sum += along[i] == 0.0 ? 0.0 : row[i] * along[i];
+    return sum;
+}
+
+/* The rate of change of an unknown; 0 where it is none. */
+MECHC_STATIC int mechc_fmu_change(const mechc_fmu_jacobian *of, const mechc_fmu_direction *along,
+                                  uint32_t reference, double *change)
+{
+    const int64_t r = reference;
+    const int rate = mechc_fmu_within(r, MECHC_OF_RATES, MECHC_OF_PARAMETERS);
+    if (mechc_fmu_within(r, MECHC_OF_STATES, MECHC_OF_RATES)) *change = along->y[r - MECHC_OF_STATES];
+    else if (mechc_fmu_within(r, MECHC_OF_PARAMETERS, MECHC_OF_DRIFT))
+        *change = along->p[r - MECHC_OF_PARAMETERS];
+    else if (!rate && (r < MECHC_OF_OUTPUTS || r >= MECHC_REFERENCES)) return 0;
+    else {
+        const int64_t row = rate ? r - MECHC_OF_RATES : MECHC_NX + r - MECHC_OF_OUTPUTS;
+        *change = mechc_fmu_dot(of->by_state + row * MECHC_NX, along->y, MECHC_NX)
+                + mechc_fmu_dot(of->by_parameter + row * MECHC_NP, along->p, MECHC_NP)
+                + mechc_fmu_dot(of->by_input + row * MECHC_NI, along->inputs, MECHC_NI);
+    }
+    return 1;
+}
+
+MECHC_STATIC int mechc_fmu_changes(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
+                                   mechc_fmu_direction *along, const uint32_t *unknowns,
+                                   size_t count, double *changes)
+{
+    mechc_fmu_scene.follow(fmu->now.p, along->p);
+    for (size_t i = 0; i < count; i++)
+        if (!mechc_fmu_change(of, along, unknowns[i], &changes[i])) return 0;
+    return 1;
+}
+
+#define MECHC_FMU_NOT_DIFFERENTIATED "no derivative exists of or by this variable"
+
+/* changes = d unknowns / d knowns seed. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
+    mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+    size_t known_count, const double *seed, double *changes)
+{
+    mechc_fmu_direction along;
+    mechc_fmu_jacobian *of = malloc(sizeof *of);
+    if (!of) return mechc_fmu_fails(fmu, "no memory");
+    int right = 1;
+    memset(&along, 0, sizeof along);
+    mechc_fmu_linearise(fmu, of);
+    for (size_t i = 0; i < known_count && right; i++) {
+        double *place = mechc_fmu_known(&along, knowns[i]);
+        right = place != 0;
+        if (place) *place += seed[i];
+    }
+    right = right && mechc_fmu_changes(fmu, of, &along, unknowns, unknown_count, changes);
+    free(of);
+    return right ? MECHC_FMU_OK : mechc_fmu_fails(fmu, MECHC_FMU_NOT_DIFFERENTIATED);
+}
+
+/* The sum of the unknowns, each times its seed, differentiated by one known variable. */
+MECHC_STATIC int mechc_fmu_gradient(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
+                                    const uint32_t *unknowns, size_t count, const double *seed,
+                                    uint32_t known, double *changes, double *sum)
+{
+    mechc_fmu_direction along;
+    memset(&along, 0, sizeof along);
+    double *place = mechc_fmu_known(&along, known);
+    if (!place) return 0;
+    *place = 1.0;
+    if (!mechc_fmu_changes(fmu, of, &along, unknowns, count, changes)) return 0;
+    *sum = 0.0;
+    for (size_t i = 0; i < count; i++) *sum += seed[i] * changes[i];
+    return 1;
+}
+
+/* gradient = seed^T d unknowns / d knowns. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
+    mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
+    size_t known_count, const double *seed, double *gradient)
+{
+    mechc_fmu_jacobian *of = malloc(sizeof *of);
+    double *changes = malloc((unknown_count + 1) * sizeof *changes);
+    int right = 0;
+    if (of && changes) {
+        mechc_fmu_linearise(fmu, of);
+        right = 1;
+        for (size_t i = 0; i < known_count && right; i++)
+            right = mechc_fmu_gradient(fmu, of, unknowns, unknown_count, seed, knowns[i], changes,
+                                       &gradient[i]);
+    }
+    free(of);
+    free(changes);
+    return right ? MECHC_FMU_OK : mechc_fmu_fails(fmu, MECHC_FMU_NOT_DIFFERENTIATED);
+}

@@ -1,0 +1,89 @@
+/* Model exchange: the importer integrates coordinates and speeds; loops that drift open are closed
+ * in event mode, where FMI lets a unit change its states. */
+#pragma once
+
+#include "fmu/instance.h"
+
+MECHC_STATIC void mechc_fmu_set_time(mechc_fmu *fmu, double t)
+{
+    if (fmu->now.t == t) return;
+    fmu->now.t = t;
+    fmu->evaluated = 0;
+}
+
+MECHC_STATIC mechc_fmu_status mechc_fmu_set_states(mechc_fmu *fmu, const double *y, size_t count)
+{
+    if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
+    memcpy(fmu->now.y, y, sizeof fmu->now.y);
+    fmu->evaluated = 0;
+    return MECHC_FMU_OK;
+}
+
+MECHC_STATIC mechc_fmu_status mechc_fmu_states(const mechc_fmu *fmu, double *y, size_t count)
+{
+    if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
+    memcpy(y, fmu->now.y, sizeof fmu->now.y);
+    return MECHC_FMU_OK;
+}
+
+MECHC_STATIC mechc_fmu_status mechc_fmu_nominals(mechc_fmu *fmu, double *nominals, size_t count)
+{
+    if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
+    mechc_fmu_scale(fmu, nominals);
+    return MECHC_FMU_OK;
+}
+
+/* A trial step of the importer's may ask where no motion exists: it is to try a shorter one. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_rates(mechc_fmu *fmu, double *rates, size_t count)
+{
+    if (count != MECHC_NX) return mechc_fmu_fails(fmu, "this is not the number of states");
+    mechc_fmu_evaluate(fmu);
+    memcpy(rates, fmu->rates, sizeof fmu->rates);
+    return mechc_all_finite(rates, MECHC_NX) ? MECHC_FMU_OK : MECHC_FMU_DISCARD;
+}
+
+/* How far the nearest state on the constraints is, over the scale of each component. */
+MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
+{
+    double y[MECHC_NX], scale[MECHC_NX], farthest = 0.0;
+    memcpy(y, fmu->now.y, sizeof y);
+    if (mechc_standalone_project(mechc_fmu_current(fmu), fmu->now.t, y) != MECHC_RUNNING)
+        return HUGE_VAL;
+    mechc_fmu_scale(fmu, scale);
+    for (int i = 0; i < MECHC_NX; i++)
+        farthest = mechc_max(farthest, fabs(y[i] - fmu->now.y[i]) / scale[i]);
+    return farthest;
+}
+
+/* Does a completed step of the importer's ask for event mode? */
+MECHC_STATIC int mechc_fmu_asks_for_event(mechc_fmu *fmu)
+{
+    return MECHC_NC > 0 && fmu->now.drift > 0.0 && mechc_fmu_drift(fmu) > fmu->now.drift;
+}
+
+/* Event mode: loops are closed; whether a state changed. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed)
+{
+    const int asked = fmu->moved || mechc_fmu_asks_for_event(fmu);
+    double before[MECHC_NX];
+    *changed = 0;
+    if (MECHC_NC == 0 || !asked) return MECHC_FMU_OK;
+    memcpy(before, fmu->now.y, sizeof before);
+    if (mechc_fmu_close(fmu) != MECHC_RUNNING)
+        return mechc_fmu_fails(fmu, "the loops cannot be closed near this state");
+    fmu->moved = 0;
+    *changed = memcmp(before, fmu->now.y, sizeof before) != 0;
+    return MECHC_FMU_OK;
+}
+
+/* The end of initialization: the loops are closed at the nearest state. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
+{
+    mechc_fmu_current(fmu);
+    if (!mechc_all_finite(fmu->now.p, MECHC_NP))
+        return mechc_fmu_fails(fmu, "a parameter has no value");
+    if (mechc_fmu_close(fmu) != MECHC_RUNNING)
+        return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
+    fmu->moved = 0;
+    return MECHC_FMU_OK;
+}

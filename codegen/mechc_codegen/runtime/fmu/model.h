@@ -1,0 +1,21 @@
+/* A functional mock-up unit (FMI 2.0 and 3.0) of one scene: what is generated for it. */
+#pragma once
+
+#include <stddef.h>
+
+typedef struct {
+    const char *token;   /* of the model's description: what an importer has to name */
+    int method;          /* mechc_method_number that co-simulation begins with */
+    double rtol, drift;  /* of co-simulation; least drift, over the scale, that is projected away */
+    const double *y, *p; /* at which a model starts */
+    const unsigned char *calculated;   /* of each parameter: does it follow others? */
+    void (*complete)(double *p);       /* parameters that follow others */
+    void (*follow)(const double *p, double *along); /* how they follow along a direction */
+    const unsigned char *dimensionless; /* of each component of a state: it contains no length */
+    int length_count;
+    const int *lengths;  /* parameters that are lengths */
+    int input_count;
+    const int *inputs;   /* the places of inputs among the values that a run is given */
+} mechc_fmu_model;
+
+extern const mechc_fmu_model mechc_fmu_scene; /* in the generated file */

@@ -1,0 +1,72 @@
+"""A functional mock-up unit: derived, compiled for this machine, packed."""
+
+from __future__ import annotations
+
+import platform
+import sys
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from mechc.compilation import toolchain
+from mechc.compilation.standalone import Exported
+from mechc.errors import MechcError
+
+FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of files in an archive: the same export has the same bytes
+_SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
+_MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
+
+
+def write_fmu(asked: Exported, target: Path, **options: Any) -> None:
+    """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
+    from mechc_codegen.compiler import build_fmu
+    from mechc_codegen.export.fmu import FmuOptions
+
+    from mechc import __version__
+
+    chosen = FmuOptions(
+        start=asked.start, values=asked.values, tool=f"mechc {__version__}", **options
+    )
+    texts = build_fmu(asked.mechanism, chosen, asked.request)
+    with TemporaryDirectory(prefix="mechc-fmu-") as folder:
+        binary = _compiled(texts, chosen.name, Path(folder))
+        _pack({**texts, binary_path(chosen.name, chosen.version): binary.read_bytes()}, target)
+
+
+def binary_path(name: str, version: str) -> str:
+    """Where the archive has the compiled file for this machine.
+
+    Raises
+    ------
+    MechcError
+        If FMI has no name for this machine.
+    """
+    system, suffix = _SYSTEMS.get(sys.platform, ("", ""))
+    machine = _MACHINES.get(platform.machine(), "")
+    if not system or not machine:
+        raise MechcError(f"FMI has no name for {platform.machine()} with {sys.platform}")
+    third = f"{machine}-{system}"
+    second = f"{system}64" if machine == "x86_64" else third
+    return f"binaries/{third if version == '3.0' else second}/{name}{suffix}"
+
+
+def _compiled(texts: Mapping[str, bytes], name: str, folder: Path) -> Path:
+    from mechc_codegen.export.fmu import SOURCE
+    from mechc_codegen.extension.flags import FLAGS
+
+    for path, text in texts.items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_bytes(text)
+    sources, target = folder / "sources", folder / f"{name}.binary"
+    toolchain.compile_shared(sources, SOURCE, FLAGS, [str(sources)], target)
+    return target
+
+
+def _pack(contents: Mapping[str, bytes], target: Path) -> None:
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(contents, key=lambda path: (path != "modelDescription.xml", path)):
+            entry = zipfile.ZipInfo(path, FIRST_DATE)
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, contents[path], zipfile.ZIP_DEFLATED)

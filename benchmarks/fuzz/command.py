@@ -1,11 +1,12 @@
 """Short motions of random linkages: is any of them wrong without a word?
 
-    mechc bench fuzz [--cases N] [--seed N] [--minutes M] [--show]
+    mechc bench fuzz [--cases N] [--seed N] [--minutes M] [--show] [--exact]
 
 Every case has a seed of its own, from ``--seed`` on; ``--seed N --cases 1 --show`` draws it again.
 Five compiled scenes take random parameters: planar, spherical and spatial linkages of one to three
 loops, with redundant rods and without (scenes.py, draw.py); judged by closure, energy, reversal and
-a second method (judge.py).  Exits with 1 if a case is WRONG.
+a second method (judge.py).  Exits with 1 if a case is WRONG.  With ``--exact`` such a case
+(every one with ``--show``) is integrated in 50 digits, to tell which end is off (exact.py).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from .draw import drawn
-from .judge import judged
+from .judge import in_digits, judged
 
 WORDS = ("right", "refused", "flagged", "warned", "WRONG")
 
@@ -37,6 +38,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if found.word == "WRONG" or (chosen.show and found.why):
             wrong += [f"{found.word}  {case}: {found.why}"] * (found.word == "WRONG")
             print(f"{found.word}  {case}: {found.why}", flush=True)
+        if chosen.exact and (found.word == "WRONG" or (chosen.show and found.word != "refused")):
+            print(in_digits(case), flush=True)
     _print_table(counts)
     print(f"{done} cases from seed {chosen.seed} in {time.perf_counter() - begun:.0f} s; "
           f"{len(wrong)} WRONG")  # fmt: skip
@@ -52,6 +55,8 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--minutes", type=float, default=float("inf"), metavar="M",
                         help="begin no case after so long")  # fmt: skip
     parser.add_argument("--show", action="store_true", help="print every case")
+    parser.add_argument("--exact", action="store_true",
+                        help="what is WRONG, or shown, in 50 digits: minutes a case")  # fmt: skip
     return parser.parse_args(arguments)
 
 

@@ -14,6 +14,7 @@ import mechc
 
 from ..timing.cases import Array
 from .draw import Case, model_of
+from .exact import end
 
 CLOSED = 1e-11  # of the largest length
 SHARES, ROUNDING = 300.0, 1e-8  # of rtol, and of what rounding near change points leaves
@@ -44,6 +45,17 @@ def judged(case: Case) -> Judged:
     if not why:
         return Judged("right")
     return Judged("warned" if sol.status.warnings else "WRONG", why)
+
+
+def in_digits(case: Case) -> str:
+    """How far the run and the other method end from the motion in 50 digits."""
+    model = model_of(case)
+    runs = {"auto": _run(model, case, _closed(model, case))}
+    start = runs["auto"].y[0]
+    runs[OTHER] = _run(model, case, start, method=OTHER, share=FINER)
+    exact = end(case, start)
+    told = (f"{name} {_apart(run.y[-1], exact):.2g}" for name, run in runs.items())
+    return "from the motion in 50 digits: " + ", ".join(told)
 
 
 def _closed(model: mechc.Model, case: Case) -> Array:

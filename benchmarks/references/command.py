@@ -2,7 +2,8 @@
 
     mechc bench references [NAME ...] [--to DIR]
 
-Each motion is computed in two ways that share nothing (motions.py), or, of the four-bar that nearly
+Each motion is computed in two ways that share nothing (motions.py), or by two methods on a closed
+curve that leaves no constraint (closed_loops.py), or, of the four-bar that nearly
 has a change point, on a form that is regular there (near_misses.py); this takes from minutes to
 hours.  Fewer than 30 digits on which both ways agree, 20 of derivatives of motions, are an error.
 """
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from ..problems.data import DATA
+from .closed_loops import closed_loops
 from .motions import REFERENCES, compute
 from .near_misses import near_misses
 from .sensitivities.sensitivities import NEEDED as DERIVATIVES
@@ -31,6 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         name: partial(_of_two_ways, name) for name in REFERENCES
     }
     ways[NEAR_MISSES] = near_misses
+    ways["closed_loops"] = closed_loops
     ways["sensitivities"] = sensitivities
     parser = argparse.ArgumentParser(
         prog="mechc bench references", description=__doc__,

@@ -19,6 +19,7 @@ from . import (
 )
 from .judge import Row
 from .misses import near_misses, window_misses
+from .silent import cases, redundant_loops
 
 TIMES_START = "of 100 rtol + 2.5e-10 times the condition"
 
@@ -37,6 +38,8 @@ class Family:
         What the worst error is a part of.
     note
         What the rows say beyond the table.
+    drawn
+        The row of a seed, where a family is drawn by seeds.
     """
 
     promise: str
@@ -44,6 +47,7 @@ class Family:
     least: float = 1.0
     unit: str = TIMES_START
     note: Callable[[list[Row]], str] = lambda rows: ""
+    drawn: Callable[[int], Row] | None = None
 
 
 FAMILIES: dict[str, Family] = {
@@ -58,6 +62,11 @@ FAMILIES: dict[str, Family] = {
     "window near misses": Family(
         "two and three windows in a row that miss their change points by 1e-3 to 1e-15 m",
         window_misses.window_misses, 0.8, TIMES_START + ", and rounding of the closure",
+        drawn=window_misses.case,
+    ),
+    "once silent": Family(
+        "runs that once ended wrong without a word: each with its exact answer", cases.once_silent,
+        unit="of its limit: " + TIMES_START + ", closure, drift, times",
     ),
     "exact motion": Family(
         "through change points for 20 s and 100 s, by every method at every tolerance",
@@ -112,6 +121,10 @@ FAMILIES: dict[str, Family] = {
     "redundant constraints": Family(
         "a second rocker, and five rows in space where two do: the motion of the plain four-bar",
         geometry.redundant, 0.8,
+    ),
+    "redundant loops": Family(
+        "Bennett and Bricard on their closed curves, cranks and wheels as pendulums, 10 s",
+        redundant_loops.redundant_loops, unit=TIMES_START + ", or of a closure of 1e-13 m",
     ),
     "a million periods": Family(
         "phase, energy and closure after a million swings are those of the closed form",

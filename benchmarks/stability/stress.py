@@ -1,6 +1,6 @@
 """Is every hard case solved correctly, refused, or ended with a status?
 
-    mechc bench stress [--quick | --full] [--family NAME ...] [--processes N]
+    mechc bench stress [--quick | --full] [--family NAME ...] [--seeds FIRST STOP] [--processes N]
 
 One table: a line a family with its runs, their verdicts and the worst error over its limit.  The
 judges are independent of mechc: exact curves, closed forms, 40 digits, or other equations by
@@ -30,6 +30,8 @@ from ..timing.results import finite, write
 from .families import FAMILIES, Family
 from .judge import Row, row
 
+Cases = bool | range  # few cases or all, or those of some seeds
+BY_SEED = [name for name, family in FAMILIES.items() if family.drawn]
 SHOWN = ("right", "refused", "flagged", "unjudged", "WRONG")
 
 
@@ -39,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(f"{'family':22s}{'runs':>6s}{'right':>7s}{'refused':>9s}{'flagged':>9s}{'unjudged':>10s}"
           f"{'WRONG':>7s}{'seconds':>9s}  worst error / limit")  # fmt: skip
     families, rows = [], []
-    for name, found, seconds in _run(names, not chosen.full, chosen.processes):
+    for name, found, seconds in _run(names, _cases(chosen), chosen.processes):
         families.append(summary(name, FAMILIES[name], found, seconds))
         rows += [{"family": name, **each} for each in found]
         _print_line(families[-1])
@@ -62,36 +64,51 @@ def _parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     size.add_argument("--full", action="store_true", help="every case; a few minutes")
     parser.add_argument("--family", nargs="+", choices=list(FAMILIES), metavar="NAME",
                         help="only these: " + ", ".join(FAMILIES))  # fmt: skip
+    parser.add_argument("--seeds", type=int, nargs=2, metavar=("FIRST", "STOP"),
+                        help="the cases of these seeds: " + ", ".join(BY_SEED))  # fmt: skip
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1, metavar="N")
-    return parser.parse_args(arguments)
+    chosen = parser.parse_args(arguments)
+    if chosen.seeds and not set(chosen.family or FAMILIES) <= set(BY_SEED):
+        parser.error(f"--seeds is for --family {', '.join(BY_SEED)}")
+    return chosen
+
+
+def _cases(chosen: argparse.Namespace) -> Cases:
+    return range(*chosen.seeds) if chosen.seeds else not chosen.full
 
 
 def _run(
-    names: Sequence[str], quick: bool, processes: int
+    names: Sequence[str], cases: Cases, processes: int
 ) -> Iterator[tuple[str, list[Row], float]]:
     """Name, rows and processor seconds of every family, in the order of ``names``."""
     if min(processes, len(names)) < 2:
-        yield from ((name, *family_rows(name, quick)) for name in names)
+        yield from ((name, *family_rows(name, cases)) for name in names)
         return
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        begun = [(name, pool.submit(family_rows, name, quick)) for name in names]
+        begun = [(name, pool.submit(family_rows, name, cases)) for name in names]
         yield from ((name, *future.result()) for name, future in begun)
 
 
-def family_rows(name: str, quick: bool) -> tuple[list[Row], float]:
+def family_rows(name: str, cases: Cases) -> tuple[list[Row], float]:
     """All rows of a family; what breaks it off is a row that is WRONG."""
     start, rows = time.process_time(), []
     try:
         # Overflow is what some families are about; they look at what came of it.
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)
-            for each in FAMILIES[name].rows(quick):
+            for each in _rows(FAMILIES[name], cases):
                 rows.append(each)
     except Exception:
         told = traceback.format_exc()
         print(told, file=sys.stderr)
         rows.append(row("the family broke off", "WRONG", status=told.splitlines()[-1]))
     return rows, time.process_time() - start
+
+
+def _rows(family: Family, cases: Cases) -> Iterator[Row]:
+    if isinstance(cases, range) and family.drawn:
+        return map(family.drawn, cases)
+    return family.rows(bool(cases))
 
 
 def summary(name: str, family: Family, rows: Sequence[Row], seconds: float) -> dict[str, Any]:

@@ -107,6 +107,7 @@ __all__ = [
     "export_c",
     "export_fmu",
     "from_joints",
+    "from_urdf",
     "get_include",
     "jax",
     "load",
@@ -150,6 +151,7 @@ _DESCRIPTION = {
     "State",
     "UniversalJoint",
     "from_joints",
+    "from_urdf",
     "multiplier",
 }
 

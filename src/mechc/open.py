@@ -119,6 +119,8 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
     if not np.array_equal(sol._run.states()[0], t):
         sol._times = t
     sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
+    titles = recipe.get("event_titles", ())  # files of earlier versions have none
+    sol._titles = tuple(text_of(title, "the title of an event") for title in titles)
     sol.change_points = tuple(
         ChangePoint(float(c["t"]), tuple(map(float, c["q"])), float(c["gap"]))
         for c in recipe["change_points"]

@@ -52,6 +52,7 @@ COMPILER_LAW = {
     "description": {"errors"},
     "joints": {"errors", "description"},
     "library": {"errors", "description"},
+    "urdf": {"errors", "description", "joints"},
     "drawing": {"errors", "description"},
     "convert": {"errors", "description"},
     "derive": {"errors", "description"},

@@ -9,7 +9,7 @@ import mechc
 G = 9.81
 
 
-def points_on_a_line(name, count, force):
+def points_on_a_line(name, count, force, **options):
     """Particles that move along a line, each under the force(q, u, m) on it."""
     frame, origin = ReferenceFrame("N"), Point("O")
     origin.set_vel(frame, 0)
@@ -25,7 +25,7 @@ def points_on_a_line(name, count, force):
     t = dynamicsymbols._t
     kane = KanesMethod(frame, q, u, kd_eqs=[a.diff(t) - b for a, b in zip(q, u, strict=True)])
     kane.kanes_equations(bodies, loads)
-    return mechc.compile(kane, name=name, defaults={"m": 1.0})
+    return mechc.compile(kane, name=name, defaults={"m": 1.0}, **options)
 
 
 def impacts(restitution, count, height=1.0):

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, NamedTuple
 
+import numpy as np
+
+from mechc.compilation.event_unit import COMPILER, loaded
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.events.compiled import directions_of
 from mechc.simulation.events.expressions import (
@@ -18,17 +22,46 @@ from mechc.system.system import System
 
 
 class BatchEvents(NamedTuple):
-    """Compiled functions of k events; directions (k,); how many zeros of each end a run (k,)."""
+    """Events as data: directions (k,), how many zeros of each end a run (k,), and the C of their
+    functions with its sha256; "" of a batch that was read from a folder, which computes nothing."""
 
-    functions: Any
     directions: Array
-    terminal: Array
+    terminal: Any
+    key: str
+    source: str
+
+    def compiled(self) -> tuple[Any, Array, Array]:
+        """What :class:`mechc.native._batch.Runs` takes."""
+        return loaded(self.source), self.directions, self.terminal
+
+    def told(self) -> dict[str, Any]:
+        """As JSON data, for :func:`events_told`."""
+        ends = [int(count) for count in self.terminal]
+        return {"key": self.key, "directions": self.directions.tolist(), "terminal": ends}
+
+
+def events_told(told: Any) -> BatchEvents | None:
+    """What :meth:`BatchEvents.told` gave, without functions.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        For anything else.
+    """
+    if told is None:
+        return None
+    directions = np.array(told["directions"], np.float64)
+    terminal: Any = np.array(told["terminal"], np.int_)
+    known = type(told["key"]) is str and directions.ndim == 1 and len(directions)
+    if not known or terminal.shape != directions.shape or not np.isfinite(directions).all():
+        raise ValueError("these are no events")
+    return BatchEvents(directions, terminal, told["key"], "")
 
 
 def batch_events(
-    system: System, span: tuple[float, float], given: Any, until: str, elsewhere: bool
+    system: System, span: tuple[float, float], given: Any, until: str, controlled: bool
 ) -> BatchEvents | None:
-    """The events of a batch; ``elsewhere``: it is computed or kept outside this process.
+    """The events of a batch; ``controlled``: it has sampled controllers.
 
     Raises
     ------
@@ -39,9 +72,7 @@ def batch_events(
         return None
     if system.reference.backend == "numpy":
         raise MechcError("events of a batch need compiled code")
-    _refuse(system, until, elsewhere)
-    from mechc.compilation.event_unit import COMPILER
-
+    _refuse(until, controlled)
     compiler = Compiler(*COMPILER)
     events = checked_events(given, system, system.parameter_set.defaults, compiler)
     if not all(map(is_compilable, events)):
@@ -57,16 +88,17 @@ def batch_events(
         )
     if any(isinstance(event.reset, StopReset) for event in events):
         refuse_stops(system, span, compiled=True)
-    return BatchEvents(functions, *directions_of(events))
+    key = hashlib.sha256(functions.source.encode()).hexdigest()
+    return BatchEvents(*directions_of(events), key, functions.source)
 
 
-def _refuse(system: System, until: str, elsewhere: bool) -> None:
+def _refuse(until: str, controlled: bool) -> None:
     if until:
         raise ValueOutOfBoundsError(
             f"until={until!r} and events: give the end as an event too, "
             "mechc.Event(..., terminal=True)"
         )
-    if elsewhere:
-        raise ValueOutOfBoundsError("a batch with events takes neither out= nor client= yet")
-    if system.driven is not None:
-        raise ValueOutOfBoundsError("a batch of a model with inputs takes no events yet")
+    if controlled:
+        raise ValueOutOfBoundsError(
+            "a batch with sampled controllers takes no events: use simulate for each member"
+        )

@@ -96,6 +96,9 @@ def layouts(
         found["y_eval"] = (times, width), "float64"
     for i, name in enumerate(recipe.outputs):
         found[f"output_{i}"] = (times, *tails[name]), "float64"
+    if recipe.events is not None:
+        events = (len(recipe.events.directions),)
+        found |= {"event_counts": (events, "int64"), "event_latest": (events, "float64")}
     if recipe.sensitivities:
         columns = (width, len(recipe.sensitivities))
         found |= dict.fromkeys(("sensitivity_final", "sensitivity_max"), (columns, "float64"))

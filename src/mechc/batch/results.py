@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -48,8 +47,7 @@ class Batch:
     def __reduce__(self) -> tuple[Any, ...]:
         """Its numbers, and the model's reference."""
         arrays = {name: np.asarray(values) for name, values in self.arrays.items()}
-        recipe = replace(self.recipe, events=None)  # compiled functions stay in this process
-        return _unpickled, (type(self), self.model, recipe, arrays, self.complete)
+        return _unpickled, (type(self), self.model, self.recipe, arrays, self.complete)
 
     def __len__(self) -> int:
         return self.recipe.count

@@ -55,7 +55,7 @@ def run_members(
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
         allowed_gaps(system, values, recipe.span[0]),
         in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
-        recipe.events,
+        None if recipe.events is None else recipe.events.compiled(),
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}

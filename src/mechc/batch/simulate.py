@@ -87,7 +87,7 @@ def simulate_batch(
         Expressions, and :class:`mechc.Event` of expressions with their resets, as in
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
-        without one.  Not with ``until``, ``out``, ``client`` and inputs.
+        without one.  Not with ``until`` and sampled controllers.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
@@ -126,11 +126,11 @@ def simulate_batch(
         system, t_span, y0, params, t_eval, states, outputs, reduce, until, rtol, atol, method,
         first_step, max_step, max_steps, on_change_point, inputs,
     )  # fmt: skip
-    elsewhere = out is not None or client is not None
-    found = batch_events(system, recipe.span, events, until or "", elsewhere)
+    controlled = bool(recipe.inputs.controllers)
+    found = batch_events(system, recipe.span, events, until or "", controlled)
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(recipe, events=found, sensitivities=by)
-    if recipe.inputs.controllers and (out is not None or client is not None):
+    if controlled and (out is not None or client is not None):
         raise ValueOutOfBoundsError(
             "sampled controllers are functions of this process: leave out= and client= away"
         )

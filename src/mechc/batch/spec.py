@@ -105,6 +105,7 @@ class Recipe:
         driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
         return {
             **(driven if self.inputs != NONE else {}),
+            **({} if self.events is None else {"events": self.events.told()}),
             **({"sensitivities": list(self.sensitivities)} if self.sensitivities else {}),
             "members": self.count,
             "t_span": list(self.span),

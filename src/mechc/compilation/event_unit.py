@@ -66,10 +66,11 @@ def _made(
         text = event_unit([EventExpressions(*event) for event in events], width, parameters)
     except errors["MechanismError"]:
         return None
-    return _loaded(text)
+    return loaded(text)
 
 
-def _loaded(text: str) -> EventFunctions:
+def loaded(text: str) -> EventFunctions:
+    """The functions that C of :func:`event_functions` is, compiled where they are not known."""
     from mechc_codegen.extension.flags import RUNTIME
 
     header = (RUNTIME / "events" / "functions.h").read_text("utf-8")
@@ -77,7 +78,8 @@ def _loaded(text: str) -> EventFunctions:
     key = hashlib.sha256(deciding.encode()).hexdigest()
     if key not in _compiled:
         try:
-            _compiled[key] = EventFunctions(cache.entry(key, lambda folder: _make(text, folder)))
+            path = cache.entry(key, lambda folder: _make(text, folder))
+            _compiled[key] = EventFunctions(path, text)
         except ImportError as error:
             cache.discard(key)
             raise CacheError(f"the compiled events cannot be loaded: {error}") from None

@@ -14,12 +14,17 @@ class SegmentedRun:
 
     It is one run, extended from segment to segment with the inputs of each: ``inputs(k, y)``
     between ``times[k]``, where the state is y, and ``times[k + 1]``; ``whole`` for reading from it.
+
+    Attributes
+    ----------
+    compiled_run, whole
+        The run, and the inputs of the whole span.
     """
 
     def __init__(
         self, run: Any, times: Sequence[float], inputs: Callable[[int, Array], Any], whole: Any
     ) -> None:
-        self._run, self._times, self._inputs, self._whole = run, times, inputs, whole
+        self.compiled_run, self._times, self._inputs, self.whole = run, times, inputs, whole
         self._segment = -1
         run.read_with(whole)
         if len(times) > 2:
@@ -27,9 +32,9 @@ class SegmentedRun:
 
     def _next(self) -> None:
         self._segment += 1
-        _, y = self._run.tail(1)
+        _, y = self.compiled_run.tail(1)
         inputs = self._inputs(self._segment, y[-1])
-        self._run.extend(self._times[self._segment + 1], inputs)
+        self.compiled_run.extend(self._times[self._segment + 1], inputs)
 
     @property
     def _last(self) -> bool:
@@ -37,49 +42,53 @@ class SegmentedRun:
 
     @property
     def status(self) -> int:
-        code = int(self._run.status)
+        code = int(self.compiled_run.status)
         return RUNNING if code == FINISHED and not self._last else code
 
     @property
     def t(self) -> float:
-        return float(self._run.t)
+        return float(self.compiled_run.t)
 
     @property
     def count(self) -> int:
-        return int(self._run.count)
+        return int(self.compiled_run.count)
 
     @property
     def crossings(self) -> int:
-        return int(self._run.crossings)
+        return int(self.compiled_run.crossings)
 
     def advance(self, steps: int) -> int:
         """At most so many attempted steps."""
         left = steps
         while left > 0 and self.status == RUNNING:
-            if self._run.status == FINISHED:
+            if self.compiled_run.status == FINISHED:
                 self._next()
-            before = self._run.count
-            self._run.advance(left)
-            left -= max(self._run.count - before, 1) if self._run.status == FINISHED else left
+            before = self.compiled_run.count
+            self.compiled_run.advance(left)
+            left -= (
+                max(self.compiled_run.count - before, 1)
+                if self.compiled_run.status == FINISHED
+                else left
+            )
         return self.status
 
     def stats(self) -> dict[str, Any]:
-        return dict(self._run.stats())
+        return dict(self.compiled_run.stats())
 
     def states(self) -> tuple[Array, Array]:
-        t, y = self._run.states()
+        t, y = self.compiled_run.states()
         return t, y
 
     def tail(self, count: int) -> tuple[Array, Array]:
-        t, y = self._run.tail(count)
+        t, y = self.compiled_run.tail(count)
         return t, y
 
     def times(self, first: int) -> Array:
-        found: Array = self._run.times(first)
+        found: Array = self.compiled_run.times(first)
         return found
 
     def methods(self) -> Array:
-        found: Array = self._run.methods()
+        found: Array = self.compiled_run.methods()
         return found
 
     def vary(
@@ -93,7 +102,7 @@ class SegmentedRun:
         project: bool = False,
         shapes: Any = None,
     ) -> tuple[Array, Array]:
-        ends, taken = self._run.vary(
+        ends, taken = self.compiled_run.vary(
             first, last, directions, start, rates, restart, project, shapes
         )
         return ends, taken
@@ -102,18 +111,18 @@ class SegmentedRun:
         self, first: int, last: int, covector: Array, sources: Array | None = None,
         shapes: Any = None,
     ) -> tuple[Array, Array]:  # fmt: skip
-        at, gradient = self._run.covary(first, last, covector, sources, shapes)
+        at, gradient = self.compiled_run.covary(first, last, covector, sources, shapes)
         return at, gradient
 
     def project_columns(
         self, t: Array, y: Array, directions: Array, columns: Array, shapes: Any = None
     ) -> None:
-        self._run.project_columns(t, y, directions, columns, shapes)
+        self.compiled_run.project_columns(t, y, directions, columns, shapes)
 
     def change_points(self) -> tuple[Array, Array, Array]:
-        t, q, gap = self._run.change_points()
+        t, q, gap = self.compiled_run.change_points()
         return t, q, gap
 
     def interpolate(self, t: Array) -> Array:
-        found: Array = self._run.interpolate(t)
+        found: Array = self.compiled_run.interpolate(t)
         return found

@@ -9,3 +9,4 @@ cdef extern from "events/functions.h":
 
 cdef class EventFunctions:
     cdef const mechc_event_unit *unit
+    cdef readonly str source

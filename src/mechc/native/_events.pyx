@@ -13,6 +13,7 @@ from mechc.native._abi cimport (
     mechc_unit
 )
 from mechc.native._driver cimport Scene
+from mechc.native._inputs cimport Inputs, address_of
 from mechc.native._pieces cimport with_stack
 from mechc.native._run cimport Run
 
@@ -100,9 +101,15 @@ cdef class EventFunctions:
     """The functions in a shared object, which stays loaded with the process.
 
     Raises ImportError if it cannot be loaded or was compiled for another ABI.
+
+    Attributes
+    ----------
+    source
+        The C that it was compiled from.
     """
 
-    def __init__(self, path):
+    def __init__(self, path, str source):
+        self.source = source
         cdef bytes name = fsencode(path)
         cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
         self.unit = NULL
@@ -130,6 +137,8 @@ cdef class Watch:
         As in :class:`mechc.Event`; how many zeros end the run, 0 for none.
     scale : (width,)
         The size of each component.
+    inputs
+        Of the whole span, where the scene has inputs.
     """
 
     cdef mechc_watch watch
@@ -140,7 +149,7 @@ cdef class Watch:
 
     def __init__(self, Run run, EventFunctions functions, const double[::1] directions,
                  const long[::1] terminal, const double[::1] p, const double[::1] scale,
-                 double rtol, double t0, double t1, int method):
+                 double rtol, double t0, double t1, int method, Inputs inputs=None):
         cdef mechc_options options
         cdef Scene scene = run.scene
         cdef int k
@@ -150,7 +159,7 @@ cdef class Watch:
             raise ValueError("wrong number of parameters or scales")
         if directions.shape[0] != functions.unit.count or terminal.shape[0] != functions.unit.count:
             raise ValueError("a direction is needed for every event")
-        self.kept = scene, functions, p, scale
+        self.kept = scene, functions, p, scale, inputs
         self.stack = scene.stack
         scene.need(MECHC_PART_DRIVER | MECHC_PART_OUTPUTS)
         if not mechc_watch_make(
@@ -159,7 +168,7 @@ cdef class Watch:
             raise MemoryError()
         options.t0, options.t1, options.rtol, options.method = t0, t1, rtol, method
         options.p = &p[0] if p.shape[0] else NULL
-        options.scale, options.inputs = &scale[0], NULL
+        options.scale, options.inputs = &scale[0], address_of(inputs)
         for k in range(self.watch.count):
             self.watch.event[k].direction = directions[k]
             self.watch.event[k].terminal = terminal[k]

@@ -130,6 +130,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
+        "event_titles": list(sol.event_titles),
     }
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import Jump, jump_of, through_reset
+from mechc.sensitivities.events import GRAZING, Jump, jump_of, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
@@ -210,7 +210,12 @@ def _back_over(way: Backwards, jump: Jump) -> None:
             f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
             "that a change may turn: there is no derivative"
         )
-    way.through(through_reset(way.sol, jump, way.every, way.start))
+    columns = through_reset(way.sol, jump, way.every, way.start)
+    if not np.isfinite(columns).all():
+        raise MechcError(
+            f"there is no gradient: {GRAZING.format(jump.t)}, which sensitivities= gives"
+        )
+    way.through(columns)
 
 
 def _back_within(

@@ -65,7 +65,10 @@ def _after_jump(
         found = through_reset(sol, jump, columns, start)
         ended = np.isfinite(start).all(axis=0)
         ended &= np.isnan(found).any(axis=0)
-        why = "the event only touches its zero (grazing), and its time moves infinitely fast"
+        why = (
+            "the event only touches its zero (grazing), and its time moves infinitely fast; by "
+            "what does not move the event there is one"
+        )
     else:
         found = np.full(start.shape, np.nan)
         ended = np.isfinite(start).all(axis=0)
@@ -138,7 +141,8 @@ def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ..
     return tuple(
         f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
         f"these lengths: with another {name} the motion turns off or back (the gap there "
-        f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
+        f"changes by {gaps[columns.places[name]]:.3g} m per unit). By the start and the masses, "
+        "lengths held, there is one"
         for name in columns.names_among(bad)
     )
 

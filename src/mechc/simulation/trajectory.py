@@ -12,7 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, work_along
-from mechc.simulation.events.event import EventRecord
+from mechc.simulation.events.event import EventRecord, event_titles
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -41,6 +41,7 @@ class Trajectory:
         self.events = events
         self._run, self._times, self._stop = run, times, stop
         self._asked: tuple[Any, ...] = ()  # the events looked for
+        self._titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:
@@ -120,6 +121,14 @@ class Trajectory:
         """Times between which the run has states, s."""
         t = self._run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
+
+    @property
+    def event_titles(self) -> tuple[str, ...]:
+        """Of each of ``events`` its expression as it was given, or the name of its function."""
+        titles = self._titles or event_titles(self._asked)
+        if len(titles) == len(self.events):
+            return titles
+        return tuple(f"event {number}" for number in range(len(self.events)))
 
     @property
     def segments(self) -> tuple[SmoothPart, ...]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from benchmarks.fuzz import command, judge
+from benchmarks.fuzz import command, exact, judge
 from benchmarks.fuzz.draw import drawn
 from benchmarks.fuzz.scenes import TOPOLOGIES
 
@@ -46,3 +46,23 @@ def test_a_wrong_motion_is_seen(monkeypatch, changed, why):
     moved[-1, slice(0, half) if changed == "q" else slice(half, None)] += 0.1
     sol.__dict__["_record"] = (sol.t, moved)
     assert why in judge._not_kept(model, case, sol)
+
+
+def test_the_motion_in_digits_keeps_its_rods_and_its_energy():
+    """Its equations of motion know no energy."""
+    case = next(c for c in map(drawn, range(200)) if c.topology == "two loops" and c.params["g"])
+    cranks = exact.Cranks(case)
+    start = cranks.closed([exact.mpf(x) for x in case.y0.tolist()])
+    (end,) = exact.by_extrapolation(cranks.rates, start, [0.02], "0.01")
+    assert max(map(abs, cranks.gaps(end[:3]))) < 1e-35
+    assert abs(cranks.energy(end) - cranks.energy(start)) < 1e-30
+    np.testing.assert_allclose(np.array(start, float), case.y0, rtol=0, atol=1e-6)
+    assert max(abs(a - b) for a, b in zip(start, end, strict=True)) > 1e-3
+
+
+@pytest.mark.slow
+def test_a_right_run_ends_where_the_motion_in_digits_does():
+    case = next(c for c in map(drawn, range(200)) if c.topology == "one loop" and c.rtol < 1e-8)
+    told = judge.in_digits(case).replace(",", "").split()
+    assert float(told[-3]) < 1e-7
+    assert float(told[-1]) < 1e-7

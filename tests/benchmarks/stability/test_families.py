@@ -3,13 +3,16 @@
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import mechc
 from benchmarks.problems.data import reference
 from benchmarks.problems.window_row import exact_row
 from benchmarks.references.linkage_curve import PlanarLinkage
 from benchmarks.references.pinned_chain import PinnedChain
 from benchmarks.stability import batches, crossings, long_runs, stiff, values
-from benchmarks.stability.misses import near_misses
+from benchmarks.stability.misses import near_misses, on_curve
+from benchmarks.stability.silent import cases, redundant_loops
 
 
 def test_the_pendulum_swings_as_its_equation_says():
@@ -62,6 +65,52 @@ def test_a_near_miss_is_bent_back_and_not_passed():
     straight_on, _ = near_misses.truth(4.0)
     bent_back, _ = near_misses.truth(4.0 - 1e-6)
     assert np.abs(straight_on - bent_back).max() > 1.0
+
+
+def test_the_curves_of_the_silent_cases_end_where_collocation_in_quadruple_precision_does():
+    """A four-bar's two near misses, and a double window that opens both."""
+    lengths, masses = [2.796875, 3.7499999996978386, 2.796875], [0.792, 0.296, 4.489]
+    bar = PlanarLinkage([-1, 0, 1], lengths, masses, [2], [(3.75, 0.0)])
+    start = mechc.load("four_bar").assemble(
+        {"theta_0": 1.2019444600348876}, {"omega_0": -2.2806280593736563},
+        params={f"l_{k}": l for k, l in enumerate([*lengths, 3.75])},
+        guess={"theta_1": -1.521, "theta_2": 0.418},
+    )  # fmt: skip
+    assert bar.integrate(start, np.array([4.0]))[0, 0] == pytest.approx(-1.729, abs=1e-3)
+    row = exact_row([0.9999999999689277, 2.0])
+    angles = [1.3746, 0.0, 1.3746 - np.pi, 0.0, 1.3746 - np.pi]
+    start = np.array([*angles, -0.5656, 0.0, -0.5656, 0.0, -0.5656])
+    assert row.integrate(start, np.array([2.5]))[0, 0] == pytest.approx(1.6966, abs=1e-4)
+
+
+def test_a_run_on_the_other_branch_is_wrong():
+    """Elbow down where the motion goes elbow up."""
+    model, params = mechc.load("four_bar"), {"l_3": 3.5}
+    start = model.assemble({"theta_0": 1.0}, {"omega_0": 1.0}, params=params)
+    sol = model.simulate(1.0, start, params)
+    given = "", sol, PlanarLinkage([-1, 0, 1], [1, 2, 3], [1, 2, 3], [2], [(3.5, 0.0)]), start
+    assert on_curve.judged(*given, lambda y: y, 1.0, 1e-6)["word"] == "right"
+    reach = 3.5 - np.exp(1j * sol.y[-1, 0])
+    down = 2 * np.angle(reach) - sol.y[-1, 1:3]
+    mirrored = lambda y: y if y is start else np.concatenate([y[:1], down, y[3:]])  # noqa: E731
+    assert on_curve.judged(*given, mirrored, 1.0, 1e-6)["word"] == "WRONG"
+
+
+def test_what_is_not_found_is_wrong():
+    exact = np.arange(5.0)
+    assert cases.alike("", exact, exact, 1e-9)["word"] == "right"
+    assert cases.alike("", exact[:-1], exact, 1e-9)["word"] == "WRONG"
+    assert cases.alike("", exact + 1e-6, exact, 1e-9)["word"] == "WRONG"
+
+
+@pytest.mark.parametrize(("end", "speed"), [(redundant_loops.swinging, 0.0),
+                                            (redundant_loops.turning, 9.0)])  # fmt: skip
+def test_pendulums_by_jacobis_functions_are_those_of_their_equation(end, speed):
+    run = solve_ivp(lambda t, y: [y[1], -12.0 * np.sin(y[0])], (0.0, 10.0), [2.0, speed],
+                    method="DOP853", rtol=1e-12, atol=1e-12)  # fmt: skip
+    angle, rate = end(12.0, 2.0, speed)
+    assert np.exp(1j * angle) == pytest.approx(np.exp(1j * run.y[0, -1]), abs=1e-9)
+    assert rate == pytest.approx(run.y[1, -1], abs=1e-9)
 
 
 def test_a_member_that_differs_from_its_own_run_is_wrong(regular):

@@ -61,6 +61,17 @@ def test_a_wrong_run_makes_the_exit_code(monkeypatch):
     assert stress.main(["--family", "units"]) == 1
 
 
+def test_cases_of_chosen_seeds_are_run(monkeypatch, capsys):
+    row = lambda seed: rows_of([f"seed {seed}"])[0]  # noqa: E731
+    drawn = stress.Family("", lambda quick: iter(()), drawn=row)
+    monkeypatch.setitem(stress.FAMILIES, "window near misses", drawn)
+    found, _ = stress.family_rows("window near misses", range(7, 10))
+    assert [row["case"] for row in found] == ["seed 7", "seed 8", "seed 9"]
+    with pytest.raises(SystemExit):
+        stress.main(["--family", "units", "--seeds", "0", "5"])
+    assert "window near misses" in capsys.readouterr().err
+
+
 def first_of(rows, count):
     return [row for row, _ in zip(rows, range(count), strict=False)]
 
@@ -72,7 +83,8 @@ def first_of(rows, count):
      pytest.param("redundant constraints", 2, marks=pytest.mark.slow),
      ("near misses", 12), ("exact motion", 4), ("whole turns", 12),
      ("ends near", 24), ("starts near", 12),
-     pytest.param("window near misses", 6, marks=pytest.mark.slow)],
+     ("once silent", 9), pytest.param("window near misses", 6, marks=pytest.mark.slow),
+     pytest.param("redundant loops", 10, marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_the_first_runs_of_a_family_are_not_wrong(family, count):
     rows = first_of(stress.FAMILIES[family].rows(True), count)

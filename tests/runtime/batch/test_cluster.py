@@ -45,6 +45,10 @@ def test_a_cluster_returns_the_same_arrays(model, client, tmp_path):
     same(here, model.simulate_batch(*arguments, **options, client=client))
     streamed = model.simulate_batch(*arguments, **options, client=client, out=tmp_path / "b")
     same(here, streamed)
+    options["events"] = [mechc.Stop("theta_0 - 0.2", 0.8), "omega_0"]
+    here = model.simulate_batch(*arguments, **options)
+    assert here.event_counts.any()
+    same(here, model.simulate_batch(*arguments, **options, client=client))
 
 
 def test_a_killed_worker_loses_nothing(model, client, monkeypatch):

@@ -4,10 +4,12 @@ import pickle
 
 import numpy as np
 import pytest
+from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from tests.support.impacts import G, points_on_a_line
+from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module")
@@ -99,14 +101,96 @@ def test_ends_of_members_have_the_status_of_simulate(ball):
     assert limited.status(0).code == "too many steps"
 
 
-def test_what_a_batch_with_events_cannot_have_is_refused(ball, tmp_path):
+@pytest.fixture(scope="module")
+def pushed():
+    """A mass on a spring that a given force pushes against a wall."""
+    power = {"power": dynamicsymbols("F") * dynamicsymbols("u")}
+    return mechc.compile(
+        pushed_mass(), name="slider", defaults={"m": 2.0, "k": 0.0}, outputs=("energy", power)
+    )
+
+
+WALL = [mechc.Stop("q", 0.9), mechc.Event("u", direction=-1)]
+TIMES = np.array([0.0, 0.31, 0.5, 1.3, 2.0, 3.1])
+PUSH = np.array([-4.0, -9.0, 1.5, -7.0, 3.0, -6.0])
+
+
+@pytest.mark.parametrize("method", ["gauss8", "dop853", "radau5"])
+@pytest.mark.parametrize("kind", ["previous", "linear", "cubic", "numbers"])
+def test_members_with_inputs_have_the_bits_of_simulate(pushed, method, kind):
+    """The motion restarts at kinks, and at resets between these."""
+    count, times = 40, np.linspace(0.0, 3.0, 7)
+    starts = np.column_stack([np.linspace(0.2, 1.5, count), np.linspace(-1.0, 1.0, count)])
+    own = np.linspace(-9.0, -3.0, count)
+    forces = own if kind == "numbers" else mechc.Signal(TIMES, PUSH, kind)
+    given = {"events": WALL, "method": method, "params": {"k": 30.0}}
+    batch = pushed.simulate_batch(
+        3.0, starts, inputs={"F": forces}, t_eval=times, outputs=["power"], threads=2,
+        progress=False, **given,
+    )  # fmt: skip
+    assert (batch.event_counts[:, 0] > 1).all()
+    for k in (0, 7, 22, count - 1):
+        force = own[k] if kind == "numbers" else forces
+        one = pushed.simulate(3.0, starts[k], inputs={"F": force}, **given)
+        np.testing.assert_array_equal(batch.y[k], one.y[-1])
+        np.testing.assert_array_equal(batch.y_eval[k], one(times))
+        powers = one.model.output("power", one(times), t=times)
+        np.testing.assert_array_equal(batch["power"][k], powers)
+        assert [len(record.t) for record in one.events] == batch.event_counts[k].tolist()
+        assert [record.t[-1] for record in one.events] == batch.event_latest[k].tolist()
+
+
+def test_compiled_impacts_under_a_force_are_those_of_python(pushed):
+    """Times to 1e-12, by gauss8 and a signal of several pieces; a stop is a reset of the speed."""
+    for force in (
+        mechc.Signal(TIMES, PUSH, "linear"),
+        lambda t: -5.0 + 3.0 * np.cos(4.0 * t),
+        mechc.Sampled(lambda t, q, u: -6.0 - 2.0 * u[0], period=0.05, delay=0.02),
+    ):
+        by_python = mechc.Event(
+            lambda t, y: y[0], direction=-1, reset=lambda t, q, u: (q, -0.9 * u)
+        )
+        runs = [
+            pushed.simulate(
+                3.0, [0.7, 0.0], {"k": 3.0}, inputs={"F": force}, events=event, rtol=1e-13,
+                method="gauss8",
+            )
+            for event in (WALL[0], by_python)
+        ]  # fmt: skip
+        times = [sol.events[0].t for sol in runs]
+        assert len(times[0]) == len(times[1]) >= 2
+        np.testing.assert_allclose(times[0], times[1], atol=1e-12)
+        np.testing.assert_allclose(runs[0].y[-1], runs[1].y[-1], atol=1e-11)
+
+
+def test_a_folder_holds_the_events_and_knows_them(ball, tmp_path):
+    pytest.importorskip("zarr")
+    starts = np.column_stack([np.linspace(0.5, 2.0, 50), np.zeros(50)])
+    given = {"events": EVENTS, "chunk": 20, "progress": False, "reduce": ["max(u_0)"]}
+    here = ball.simulate_batch(2.0, starts, **given)
+    kept = ball.simulate_batch(2.0, starts, out=tmp_path / "b", **given)
+    (tmp_path / "b" / "mechc" / "chunk-000000000020.json").unlink()  # as if killed before
+    again = ball.simulate_batch(2.0, starts, out=tmp_path / "b", **given)
+    opened = mechc.open(tmp_path / "b", model=ball)
+    for other in (kept, again, opened):
+        for name in here.arrays:
+            np.testing.assert_array_equal(other[name], here[name])
+    other = [mechc.Event("q_0 < 0", reset={"u_0": "-0.9*u_0"}), EVENTS[1]]
+    with pytest.raises(MechcError, match="results of another request: events is"):
+        ball.simulate_batch(2.0, starts, out=tmp_path / "b", **{**given, "events": other})
+    told = tmp_path / "b" / "mechc" / "inputs.json"
+    told.write_text(told.read_text().replace('"directions": [-1.0', '"directions": [1.0'))
+    with pytest.raises(MechcError, match="damaged"):
+        mechc.open(tmp_path / "b", model=ball)
+
+
+def test_what_a_batch_with_events_cannot_have_is_refused(ball):
     y0 = [[1.0, 0.0]]
     by_python = mechc.Event(lambda t, y: y[0], reset=lambda t, q, u: (q, -u))
     for given, error, words in (
         ({"events": by_python}, ValueOutOfBoundsError, "expressions"),
         ({"events": [lambda t, y: y[0]]}, ValueOutOfBoundsError, "expressions"),
         ({"events": BOUNCE, "until": "q_0 < 0"}, ValueOutOfBoundsError, "terminal"),
-        ({"events": BOUNCE, "out": tmp_path / "x"}, ValueOutOfBoundsError, "out="),
         ({"events": "q_9"}, MechcError, "q_9"),
     ):
         with pytest.raises(error, match=words):

@@ -6,9 +6,12 @@
  */
 #pragma once
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include "abi/signals.h"
+
+#define MECHC_KNOT_TICKS 4 /* ulps: a kink nearer to the start of a piece is none of it */
 
 typedef struct {
     int segments;       /* 0: the scene has no inputs */
@@ -83,4 +86,17 @@ static const mechc_inputs *mechc_slot_inputs_in(const mechc_batch_inputs *batch,
                                                 const mechc_slot_inputs *slot, int segment)
 {
     return batch->segments ? &slot->driven[segment]->head : 0;
+}
+
+/* The segment in which a piece lies that begins at time t. */
+static int mechc_segment_from(const mechc_batch_inputs *batch, double t, double direction)
+{
+    int segment = 0;
+    while (segment + 1 < batch->segments) {
+        const double size = fabs(direction > 0.0 ? batch->ends[segment] : t);
+        const double near = MECHC_KNOT_TICKS * (nextafter(size, HUGE_VAL) - size);
+        if (direction * (batch->ends[segment] - t) > near) break;
+        segment++;
+    }
+    return segment;
 }

@@ -235,9 +235,18 @@ static int mechc_batch_jump(mechc_batch *batch, mechc_batch_slot *slot, double s
         return code;
     }
     mechc_reducer_jump(&slot->reducer, stop, slot->state, slot->after);
-    const int status = mechc_pieces_next(&slot->pieces, slot->run, stop, slot->after, code,
-                                         mechc_batch_crossings(batch, steps, stop));
+    const double direction = batch->options.t1 >= batch->options.t0 ? 1.0 : -1.0;
+    const int segment = mechc_segment_from(&batch->inputs, stop, direction);
+    const int status =
+        mechc_pieces_next(&slot->pieces, slot->run, stop, slot->after, code,
+                          mechc_batch_crossings(batch, steps, stop),
+                          mechc_slot_inputs_in(&batch->inputs, &slot->inputs, segment));
     slot->taken = 0;
+    slot->segment = segment;
+    if (status == MECHC_RUNNING && segment + 1 < batch->inputs.segments) {
+        slot->segment--;
+        mechc_batch_next_segment(batch, slot);
+    }
     if (slot->run->trajectory.count < 1) return MECHC_NO_MEMORY;
     if (status != MECHC_RUNNING) mechc_batch_at_times(batch, slot, stop, 1);
     return status;

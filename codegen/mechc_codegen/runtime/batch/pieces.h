@@ -83,10 +83,10 @@ static int mechc_pieces_end(const mechc_pieces *pieces, int number)
     return event->terminal > 0 && event->count >= event->terminal;
 }
 
-/* Begin the next piece with the state y at time t; `crossings`: of the one that ended.  The status
- * with which the run goes on or ends; `code`: that of the reset. */
+/* Begin the next piece with the state y at time t, and inputs from there on; `crossings`: of the one
+ * that ended.  The status with which the run goes on or ends; `code`: that of the reset. */
 static int mechc_pieces_next(mechc_pieces *pieces, mechc_run *run, double t, double *y, int code,
-                             long crossings)
+                             long crossings, const mechc_inputs *inputs)
 {
     const mechc_unit *unit = pieces->watch.unit;
     mechc_options *options = &pieces->options;
@@ -102,6 +102,7 @@ static int mechc_pieces_next(mechc_pieces *pieces, mechc_run *run, double t, dou
     next = *options;
     next.t0 = t;
     next.y0 = y;
+    next.inputs = inputs;
     if (ends || code == MECHC_RESETS_ACCUMULATE) next.t1 = t;
     memset(run, 0, unit->run_size);
     unit->start(run, &next);

@@ -21,6 +21,7 @@ import numpy as np
 
 from mechc.batch.dataset import attributes
 from mechc.batch.driven import NONE, BatchInputs
+from mechc.batch.events import events_told
 from mechc.batch.layout import (
     METADATA,
     Layout,
@@ -168,6 +169,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
         "keep_states": recipe.keep_states, "outputs": recipe.outputs,
         "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
+        "events": None if recipe.events is None else recipe.events.told(),
         "sensitivities": recipe.sensitivities,
     }  # fmt: skip
     arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
@@ -383,7 +385,7 @@ def _read_recipe(notes: Path) -> Recipe:
         reductions=names_of(told["reductions"], "its reductions"), until=told["until"],
         policy=Policy(atol=arrays.get("atol"), **told["policy"]),
         params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
-        inputs=driven if any(driven) else NONE,
+        inputs=driven if any(driven) else NONE, events=events_told(told.get("events")),
         sensitivities=names_of(told.get("sensitivities", []), "its sensitivities"),
     )  # fmt: skip
     every = {name: values for kind in columns.values() for name, values in kind.items()}
@@ -416,7 +418,7 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
         checked_policy(system, **told), {**recipe.inputs.numbers, **recipe.inputs.signals},
     )  # fmt: skip
-    again = replace(again, sensitivities=recipe.sensitivities)
+    again = replace(again, events=recipe.events, sensitivities=recipe.sensitivities)
     if again.sensitivities:
         check_names(system, again)
     if again.told() != recipe.told():

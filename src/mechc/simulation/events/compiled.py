@@ -34,13 +34,18 @@ def compiled_finder(
     functions = compiled_functions(events)
     part = _last(run)
     begins = first == run.count - part.count
-    if functions is None or type(part) is not Run or not begins or system.driven is not None:
+    if functions is None or not isinstance(_compiled(part), Run) or not begins:
         return None
     return CompiledFinder(events, functions, system, run, span, values, policy, first)
 
 
 def _last(run: Any) -> Any:
     return run.last if isinstance(run, Segments) else run
+
+
+def _compiled(part: Any) -> Any:
+    """The compiled run of a part; one with inputs restarts at their kinks."""
+    return getattr(part, "compiled_run", part)
 
 
 def directions_of(events: Sequence[Event]) -> tuple[Array, Array]:
@@ -59,9 +64,10 @@ class CompiledFinder(EventFinder):
         span: tuple[float, float], values: Array, policy: Policy, first: int,
     ) -> None:  # fmt: skip
         directions, terminal = directions_of(events)
+        part = _last(run)
         self.watch = Watch(
-            _last(run), functions, directions, terminal, values, system.scale(values),
-            policy.rtol, *span, METHODS[policy.method],
+            _compiled(part), functions, directions, terminal, values, system.scale(values),
+            policy.rtol, *span, METHODS[policy.method], getattr(part, "whole", None),
         )  # fmt: skip
         super().__init__(events, run, system.scene.width, first, policy.rtol)
 
@@ -70,7 +76,7 @@ class CompiledFinder(EventFinder):
         part = _last(run)
         t, y = part.states()
         self.run, self.looked_at, self.found = run, first, [[] for _ in self.events]
-        self.watch.enter(part, float(t[0]), y[0])
+        self.watch.enter(_compiled(part), float(t[0]), y[0])
 
     def look(self) -> float | None:
         try:

@@ -97,6 +97,11 @@ def is_expression(event: Any) -> bool:
     return isinstance(event, str) or (hasattr(event, "free_symbols") and hasattr(event, "xreplace"))
 
 
+def as_written(given: Any) -> str:
+    """An expression as text, functions of time without their argument."""
+    return " ".join(str(given).replace("(t)", "").split())
+
+
 class _Reader:
     """Reads the events of one model with parameters p (np,)."""
 
@@ -123,6 +128,7 @@ class _Reader:
         if is_expression(given.function):
             expression, direction = self._difference(given.function)
             function = ValueExpression(expression, self.p, self.system.scene.width)
+            function.title = as_written(given.function)
             given = replace(given, function=function, direction=given.direction or direction)
         if isinstance(given.reset, Mapping):
             given = replace(given, reset=self._reset(given.reset))
@@ -150,6 +156,7 @@ class _Reader:
                 f"{brief(given.gap)}"
             )
         gap = ValueExpression(self._plain(given.gap), self.p, system.scene.width)
+        gap.title = as_written(given.gap)
         kept = ValueExpression(self._plain(given.restitution), self.p, system.scene.width)
         for name in (*system.speeds, *system.states):
             symbol = self.names[name]
@@ -241,12 +248,15 @@ class ValueExpression:
     ----------
     unit
         Its compiled form, with the other events of the run; None if it was not compiled.
+    title
+        The expression as it was given.
     """
 
     def __init__(self, expression: Any, p: Array, width: int) -> None:
         self.expression, self.p, self.width = expression, p, width
         self.unit: Any = None
         self.__name__ = "expression"
+        self.title = ""
 
     def __call__(self, t: float, y: Array) -> float:
         return self.at(t, y, self.p)

@@ -53,7 +53,7 @@ def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> N
     if not compiled:
         raise MechcError(
             f"{system.name}: stops run in compiled code. They need a C compiler, all other events "
-            "as expressions, no inputs given with the run, and a start that is no change point"
+            "as expressions, and a start that is no change point"
         )
 
 

@@ -1,0 +1,1 @@
+"""Runs that once ended wrong without a word."""

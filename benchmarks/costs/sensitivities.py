@@ -1,10 +1,12 @@
 """Run times with sensitivities over those without, at the same steps.
 
     mechc bench sensitivities [--rounds N] [--only SCENE ...]
+    mechc bench sensitivities --peers [SCENE ...] [--rounds N]
 
 Of every scene: seconds of the plain run, and of the same run with derivatives by all that is named;
 the least of many, turn by turn, and their ratio.  Of the chain, which is compiled when it is asked
-for, the same of the plain run and of one gradient by all its parameters, backwards.
+for, the same of the plain run and of one gradient by all its parameters, backwards.  With --peers
+the run times of other tools at equal error: equal_error.py.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, i
 import mechc
 
 from ..timing.least import least_of_rounds
+from .equal_error import MECHANISMS, table
 
 OUTPUTS = ("energy", "sensitivities")
 RTOLS = (1e-6, 1e-9, 1e-12)
@@ -90,7 +93,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     parser.add_argument("--rounds", type=int, default=30, metavar="N", help="[30]")
     parser.add_argument("--only", nargs="*", choices=[*SCENES, *BACKWARDS], default=list(SCENES))
+    parser.add_argument("--peers", nargs="*", choices=list(MECHANISMS), metavar="SCENE",
+                        help=f"other tools at equal error: {', '.join(MECHANISMS)}")  # fmt: skip
     chosen = parser.parse_args(arguments)
+    if chosen.peers is not None:
+        for line in table(chosen.peers or list(MECHANISMS), chosen.rounds):
+            print(line, flush=True)
+        return 0
     print(f"{'scene':10} {'method':7} {'rtol':>6} {'steps':>6} {'by':>3} {'plain':>9} "
           f"{'with':>9} {'ratio':>6}")  # fmt: skip
     for name in chosen.only:

@@ -34,6 +34,7 @@ _PLACES = {
     "UniversalJoint": "joints.turning",
     "build_scene": "compiler",
     "from_joints": "frontend.sympy_joints",
+    "from_urdf": "urdf.mechanism",
     "multiplier": "description.terms",
     "shipped_mechanism": "library.catalogue",
 }
@@ -65,6 +66,7 @@ __all__ = [
     "UniversalJoint",
     "build_scene",
     "from_joints",
+    "from_urdf",
     "multiplier",
     "shipped_mechanism",
 ]

@@ -31,6 +31,7 @@ PAGES = (
     "tutorial/3_joints_and_loops.md",
     "tutorial/4_forces_and_control.md",
     "tutorial/5_many_motions.md",
+    "urdf.md",
 )  # whose examples are whole programs
 
 

@@ -18,6 +18,8 @@ SHOWN = {
     "newtons_cradle": r"apart: .*leave with \[0\.01 0\.01 0\.01 0\.01 0\.96\]"
     r"(?s:.)*touching: .*leave with \[-0\.58  0\.4   0\.4   0\.4   0\.4 \]",
     "optimised_trajectory": r"terminated successfully\n.*13\.16(?s:.)*ends \d\.\de-1\d",
+    "watch_escapement": r"171\.9476 deg, 0\.40000074\d s, \de-1[1-3] from the closed form"
+    r"(?s:.)*2000 drops turned the wheel by 2000\.000(?s:.)*rates within \de-0[7-9] s a day",
 }
 
 

@@ -119,8 +119,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0 if fine else 1
 
 
-def rows(name: str) -> Iterator[Row]:
-    """The errors of one family."""
+class Posed(NamedTuple):
+    """A family as a run of its model: ``run(y0, params, ...)``, and the exact derivatives (nx,) of
+    its end, in the order of the model's states."""
+
+    model: Any
+    run: Callable[..., Any]
+    y0: Mapping[str, float]
+    params: Mapping[str, float]
+    t: float
+    methods: Sequence[str]
+    exact: Mapping[str, Array]
+
+
+def posed(name: str) -> Posed:
+    """One family."""
     model, methods = MODELS[name]()
     data = reference("sensitivities")[name]
     names = [*model.coordinates, *model.speeds]
@@ -130,6 +143,12 @@ def rows(name: str) -> Iterator[Row]:
     run = partial(model.simulate, data["t"], **RUNS.get(name, dict)())
     order = [list(ORDER.get(name, names)).index(each) for each in names]
     exact = {key: np.array(each, float)[order] for key, each in data["by"].items()}
+    return Posed(model, run, y0, params, data["t"], methods, exact)
+
+
+def rows(name: str) -> Iterator[Row]:
+    """The errors of one family."""
+    _, run, y0, params, _, methods, exact = posed(name)
     condition = _condition(run, y0, params, list(exact))
     for method in methods:
         for rtol in RTOLS:

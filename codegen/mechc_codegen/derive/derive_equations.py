@@ -10,13 +10,19 @@ from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 
 LEAST_TREE = 7  # fewer speeds: straight-line code for M and F is faster (docs/growth.md)
+LEAST_WRITTEN = 5  # speeds, and links in a row: fewer have fewer operations by partial velocities
 
 
 def derive_equations(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
-    """By recursion over the links where there are many and the description allows it."""
-    if len(mechanism.speeds) >= LEAST_TREE:
+    """By recursion over the links where there are many and the description allows it.
+
+    Fewer in a row, in space, are derived link by link too, and M and F then written out.
+    """
+    speeds = len(mechanism.speeds)
+    if speeds >= LEAST_WRITTEN:
+        least_written = LEAST_WRITTEN if speeds < LEAST_TREE else None
         try:
-            return derive_tree(mechanism, request)
+            return derive_tree(mechanism, request, least_written=least_written)
         except NotATreeError:
             pass
     return derive(mechanism, request)

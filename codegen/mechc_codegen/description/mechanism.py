@@ -23,6 +23,7 @@ from mechc_codegen.description.drawing import Drawing as Drawing
 from mechc_codegen.description.joints.closures import joints_and_closures
 from mechc_codegen.description.joints.couplings import Coupled
 from mechc_codegen.description.joints.tree import Joint
+from mechc_codegen.description.limits import Limits as Limits
 from mechc_codegen.description.quantity import Quantity as Quantity  # the stages find them here
 from mechc_codegen.description.quantity import refuse_scaled
 from mechc_codegen.description.terms import Load as Load
@@ -164,6 +165,8 @@ class Mechanism:
         of it must be symmetric.
     drawn
         Bodies whose energies are in L: they are in pictures only.
+    limits
+        Name of a joint -> its bounds, as a file has them.  Nothing enforces them.
     start
         Coordinates and speeds that ``run`` starts from by default (SI units).
     preference
@@ -204,6 +207,7 @@ class Mechanism:
     reactions: tuple[Reaction, ...] = ()
     auxiliary_constraints: tuple[Expr, ...] = ()
     drawn: tuple[RigidBody | Particle, ...] = ()
+    limits: Mapping[str, Limits] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         refuse_no_vector(self.gravity)

@@ -20,7 +20,7 @@ from mechc_codegen.convert.fingerprint import Fingerprint
 if TYPE_CHECKING:
     from mechc_codegen.description.mechanism import Mechanism
 
-PRINTED_ONLY = ("notes",)  # a function, which decides nothing that is compiled
+UNCOMPILED = ("notes", "limits")  # what decides nothing that is compiled
 
 
 class NotWritableError(Exception):
@@ -37,7 +37,7 @@ class DescribedText:
             self._bodies[id(body)] = len(self._bodies)
             self.fingerprint.body(body)
         for field in fields(mechanism):
-            if field.name not in (*PRINTED_ONLY, "bodies"):
+            if field.name not in (*UNCOMPILED, "bodies"):
                 self.fingerprint.write(field.name, [self.of(getattr(mechanism, field.name))])
 
     def of(self, value: Any) -> str:

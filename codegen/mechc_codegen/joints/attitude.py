@@ -34,6 +34,19 @@ def quaternion_rates(q: Sequence[Expr], w: Sequence[Expr]) -> list[Expr]:
     ]
 
 
+def attitude_matrix(q: Sequence[Expr]) -> ImmutableDenseMatrix:
+    """The rotation of the attitude q/|q|: its columns are the axes of the turned frame.
+
+    By plain symbols first: of functions SymPy would derive angular velocities.
+    """
+    plain = [Symbol(f"_q{k}") for k in range(4)]
+    length = sqrt(sum((x**2 for x in plain), S.Zero))
+    turned = ReferenceFrame("_turned")
+    turned.orient_quaternion(ReferenceFrame("_still"), [x / length for x in plain])
+    matrix = next(iter(turned._dcm_dict.values()))
+    return ImmutableDenseMatrix(matrix.T).xreplace(dict(zip(plain, q, strict=True)))
+
+
 class BallJoint(SymPyJoint):  # type: ignore[misc]
     """A ball joint whose attitude is a quaternion: regular in every configuration.
 
@@ -85,16 +98,8 @@ class BallJoint(SymPyJoint):  # type: ignore[misc]
         )
 
     def _orient_frames(self) -> None:
-        """By plain symbols first: of functions SymPy would derive angular velocities."""
-        plain = [Symbol(f"_q{k}") for k in range(4)]
-        length = sqrt(sum((x**2 for x in plain), S.Zero))
-        turned = ReferenceFrame("_turned")
-        turned.orient_quaternion(ReferenceFrame("_still"), [x / length for x in plain])
-        matrix = next(iter(turned._dcm_dict.values()))
-        of_time = dict(zip(plain, self.quaternion, strict=True))
-        self.child_interframe._dcm(
-            self.parent_interframe, ImmutableDenseMatrix(matrix.T).xreplace(of_time)
-        )
+        matrix = attitude_matrix(self.quaternion)
+        self.child_interframe._dcm(self.parent_interframe, matrix)
 
     def _set_angular_velocity(self) -> None:
         self.child_interframe.set_ang_vel(self.parent_interframe, self.angular_velocity)

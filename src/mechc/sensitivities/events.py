@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from mechc.simulation.trajectory import Trajectory
 
 STEP = np.finfo(float).eps ** 0.2  # of differences of fourth order, of the argument's size
+GRAZING = (
+    "none at t = {:.9g} s, where the event only touches its zero (grazing): its time moves "
+    "infinitely fast. By what does not move the event there is one"
+)
 GRAZES = 1e-9  # of the rate's terms: a rate that small is rounding
 
 
@@ -39,10 +43,13 @@ class EventSensitivity:
         Name -> derivatives of their times (k,); of ``"y0"`` (k, nq + nu).
     y
         Name -> derivatives of the states there (k, nq + nu), the event's time moving along.
+    notes
+        Which derivatives do not exist, and are NaN, because the event only touches its zero.
     """
 
     t: Mapping[str, Array]
     y: Mapping[str, Array]
+    notes: tuple[str, ...] = ()
 
 
 def difference(f: Callable[[float], Array], size: float) -> Array:
@@ -55,14 +62,18 @@ def difference(f: Callable[[float], Array], size: float) -> Array:
 def moved_time(
     system: System, event: Event, t: float, y: Array, values: Array, columns: Columns, found: Array
 ) -> Array:
-    """How the time of an event moves with the columns (nx, k): (k,), NaN where it only touches."""
+    """How the time of an event moves with the columns (nx, k): (k,).
+
+    Where the event only touches its zero NaN, but for columns that do not move it: 0.
+    """
     by_time, by_state, by_parameters = _slopes(system, event, t, y, values)
     rates = system.rates(y, values, t)
     rate = by_time + by_state @ rates
     terms = abs(by_time) + np.abs(by_state) @ np.abs(rates)
+    moved = np.asarray(by_state @ found + by_parameters @ columns.parameters)
     if not abs(rate) > GRAZES * terms:
-        return np.full(columns.count, np.nan)
-    return np.asarray(-(by_state @ found + by_parameters @ columns.parameters) / rate)
+        return np.where(moved == 0.0, 0.0, np.nan)
+    return -moved / rate
 
 
 def _slopes(
@@ -154,11 +165,15 @@ def _one(
     system, values = sol.system, sol.params
     found = at(t, y) if len(t) else np.zeros((0, y.shape[1], columns.count))
     times = np.zeros((len(t), columns.count))
+    notes: list[str] = []
     for k in range(len(t)):
         times[k] = moved_time(system, event, float(t[k]), y[k], values, columns, found[k])
+        touched = np.isnan(times[k]) & np.isfinite(found[k]).all(axis=0)
+        notes += [f"by {name}: {GRAZING.format(t[k])}" for name in columns.names_among(touched)]
     rates = system.rates(y, values, t) if len(t) else np.zeros(y.shape)
     states = found + rates[:, :, None] * times[:, None, :]
     return EventSensitivity(
         {name: times[:, place] for name, place in columns.places.items()},
         {name: states[:, :, place] for name, place in columns.places.items()},
+        tuple(notes),
     )

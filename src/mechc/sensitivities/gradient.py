@@ -15,13 +15,13 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import Jump, jump_of, through_reset
+from mechc.sensitivities.events import GRAZING, Jump, jump_of, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
-from mechc.sensitivities.steps import NAMES, checked_run
+from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -93,6 +93,7 @@ def gradient_of_run(
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
+    refuse_contact(sol._run)
     system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
@@ -210,7 +211,12 @@ def _back_over(way: Backwards, jump: Jump) -> None:
             f"at t = {jump.t:.9g} s several events reset the state at one instant, in an order "
             "that a change may turn: there is no derivative"
         )
-    way.through(through_reset(way.sol, jump, way.every, way.start))
+    columns = through_reset(way.sol, jump, way.every, way.start)
+    if not np.isfinite(columns).all():
+        raise MechcError(
+            f"there is no gradient: {GRAZING.format(jump.t)}, which sensitivities= gives"
+        )
+    way.through(columns)
 
 
 def _back_within(

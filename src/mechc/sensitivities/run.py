@@ -11,7 +11,7 @@ from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import constraint_gradient, start_columns
-from mechc.sensitivities.steps import Piece, follow
+from mechc.sensitivities.steps import Piece, follow, refuse_contact
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -28,6 +28,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of` and :func:`start_columns` say.
     """
+    refuse_contact(sol._run)
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()
@@ -65,7 +66,10 @@ def _after_jump(
         found = through_reset(sol, jump, columns, start)
         ended = np.isfinite(start).all(axis=0)
         ended &= np.isnan(found).any(axis=0)
-        why = "the event only touches its zero (grazing), and its time moves infinitely fast"
+        why = (
+            "the event only touches its zero (grazing), and its time moves infinitely fast; by "
+            "what does not move the event there is one"
+        )
     else:
         found = np.full(start.shape, np.nan)
         ended = np.isfinite(start).all(axis=0)
@@ -138,7 +142,8 @@ def _ended(columns: Columns, t: float, bad: Array, gaps: Array) -> tuple[str, ..
     return tuple(
         f"by {name}: none from t = {t:.9g} s on, for there is a change point of exactly "
         f"these lengths: with another {name} the motion turns off or back (the gap there "
-        f"changes by {gaps[columns.places[name]]:.3g} m per unit)"
+        f"changes by {gaps[columns.places[name]]:.3g} m per unit). By the start and the masses, "
+        "lengths held, there is one"
         for name in columns.names_among(bad)
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import mpmath
@@ -137,6 +138,16 @@ def test_equations_by_links_are_the_textbooks_after_every_pass(case: Case) -> No
     """Energies, gaps and their derivatives; M and F come of the tree at run time."""
     names = set(check(case, mechanism, derive_tree)[-1])
     assert names >= {"kinetic_energy", "potential_energy"}
+
+
+@pytest.mark.slow
+@examples(8)
+@given(case=cases(6))
+def test_matrices_written_out_by_links_are_the_textbooks_after_every_pass(case: Case) -> None:
+    """M of composite bodies, F by inverse dynamics at rest."""
+    assume(case.linkage.loop is None)
+    names = set(check(case, mechanism, partial(derive_tree, least_written=0))[-1])
+    assert names >= {"mass_matrix", "forcing"}
 
 
 @examples(8)

@@ -141,6 +141,27 @@ def test_motions_and_their_derivatives(described, model):
     )
 
 
+def test_events_and_resets_with_tables_are_compiled(model):
+    """Against functions of Python over SciPy's splines, and in a batch."""
+    curve, surface = mechc.Table(X, CURVE), mechc.Table(X, Y, SURFACE)
+    one, two = CubicSpline(X, CURVE), RectBivariateSpline(X, Y, SURFACE)
+    wall = mechc.Event(curve(q) - k / 10, reset={u: -u * (1 + surface(q, u / 4)) / 4})
+
+    def turned(t, at, speed):
+        return at, -speed * (1 + two.ev(at, speed / 4)) / 4
+
+    by_python = mechc.Event(lambda t, y: one(y[0]) - 0.3, reset=turned)
+    sol, other = (
+        model.simulate(2.6, [0.6, 0.9], events=event, rtol=1e-12) for event in (wall, by_python)
+    )
+    assert len(sol.events[0].t) == len(other.events[0].t) >= 2
+    np.testing.assert_allclose(sol.events[0].t, other.events[0].t, atol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], other.y[-1], atol=1e-10)
+    batch = model.simulate_batch(2.6, [[0.6, 0.9]] * 3, events=wall, rtol=1e-12)
+    np.testing.assert_array_equal(batch.y[1], sol.y[-1])
+    assert batch.event_latest[1, 0] == sol.events[0].t[-1]
+
+
 @pytest.mark.slow
 def test_a_cam_by_samples_over_many_turns():
     """A table that repeats is the lift; the follower is where its samples' spline says."""

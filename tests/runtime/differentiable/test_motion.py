@@ -138,3 +138,18 @@ def test_without_the_tool(pendulum, tool, monkeypatch):
     monkeypatch.setitem(sys.modules, tool, None)
     with pytest.raises(mechc.MissingPackageError, match=f"pip install {tool}"):
         getattr(mechc, tool)(pendulum)
+
+
+@pytest.mark.slow
+def test_past_a_change_point_lengths_are_refused():
+    """By the start, lengths held, there is a derivative; the error says so."""
+    bar = mechc.load("four_bar", outputs=("energy", "multipliers", "sensitivities"))
+    start, words = {"theta_0": np.radians(85)}, "by l_3: none from t = .*change point.*lengths held"
+    with pytest.raises(mechc.MechcError, match=words):
+        bar.jvp(2.0, start, along={"l_3": 1.0})
+    _, pull = bar.vjp(2.0, start, by=["theta_0", "l_3"])
+    with pytest.raises(mechc.MechcError, match=words):
+        pull(np.ones(6))
+    _, moved = bar.jvp(2.0, start, along={"theta_0": 1.0})
+    _, pull = bar.vjp(2.0, start, by=["theta_0", "m_1"])
+    assert pull(np.ones(6))["theta_0"] == pytest.approx(moved.sum(), rel=1e-8)

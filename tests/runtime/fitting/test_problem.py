@@ -115,3 +115,17 @@ def test_a_whole_state_and_all_parameters(pushed):
     )  # fmt: skip
     assert found["l"] == pytest.approx(0.9, abs=1e-7)
     assert set(found.model_params) == set(pushed.parameters)
+
+
+@pytest.mark.slow
+def test_past_a_change_point_lengths_cannot_be_fitted(bar):
+    """The start can."""
+    y0 = {"theta_0": np.radians(85), "omega_0": 0.0}
+    sol = bar.simulate(1.5, y0, t_eval=T, rtol=1e-11)
+    assert sol.change_points
+    data, sigma = {"t": T, "theta_0": sol["theta_0"]}, {"theta_0": 0.01}
+    near = y0 | {"theta_0": 1.47}
+    found = bar.fit(data, {"theta_0": (1.4, 1.55)}, sigma, y0=near)
+    assert found.values["theta_0"] == pytest.approx(y0["theta_0"], abs=1e-7)
+    with pytest.raises(mechc.MechcError, match=r"by l_3: none from t = .*change point"):
+        bar.fit(data, {"l_3": (3.9, 4.1)}, sigma, y0=y0, params={"l_3": 4.0})

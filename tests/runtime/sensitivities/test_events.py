@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from mpmath import mpf, sqrt, workdps
 
 import mechc
 from tests.runtime.sensitivities.test_loops import REGULAR, START, bar
 from tests.runtime.sensitivities.test_run import GIVEN, T, swing
 from tests.support.differences import apart, extrapolated
+from tests.support.impacts import points_on_a_line
 
 __all__ = ["bar", "swing"]  # compiled scenes of other tests
 pytestmark = pytest.mark.slow  # compiles much
@@ -105,6 +107,54 @@ def test_through_the_impact_at_a_stop(bar):
     assert apart(sol.sensitivity["l_3"][-1], wanted) < 1e-8
 
 
+def falling(height, speed, kept, end):
+    """Position and speed of a ball above a floor, and the times of its impacts, in closed form."""
+    g, t, q, u, times = mpf("9.81"), mpf(0), height, speed, list[mpf]()
+    while True:
+        down = (u + sqrt(u**2 + 2 * g * q)) / g
+        if t + down > end:
+            rest = end - t
+            return [q + u * rest - g * rest**2 / 2, u - g * rest, *times]
+        t, q, u = t + down, mpf(0), -kept * (u - g * down)
+        times.append(t)
+
+
+def test_a_ball_on_a_stop_against_40_digits():
+    """Ends and times of three impacts by start and restitution: differences of the closed form."""
+    ball = points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m, outputs=("sensitivities",))
+    stop, end = mechc.Stop("q_0", "m/2"), 2.0
+    sol = ball.simulate(
+        end, {"q_0": 1.0, "u_0": 0.5}, {"m": 1.6}, events=stop, rtol=1e-12,
+        sensitivities=["q_0", "u_0", "m"],
+    )  # fmt: skip
+    found = np.append(sol.y[-1], sol.events[0].t)
+    with workdps(40):
+        given = [mpf(1), mpf("0.5"), mpf("1.6") / 2]
+        exact = falling(*given, mpf(end))
+        assert len(exact) == 5
+        np.testing.assert_allclose(found, np.array(exact, float), atol=1e-12)
+        for place, (name, scale) in enumerate((("q_0", 1), ("u_0", 1), ("m", 0.5))):
+            step = [mpf(10) ** -12 * (k == place) for k in range(3)]
+            ahead = falling(*(x + h for x, h in zip(given, step, strict=True)), mpf(end))
+            behind = falling(*(x - h for x, h in zip(given, step, strict=True)), mpf(end))
+            known = [(a - b) / mpf("2e-12") for a, b in zip(ahead, behind, strict=True)]
+            columns = np.append(sol.sensitivity[name][-1], sol.sensitivity.events[0].t[name])
+            wanted = scale * np.array(known, float)
+            np.testing.assert_allclose(columns, wanted, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", ["c", "q"])
+def test_through_a_stop_under_a_given_input(swing, name):
+    """The impact is one of compiled code, between the jumps of the signal."""
+    stop = mechc.Stop("q + l/4", 0.9)
+    run = bounced(swing, name, stop, rtol=1e-13)
+    sol = bounced(swing, name, stop, rtol=1e-11, sensitivities=[name])(0.0)
+    assert sol.status.ok
+    assert len(sol.events[0].t) >= 2
+    wanted = extrapolated(lambda change: run(change).y[-1], 0.004)
+    assert apart(sol.sensitivity[name][-1], wanted) < 1e-8
+
+
 def test_resets_at_one_instant_have_no_derivative(swing):
     twice = [BOUNCE, mechc.Event(lambda t, y: y[0], direction=1, reset=lambda t, q, u: (q, -u))]
     sol = bounced(swing, "q", events=twice, sensitivities=["q"])(0.0)
@@ -115,3 +165,36 @@ def test_resets_at_one_instant_have_no_derivative(swing):
             sol.gradient(end="q", by=["q"])
     else:
         pytest.fail("both events were to reset the state together")
+
+
+def touched(swing, *names):
+    """A motion whose event meets its zero at 1 s with no rate, and resets the state there.
+
+    Without gravity and torque q = Q + U t.  A torque that begins later moves nothing by then.
+    """
+    hit = mechc.Event("q - 0.7 + 0.5*t - (t - 1)**3", direction=-1, reset={"u": "-u"})
+    torque = mechc.Signal([0.0, 1.5, 2.0], [0.0, 0.4, 0.4], "previous")
+    params = GIVEN | {"g": 0.0, "c": 0.0}
+    return swing.simulate(
+        T, {"q": Q, "u": U}, params, inputs={"F": torque}, events=hit, sensitivities=names
+    )
+
+
+def test_at_a_grazing_event_there_is_no_derivative(swing):
+    """But by what does not move the event; of its time, of the motion after it, and backwards."""
+    sol = touched(swing, "q", "u", "m", "F[1]")
+    (hit,) = sol.events[0].t
+    assert hit == pytest.approx(1.0, abs=1e-4)
+    at = sol.sensitivity.events[0]
+    for name in ("q", "u"):
+        assert np.isnan(at.t[name]).all()
+        assert np.isfinite(sol.sensitivity[name][sol.t < hit]).all()
+        assert np.isnan(sol.sensitivity[name][sol.t > hit]).all()
+    assert at.t["m"] == at.t["F[1]"] == 0.0
+    assert np.abs(sol.sensitivity["F[1]"][-1]).min() > 0.0
+    assert np.isfinite(sol.sensitivity["m"]).all()
+    for notes in (at.notes, sol.sensitivity.notes):
+        assert [note.split(":")[0] for note in notes] == ["by q", "by u"]
+        assert all("grazing" in note for note in notes)
+    with pytest.raises(mechc.MechcError, match=r"no gradient: none at t = .*grazing"):
+        sol.gradient(end="q", by=["q"])

@@ -19,6 +19,7 @@ from mechc_codegen.derive.tree.accelerations import LinkAccelerations
 from mechc_codegen.derive.tree.bodies import Body, LinkBodies
 from mechc_codegen.derive.tree.frames import Frames, Local, NotATreeError
 from mechc_codegen.derive.tree.links import Link, Links, PointMotion, every_speed_has_its_link
+from mechc_codegen.derive.tree.mass_matrix import equations_of_motion
 from mechc_codegen.derive.tree.reactions import TreeKinetics
 from mechc_codegen.derive.tree.residual import Residual
 from mechc_codegen.derive.tree.tape import V3, Tape, dot, vanishes
@@ -29,8 +30,17 @@ from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 AXES = ("x", "y", "z")
 
 
-def derive_tree(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
+def derive_tree(
+    mechanism: Mechanism,
+    request: OutputRequest = DEFAULT_REQUEST,
+    *,
+    least_written: int | None = None,
+) -> Equations:
     """Derive the equations link by link.
+
+    M and F are written out, over statements that the links share, in place of the tree's data where
+    a speed moves several links; and with ``least_written``, which is the least number of links in a
+    row, in space, for which this is done; 0: always.
 
     Raises
     ------
@@ -38,7 +48,7 @@ def derive_tree(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) 
         Where the mechanism cannot be described as a tree of links; the message says why.
     """
     _refuse_others(mechanism)
-    return _Derivation(mechanism, request).equations()
+    return _Derivation(mechanism, request, least_written).equations()
 
 
 def _refuse_others(mechanism: Mechanism) -> None:
@@ -66,7 +76,9 @@ class _Cut:
 
 
 class _Derivation:
-    def __init__(self, mechanism: Mechanism, request: OutputRequest) -> None:
+    def __init__(
+        self, mechanism: Mechanism, request: OutputRequest, least_written: int | None
+    ) -> None:
         self.mechanism, self.request = mechanism, request
         self.symbols = state_symbols(mechanism)
         self.to_symbols = StateSymbols(mechanism, self.symbols, request)
@@ -84,22 +96,23 @@ class _Derivation:
             refuse_unknown_reactions(mechanism)
             for joint in mechanism.joints:
                 self.links.motion(joint.child_point)
-        if not every_speed_has_its_link(self.links.links, len(self.symbols.u)):
-            raise NotATreeError("a speed moves no link, or more than one, against its parent")
+        shared = not every_speed_has_its_link(self.links.links, len(self.symbols.u))
+        self.written = shared or least_written is not None
+        self._refuse_written(least_written)
 
     def equations(self) -> Equations:
         mechanism, includes = self.mechanism, self.request.includes
         links = self.links.links
         planar = self._planar(links)
         outputs = [
-            *self._tree_outputs(links, planar),
+            *(self._written() if self.written else self._tree_outputs(links, planar)),
             *self._kinematics(),
             *self._closures(planar),
             *(self._energies() if includes("energy") else ()),
             *(self._momenta() if includes("momenta") else ()),
             *(self._points() if includes("points") else ()),
             *(self._accelerations() if includes("accelerations") else ()),
-            *(self._residual() if self.request.includes_jacobian else ()),
+            *(self._residual() if self.request.includes_jacobian and not self.written else ()),
             *(self._reactions() if includes("reactions") else ()),
             *self._scalars(),
         ]
@@ -116,7 +129,9 @@ class _Derivation:
             speed_names=tuple(printed_name(u) for u in mechanism.u),
             mass_scale=sum((b.mass for b in self.loaded.bodies), S.Zero),
             intermediates=tuple(self.tape.statements),
-            tree=Tree(
+            tree=None
+            if self.written
+            else Tree(
                 tuple(link.parent for link in links),
                 tuple(tuple(link.columns) for link in links),
                 planar,
@@ -132,6 +147,16 @@ class _Derivation:
     def _plain(self, expression: Expr) -> Expr:
         return self.to_symbols.expression(sympify(expression).xreplace(self.mechanism.rates))
 
+    def _refuse_written(self, least: int | None) -> None:
+        """Where M and F cannot be written out, or have fewer operations by another way."""
+        if self.written and self.cuts:
+            raise NotATreeError("loops are closed, and M and F are to be written out")
+        links = self.links.links
+        if least and (
+            self._planar(links) or max(len(self.links.path(k)) for k in range(len(links))) < least
+        ):
+            raise NotATreeError("few links in a row, or a plane: partial velocities are shorter")
+
     # -- the tree ---------------------------------------------------------------------------
 
     def _planar(self, links: Sequence[Link]) -> bool:
@@ -140,6 +165,14 @@ class _Derivation:
         return all(vanishes((*angular[:2], linear[2])) for angular, linear in motions) and all(
             vanishes((*link.bias[0][:2], link.bias[1][2])) for link in links
         )
+
+    def _written(self) -> list[Output]:
+        """M and F in place of the tree, and the constraints on the speeds, of which it has none."""
+        names = [printed_name(u) for u in self.mechanism.u]
+        return [
+            *equations_of_motion(self.loaded, self.symbols, names),
+            Output("motion_constraints", "constraints on the speeds", (), (0,), ()),
+        ]
 
     def _tree_outputs(self, links: Sequence[Link], planar: bool) -> list[Output]:
         numbers = range(len(links))

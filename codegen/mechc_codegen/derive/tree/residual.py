@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from sympy import Expr
+from sympy import Expr, S
 
 from mechc_codegen.derive.equations import Symbols
 from mechc_codegen.derive.tree.accelerations import LinkAccelerations
@@ -54,7 +54,8 @@ class Residual:
         for number, link in reversed(list(enumerate(self.links.links))):
             moment, force = wrenches[number]
             for k, (angular, linear) in link.columns.items():
-                found[k] = tape.keep(tape.dot(angular, moment) + tape.dot(linear, force))
+                along = tape.dot(angular, moment) + tape.dot(linear, force)
+                found[k] = tape.keep(found.get(k, S.Zero) + along)
             if link.parent != GROUND:
                 carried = tape.total(moment, tape.cross(link.offset, force))
                 self._add(wrenches, link.parent, carried, force)

@@ -18,6 +18,7 @@ from sympy import Expr, Symbol, cse, diff, numbered_symbols
 from mechc_codegen.description.piecewise import without_corners
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.errors import InternalError
 
 _OURS = re.compile(r"t|[yp][0-9]+")
@@ -62,10 +63,19 @@ def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) 
             functions.append(_value(names[3], event.restitution))
         table.append(f"    {{{', '.join(names)}}},")
     text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
+    samples = table_text(lookups(x for event in events for x in _expressions(event, width)))
     return Template(text).substitute(
-        functions="\n\n".join(functions), table="\n".join(table), width=width,
+        samples=samples, functions="\n\n".join(functions), table="\n".join(table), width=width,
         parameters=parameters, count=len(events),
     )  # fmt: skip
+
+
+def _expressions(event: EventExpressions, width: int) -> Iterator[Expr]:
+    yield event.value
+    yield from _slopes_of(event.value, width)
+    yield from (event.reset or {}).values()
+    if event.restitution is not None:
+        yield event.restitution
 
 
 def _value(name: str, value: Expr) -> str:
@@ -73,9 +83,13 @@ def _value(name: str, value: Expr) -> str:
     return _function(f"static double {name}({_ARGUMENTS})", [*lines, f"return {result};"])
 
 
-def _slopes(name: str, value: Expr, width: int) -> str:
+def _slopes_of(value: Expr, width: int) -> list[Expr]:
     by = [Symbol("t", real=True), *(Symbol(f"y{k}", real=True) for k in range(width))]
-    results, lines = _statements([diff(value, x) for x in by])
+    return [diff(value, x) for x in by]
+
+
+def _slopes(name: str, value: Expr, width: int) -> str:
+    results, lines = _statements(_slopes_of(value, width))
     lines += [f"slopes[{k}] = {result};" for k, result in enumerate(results)]
     return _function(f"static void {name}({_ARGUMENTS}, double *slopes)", lines)
 
@@ -97,7 +111,7 @@ def _statements(values: Sequence[Expr]) -> tuple[list[str], list[str]]:
     """The C text of each value, and the statements before them."""
     plain = [bottom_up(value, without_corners, {}) for value in values]
     shared, results = cse(plain, numbered_symbols("x", real=True))
-    printer = RealPrinter()
+    printer = RealPrinter(tables=True)
     symbols = sorted({s for value in plain for s in value.free_symbols}, key=str)
     lines = list(_loads(symbols))
     lines += [f"const double {name} = {printer.real(value)};" for name, value in shared]

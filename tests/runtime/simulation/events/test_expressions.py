@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from sympy import Max, Symbol, asinh
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
 from mechc.compilation.event_unit import COMPILER
@@ -60,6 +60,62 @@ def test_what_has_no_form_in_c_runs_in_python(ball):
     assert compiled_functions(read(ball, mechc.Event("q_0", reset={"u_0": 0}))) is not None
 
 
+# -- a parameter that a reset changes: a state whose rate is zero -------------------------------
+
+
+def softening():
+    """A mass on a spring whose stiffness is a state, and outputs with it."""
+    q, u, k, t = *dynamicsymbols("q u k"), dynamicsymbols._t
+    frame, origin = ReferenceFrame("N"), Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", q * frame.x)
+    point.set_vel(frame, u * frame.x)
+    mass = Particle("mass", point, Symbol("m"))
+    mass.potential_energy = k * q**2 / 2
+    kane = KanesMethod(frame, [q], [u], kd_eqs=[q.diff(t) - u])
+    kane.kanes_equations([mass], [(point, -k * q * frame.x)])
+    return mechc.compile(
+        kane, name="softening", states={k: 0}, defaults={"m": 1.0},
+        outputs=("energy", "sensitivities", {"force": -k * q}),
+    )  # fmt: skip
+
+
+def softened(k, times):
+    """Position, stiffness, speed in closed form: a quarter of the stiffness after each turn at the
+    far side; the frequency is halved at pi/w and at 5 pi/w."""
+    w = np.sqrt(k)
+    turns = np.array([np.pi / w, 5 * np.pi / w])
+    part = np.searchsorted(turns, times, side="right")
+    since = times - np.array([0.0, *turns])[part]
+    own, sign = w * 0.5**part, np.array([1.0, -1.0, -1.0])[part]
+    return np.stack([sign * np.cos(own * since), own**2, -sign * own * np.sin(own * since)], -1)
+
+
+def test_a_parameter_is_reset_as_a_state(tmp_path):
+    model = softening()
+    times, start = np.linspace(0.0, 9.0, 37), {"q": 1.0, "k": 4.0}
+    compiled = mechc.Event("u", direction=1, reset={"k": "k/4"})
+    by_python = mechc.Event(
+        lambda t, y: y[2], direction=1, reset=lambda t, q, u: ([q[0], q[1] / 4], u)
+    )
+    exact = softened(4.0, times)
+    runs = [model.simulate(9.0, start, events=event, rtol=1e-12) for event in (compiled, by_python)]
+    for sol in (*runs, mechc.open(runs[0].save(tmp_path / "run.nc"), model=model)):
+        np.testing.assert_allclose(sol(times), exact, atol=1e-10)
+        assert [part.y0[1] for part in sol.segments] == [4.0, 1.0, 0.25]
+        force = sol.model.output("force", sol(times))
+        np.testing.assert_allclose(force, -exact[:, 0] * exact[:, 1], atol=1e-10)
+        np.testing.assert_allclose(sol.energy[[0, -1]], [2.0, 0.125], atol=1e-11)
+    batch = model.simulate_batch(
+        9.0, [[1.0, 4.0, 0.0], [1.0, 9.0, 0.0]], events=compiled, rtol=1e-12, progress=False
+    )
+    np.testing.assert_array_equal(batch.y[0], runs[0].y[-1])
+    assert batch.event_counts[:, 0].tolist() == [2, 2]
+    by = model.simulate(9.0, start, events=compiled, rtol=1e-12, sensitivities=["k"])
+    slope = np.sin(9.0 / 2 - 5 * np.pi / 4) * 9.0 / (8 * 2)
+    np.testing.assert_allclose(by.sensitivity["k"][-1][:2], [slope, 1 / 16], atol=1e-10)
+
+
 def test_what_is_wrong_is_told(ball):
     for given, error, words in (
         (mechc.Event("q_0", reset={"m": "2"}), ValueOutOfBoundsError, "m is a parameter"),
@@ -73,3 +129,23 @@ def test_what_is_wrong_is_told(ball):
     ):
         with pytest.raises(error, match=words):
             ball.simulate(1.0, [1.0, 0.0], events=given)
+
+
+def test_events_are_called_as_they_were_written(ball, tmp_path):
+    """In results, in files, and on the time line of the page in space."""
+    from mechc.results.sampling import sample
+    from mechc.results.view.motion import marks
+
+    def low(t, y):
+        return y[0] - 0.5
+
+    q, u = dynamicsymbols("q_0 u_0")
+    events = ["q_0 < m/2", q + 2 * u, mechc.Event("u_0 + 1", direction=-1), low, lambda t, y: y[1]]
+    sol = ball.simulate(0.5, {"q_0": 1.0, "u_0": 0.5}, {"m": 1.0}, events=events)
+    titles = ("q_0 < m/2", "q_0 + 2*u_0", "u_0 + 1", "low", "event 4")
+    assert sol.event_titles == titles
+    told = [mark["label"] for mark in marks(sample(sol, 10))]
+    assert set(told) <= set(titles)
+    assert {"q_0 < m/2", "u_0 + 1"} <= set(told)
+    again = mechc.open(sol.save(tmp_path / "ball.nc"), ball)
+    assert again.event_titles == titles

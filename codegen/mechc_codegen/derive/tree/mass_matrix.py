@@ -1,0 +1,115 @@
+"""M and F of a tree of links, written out: by composite bodies, and by inverse dynamics at u' = 0.
+
+Input: links with their inertia and loads.  Output: the entries of M and F over statements that are
+computed once.  Invariant: a speed may move several links against their parents, as that of a joint
+which others mimic does.
+
+The links beyond a joint move as one composite body when only its speed changes; the wrench which
+that needs, projected on the columns of the links between it and the ground, is M (Featherstone
+2008, section 6.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sympy import Expr, S
+
+from mechc_codegen.derive.equations import Output, Symbols
+from mechc_codegen.derive.tree.bodies import LinkBodies, Symmetric3
+from mechc_codegen.derive.tree.links import GROUND
+from mechc_codegen.derive.tree.residual import Residual
+from mechc_codegen.derive.tree.tape import V3, dot
+
+Composite = tuple[Expr, V3, Symmetric3]
+
+
+def equations_of_motion(
+    loaded: LinkBodies, symbols: Symbols, speeds: Sequence[str]
+) -> list[Output]:
+    """``mass_matrix`` and ``forcing``, in the form that Kane's method written out has."""
+    size = len(speeds)
+    mass = _MassMatrix(loaded, size).rows
+    return [
+        Output(
+            "mass_matrix",
+            "M, of the composite bodies beyond each joint",
+            tuple(loaded.tape.keep(entry) for row in mass for entry in row),
+            (size, size),
+            tuple(f"M[{a}, {b}]" for a in speeds for b in speeds),
+        ),
+        Output(
+            "forcing",
+            "F = generalized active forces less inertia forces free of accelerations",
+            tuple(-entry for entry in _needed_at_rest(loaded, symbols)),
+            (size,),
+            tuple(f"F[{name}]" for name in speeds),
+        ),
+    ]
+
+
+def _needed_at_rest(loaded: LinkBodies, symbols: Symbols) -> list[Expr]:
+    """The residual of the motion at u' = 0."""
+    still = replace(symbols, accelerations=(S.Zero,) * len(symbols.accelerations))
+    return Residual(loaded, (), still).elements()
+
+
+class _MassMatrix:
+    def __init__(self, loaded: LinkBodies, size: int) -> None:
+        self.loaded, self.links, self.tape = loaded, loaded.links.links, loaded.tape
+        self.rows: list[list[Expr]] = [[S.Zero] * size for _ in range(size)]
+        composites: dict[int, Composite] = {}
+        for number in reversed(range(len(self.links))):
+            own = composites[number] = self._joined(number, composites)
+            self._project(number, own)
+
+    def _joined(self, number: int, composites: dict[int, Composite]) -> Composite:
+        """The link with all that it carries, about its reference point."""
+        mass, moment, about = self.loaded.inertia(number)
+        for child, link in enumerate(self.links):
+            if link.parent == number:
+                more = self._moved(composites[child], link.offset)
+                mass += more[0]
+                moment = self.tape.total(moment, more[1])
+                about = [self.tape.total(a, b) for a, b in zip(about, more[2], strict=True)]
+        return self.tape.keep(mass), moment, about
+
+    def _moved(self, body: Composite, arm: V3) -> Composite:
+        """About a point from which the body's own reference point is at ``arm``."""
+        mass, moment, about = body
+        tape = self.tape
+        both = tape.total(tape.scaled(mass, arm), tape.scaled(2, moment))
+        square = tape.dot(arm, both)
+        mixed = tape.total(tape.scaled(mass, arm), moment)
+        entries = {
+            (i, j): tape.keep(
+                about[i][j]
+                + (square if i == j else S.Zero)
+                - (arm[i] * mixed[j] + moment[i] * arm[j])
+            )
+            for i in range(3)
+            for j in range(i + 1)
+        }
+        rows = [[entries[max(i, j), min(i, j)] for j in range(3)] for i in range(3)]
+        return mass, mixed, [(row[0], row[1], row[2]) for row in rows]
+
+    def _project(self, number: int, body: Composite) -> None:
+        """What each speed of a link needs of every speed up to the ground."""
+        tape, (mass, arm, about) = self.tape, body
+        for speed, (turning, sliding) in self.links[number].columns.items():
+            moment = tape.total(tape.turned(about, turning), tape.cross(arm, sliding))
+            force = tape.total(tape.scaled(mass, sliding), tape.cross(turning, arm))
+            self._add_own(number, speed, moment, force)
+            at = number
+            while self.links[at].parent != GROUND:
+                moment = tape.total(moment, tape.cross(self.links[at].offset, force))
+                at = self.links[at].parent
+                for other, column in self.links[at].columns.items():
+                    value = dot(column[0], moment) + dot(column[1], force)
+                    self.rows[speed][other] += value
+                    self.rows[other][speed] += value
+
+    def _add_own(self, number: int, speed: int, moment: V3, force: V3) -> None:
+        for other, (turning, sliding) in self.links[number].columns.items():
+            self.rows[speed][other] += dot(turning, moment) + dot(sliding, force)

@@ -1,0 +1,1 @@
+"""Robots in URDF, the XML format of ROS, as mechanisms."""

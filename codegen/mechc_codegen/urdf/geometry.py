@@ -1,0 +1,148 @@
+"""Rotations, places and inertia with entries that are numbers or expressions.
+
+Matrices are lists of rows.  Entries that are exactly 0 or 1 stay so: products with them vanish from
+the equations.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sympy
+from sympy import Expr
+
+Entry = Any  # int, float or Expr
+Vec = Sequence[Entry]
+Mat = Sequence[Vec]
+IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+_QUARTER = math.pi / 2
+
+
+def cos_sin(angle: Entry) -> tuple[Entry, Entry]:
+    """Cosine and sine; exact where a number is a multiple of a right angle to its last bits."""
+    if isinstance(angle, Expr) and not angle.is_number:
+        return sympy.cos(angle), sympy.sin(angle)
+    value = float(angle)
+    turns = round(value / _QUARTER)
+    if abs(value - turns * _QUARTER) <= 2 * math.ulp(value):
+        return ((1, 0), (0, 1), (-1, 0), (0, -1))[turns % 4]
+    return math.cos(value), math.sin(value)
+
+
+def about(axis: Vec, angle: Entry) -> Mat:
+    """The rotation by an angle about an axis of length one (Rodrigues)."""
+    c, s = cos_sin(angle)
+    x, y, z = axis
+    skew = ((0, -z, y), (z, 0, -x), (-y, x, 0))
+    return [
+        [axis[i] * axis[j] + c * (IDENTITY[i][j] - axis[i] * axis[j]) + s * skew[i][j]
+         for j in range(3)]
+        for i in range(3)
+    ]  # fmt: skip
+
+
+def of_angles(rpy: Vec) -> Mat:
+    """Roll about x, then pitch about y, then yaw about z, of the fixed axes: Rz Ry Rx."""
+    roll, pitch, yaw = rpy
+    turned = product(about((0, 1, 0), pitch), about((1, 0, 0), roll))
+    return product(about((0, 0, 1), yaw), turned)
+
+
+def product(a: Mat, b: Mat) -> Mat:
+    return [[dot(row, column) for column in zip(*b, strict=True)] for row in a]
+
+
+def transposed(a: Mat) -> Mat:
+    return [list(row) for row in zip(*a, strict=True)]
+
+
+def applied(a: Mat, v: Vec) -> Vec:
+    return [dot(row, v) for row in a]
+
+
+def dot(a: Vec, b: Vec) -> Entry:
+    return sum((x * y for x, y in zip(a, b, strict=True)), 0)
+
+
+def plus(a: Vec, b: Vec) -> Vec:
+    return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def across(axis: Vec) -> tuple[Vec, Vec]:
+    """Two directions that form a right-handed system with the axis as the third."""
+    least = min(range(3), key=lambda k: abs(axis[k]))
+    first = [IDENTITY[least][k] - axis[least] * axis[k] for k in range(3)]
+    length = math.sqrt(dot(first, first))
+    first = [x if length == 1 else x / length for x in first]
+    (x, y, z), (a, b, c) = axis, first
+    return first, [y * c - z * b, z * a - x * c, x * b - y * a]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Orientation and origin of one frame in another."""
+
+    rotation: Mat = IDENTITY
+    origin: Vec = (0, 0, 0)
+
+    def then(self, other: Place) -> Place:
+        """The place in the outer frame of one that is given in this frame."""
+        rotation = product(self.rotation, other.rotation)
+        return Place(rotation, plus(self.origin, applied(self.rotation, other.origin)))
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """Mass, mass centre, and inertia about the mass centre."""
+
+    mass: Entry = 0
+    centre: Vec = (0, 0, 0)
+    about: Mat = ((0, 0, 0), (0, 0, 0), (0, 0, 0))
+
+    @property
+    def vanishes(self) -> bool:
+        return self.mass == 0 and not any(entry != 0 for row in self.about for entry in row)
+
+    def placed(self, place: Place) -> Inertia:
+        """The same in the frame in which this one has that place."""
+        turned = product(product(place.rotation, self.about), transposed(place.rotation))
+        return Inertia(
+            self.mass, plus(place.origin, applied(place.rotation, self.centre)), _symmetric(turned)
+        )
+
+
+def joined(parts: Iterable[Inertia]) -> Inertia:
+    """Bodies that are fixed to each other, as one (Huygens and Steiner)."""
+    present = [part for part in parts if not part.vanishes]
+    if len(present) < 2:
+        return present[0] if present else Inertia()
+    mass = sum(part.mass for part in present)
+    if mass == 0:
+        centre: Vec = (0, 0, 0)
+    else:
+        moments = ([part.mass * x for x in part.centre] for part in present)
+        centre = [sum(entries) / mass for entries in zip(*moments, strict=True)]
+    about = [_about(part, centre) for part in present]
+    return Inertia(
+        mass, centre, [[sum(m[i][j] for m in about) for j in range(3)] for i in range(3)]
+    )
+
+
+def _about(part: Inertia, point: Vec) -> Mat:
+    arm = [x - y for x, y in zip(part.centre, point, strict=True)]
+    square = dot(arm, arm)
+    return [
+        [
+            part.about[i][j] + part.mass * (square * IDENTITY[i][j] - arm[i] * arm[j])
+            for j in range(3)
+        ]
+        for i in range(3)
+    ]
+
+
+def _symmetric(matrix: Mat) -> Mat:
+    """With its upper half below too, where rounding or the form of an expression differ."""
+    return [[matrix[min(i, j)][max(i, j)] for j in range(3)] for i in range(3)]

@@ -1,0 +1,129 @@
+"""The motion of each joint: coordinates, speeds, the place of the child's frame, and its limits.
+
+Input: a joint, and the place of its frame on the body that carries it.  Output: :class:`Motion`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from sympy import Expr, Function, Matrix, sympify
+from sympy.core.function import AppliedUndef
+from sympy.physics.mechanics import Point, ReferenceFrame, dynamicsymbols
+from sympy.physics.vector import Vector
+
+from mechc_codegen.description.mechanism import Coordinate, Quantity, Speed
+from mechc_codegen.joints.attitude import attitude_matrix, quaternion_rates
+from mechc_codegen.urdf.geometry import Mat, Place, Vec, about, across, applied, plus, product
+from mechc_codegen.urdf.robot import TURNING, RobotJoint
+
+
+def vector(components: Vec, frame: ReferenceFrame) -> Vector:
+    x, y, z = map(sympify, components)
+    return x * frame.x + y * frame.y + z * frame.z
+
+
+def oriented(child: ReferenceFrame, parent: ReferenceFrame, rotation: Mat) -> None:
+    """Set the orientation, without the angular velocity that SymPy would derive from it."""
+    child._dcm(parent, Matrix(rotation).applyfunc(sympify).as_immutable())
+
+
+@dataclass
+class Motion:
+    """How a joint moves its child.
+
+    Attributes
+    ----------
+    rotation, way
+        Of the child's frame in the joint's, and of its origin.
+    turning
+        Its angular velocity, in components of the child's frame.
+    position, rate
+        Of a joint with one coordinate: the coordinate and the speed, or what mimics those.
+    """
+
+    coordinates: list[Coordinate] = field(default_factory=list)
+    speeds: list[Speed] = field(default_factory=list)
+    kinematics: list[Expr] = field(default_factory=list)
+    rotation: Mat = ()
+    way: Vec = (0, 0, 0)
+    turning: Vec = (0, 0, 0)
+    position: Expr | None = None
+    rate: Expr | None = None
+    quaternion: tuple[AppliedUndef, ...] = ()
+    start: dict[str, float] = field(default_factory=dict)
+
+    def add(self, joint: RobotJoint, letters: tuple[str, str], unit: str) -> tuple[Any, Any]:
+        """One coordinate and the speed that is its rate."""
+        q, u = (of_time(f"{letter}_{joint.name}") for letter in letters)
+        described = f"of the joint {joint.name}"
+        self.coordinates.append(Coordinate(q, Quantity(unit, described)))
+        self.speeds.append(Speed(u, Quantity(f"{unit}/s", described)))
+        self.kinematics.append(u)
+        return q, u
+
+    def place(self, at: Place, child: tuple[Point, ReferenceFrame],
+              carrier: tuple[Point, ReferenceFrame]) -> None:  # fmt: skip
+        """Locate and orient the child's frame from the carrier's, on which the joint is ``at``."""
+        point, frame = child
+        oriented(frame, carrier[1], product(at.rotation, self.rotation))
+        frame.set_ang_vel(carrier[1], vector(self.turning, frame))
+        way = plus(at.origin, applied(at.rotation, self.way))
+        point.set_pos(carrier[0], vector(way, carrier[1]))
+
+
+def motion_of(joint: RobotJoint, positions: Mapping[str, Motion]) -> Motion:
+    """The motion of a joint; ``positions``: those of the joints that mimics may follow."""
+    if joint.kind == "floating":
+        return _floating(joint)
+    if joint.kind == "planar":
+        return _planar(joint)
+    motion = Motion()
+    if joint.mimic is None:
+        unit = "rad" if joint.kind in TURNING else "m"
+        q, u = motion.add(joint, ("q", "u"), unit)
+    else:
+        followed = positions[joint.mimic.joint]
+        factor = sympify(joint.mimic.multiplier)
+        q = factor * followed.position + sympify(joint.mimic.offset)
+        u = factor * followed.rate
+    motion.position, motion.rate = q, u
+    turns = joint.kind in TURNING
+    motion.rotation = about(joint.axis, q if turns else 0)
+    motion.turning = [u * x if turns else 0 for x in joint.axis]
+    motion.way = [0 if turns else q * x for x in joint.axis]
+    return motion
+
+
+def _planar(joint: RobotJoint) -> Motion:
+    motion = Motion()
+    first, second = across(joint.axis)
+    x, _ = motion.add(joint, ("x", "vx"), "m")
+    y, _ = motion.add(joint, ("y", "vy"), "m")
+    angle, rate = motion.add(joint, ("q", "u"), "rad")
+    motion.way = [x * a + y * b for a, b in zip(first, second, strict=True)]
+    motion.rotation = about(joint.axis, angle)
+    motion.turning = [rate * c for c in joint.axis]
+    return motion
+
+
+def _floating(joint: RobotJoint) -> Motion:
+    motion = Motion()
+    motion.way = [motion.add(joint, (axis, f"v{axis}"), "m")[0] for axis in "xyz"]
+    q = [of_time(f"q{k}_{joint.name}") for k in range(4)]
+    w = [of_time(f"w{axis}_{joint.name}") for axis in "xyz"]
+    described = f"of the joint {joint.name}"
+    motion.coordinates += [Coordinate(x, Quantity("1", described)) for x in q]
+    motion.speeds += [Speed(x, Quantity("rad/s", described)) for x in w]
+    motion.kinematics += quaternion_rates(q, w)
+    motion.rotation = attitude_matrix(q).tolist()
+    motion.turning, motion.quaternion = w, tuple(q)
+    motion.start = {f"q0_{joint.name}": 1.0}
+    return motion
+
+
+def of_time(name: str) -> Any:
+    """``dynamicsymbols`` would read commas and colons in a name as several."""
+    return Function(name)(dynamicsymbols._t)

@@ -1,0 +1,108 @@
+"""The joints of a robot from its root outwards, checked: one tree, and mimics that lead to a joint.
+
+Input: the links and joints of a file.  Output: the same with the joints in order, and the root.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.urdf.robot import Mimic, Robot, RobotJoint
+
+
+def as_tree(robot: Robot) -> Robot:
+    """The robot with its joints from the root outwards.
+
+    Raises
+    ------
+    MechanismError
+        If they are no tree, or a mimic refers to no joint or to itself.
+    """
+    above: dict[str, RobotJoint] = {}
+    for joint in robot.joints:
+        _check_links(robot, joint)
+        if joint.child in above:
+            raise MechanismError(
+                f"{robot.name}: the link {joint.child!r} is the child of two joints, "
+                f"{above[joint.child].name!r} and {joint.name!r}; a URDF is a tree"
+            )
+        above[joint.child] = joint
+    root = _root(robot, above)
+    ordered = _ordered(robot, root)
+    _refuse_rings(robot, ordered)
+    return replace(robot, joints=tuple(map(_Mimics(robot).resolved, ordered)), root=root)
+
+
+def _check_links(robot: Robot, joint: RobotJoint) -> None:
+    for side, name in (("parent", joint.parent), ("child", joint.child)):
+        if name not in robot.links:
+            raise MechanismError(
+                f"{robot.name}: the {side} of the joint {joint.name!r} is {name!r}, which is no "
+                "link of the file"
+            )
+
+
+def _root(robot: Robot, above: dict[str, RobotJoint]) -> str:
+    roots = [name for name in robot.links if name not in above]
+    if len(roots) == 1:
+        return roots[0]
+    found = ", ".join(map(repr, roots[:8])) or "none"
+    raise MechanismError(
+        f"{robot.name}: the root is the one link that is the child of no joint, but here these "
+        f"are {found}; add joints (of type fixed, or floating) that connect them"
+    )
+
+
+def _ordered(robot: Robot, root: str) -> list[RobotJoint]:
+    below: dict[str, list[RobotJoint]] = {}
+    for joint in robot.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    ordered, waiting = [], list(reversed(below.get(root, [])))
+    while waiting:
+        joint = waiting.pop()
+        ordered.append(joint)
+        waiting += reversed(below.get(joint.child, []))
+    return ordered
+
+
+def _refuse_rings(robot: Robot, ordered: list[RobotJoint]) -> None:
+    reached = {joint.name for joint in ordered}
+    left = [joint.name for joint in robot.joints if joint.name not in reached]
+    if left:
+        raise MechanismError(
+            f"{robot.name}: the joints {', '.join(map(repr, left[:8]))} form a ring that no joint "
+            "connects with the root"
+        )
+
+
+class _Mimics:
+    """Mimics of mimics as mimics of the joint that moves by itself."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.of = {joint.name: joint for joint in robot.joints}
+
+    def resolved(self, joint: RobotJoint) -> RobotJoint:
+        mimic, seen = joint.mimic, {joint.name}
+        while mimic is not None:
+            followed = self._followed(joint, mimic, seen)
+            seen.add(followed.name)
+            if followed.mimic is None:
+                return replace(joint, mimic=mimic)
+            inner = followed.mimic
+            mimic = Mimic(
+                inner.joint,
+                mimic.multiplier * inner.multiplier,
+                mimic.multiplier * inner.offset + mimic.offset,
+            )
+        return joint
+
+    def _followed(self, joint: RobotJoint, mimic: Mimic, seen: set[str]) -> RobotJoint:
+        words = f"{self.robot.name}: the joint {joint.name!r} mimics {mimic.joint!r}"
+        if mimic.joint in seen:
+            raise MechanismError(f"{words}, which leads back to itself")
+        followed = self.of.get(mimic.joint)
+        if followed is None or followed.kind not in ("revolute", "continuous", "prismatic"):
+            raise MechanismError(f"{words}, which is no joint with one coordinate")
+        return followed

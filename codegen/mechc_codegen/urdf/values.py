@@ -1,0 +1,116 @@
+"""The values of a robot's description: numbers, or symbols where these are wanted.
+
+Each symbol is a parameter whose default is the number in the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from math import inf
+from typing import Any
+
+from sympy import Symbol
+
+from mechc_codegen.description.mechanism import Parameter, Quantity
+from mechc_codegen.errors import MechanismError
+from mechc_codegen.urdf.robot import Link, Number, Robot, RobotJoint
+
+OF_LINKS = {
+    "mass": "its mass",
+    "centre": "the place of its mass centre",
+    "inertia": "its moments and products of inertia",
+}
+OF_JOINTS = {
+    "origin": "its place on the parent",
+    "orientation": "roll, pitch and yaw there",
+    "damping": "its viscous damping",
+    "limits": "bounds of position, speed and effort",
+}
+_INERTIA = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+
+
+class Values:
+    """What a file says of links and joints, with the parameters that it takes to say so."""
+
+    def __init__(self, robot: Robot, symbolic: Iterable[Any]) -> None:
+        self.parameters: list[Parameter] = []
+        self._wanted = _wanted(robot, symbolic)
+
+    def mass(self, link: Link) -> Any:
+        return self._value("mass", link.name, "m", link.mass, "kg", "mass of {}", lower=0.0)
+
+    def centre(self, link: Link) -> list[Any]:
+        what = "mass centre of {} along {}"
+        return [
+            self._value("centre", link.name, f"c{axis}", x, "m", what.format("{}", axis))
+            for axis, x in zip("xyz", link.centre.xyz, strict=True)
+        ]
+
+    def inertia(self, link: Link) -> list[list[Any]]:
+        """About the mass centre, in the axes of the file."""
+        xx, xy, xz, yy, yz, zz = (
+            self._value("inertia", link.name, entry, x, "kg m^2", f"inertia {entry[1:]} of {{}}")
+            for entry, x in zip(_INERTIA, link.inertia, strict=True)
+        )
+        return [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+
+    def origin(self, joint: RobotJoint) -> list[Any]:
+        what = "place of {} on its parent along {}"
+        return [
+            self._value("origin", joint.name, f"o{axis}", x, "m", what.format("{}", axis))
+            for axis, x in zip("xyz", joint.origin.xyz, strict=True)
+        ]
+
+    def orientation(self, joint: RobotJoint) -> list[Any]:
+        return [
+            self._value("orientation", joint.name, angle, x, "rad", f"{angle} of {{}}")
+            for angle, x in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True)
+        ]
+
+    def damping(self, joint: RobotJoint, unit: str) -> Any:
+        return self._value("damping", joint.name, "d", joint.damping, unit, "damping of {}", 0.0)
+
+    def limit(self, joint: RobotJoint, which: str, unit: str) -> Any:
+        """A bound, None where the file has none."""
+        given = getattr(joint.limits, which)
+        if given is None:
+            return None
+        return self._value("limits", joint.name, which, given, unit, f"limit {which} of {{}}")
+
+    def _value(
+        self, kind: str, name: str, letter: str, number: Number, unit: str, what: str,
+        lower: float = -inf,
+    ) -> Any:  # fmt: skip
+        if (name, kind) not in self._wanted:
+            return number
+        symbol = Symbol(f"{letter}_{name}")
+        quantity = Quantity(unit, what.format(name), lower=lower, closed=lower > -inf)
+        self.parameters.append(Parameter(symbol, float(number), quantity))
+        return symbol
+
+
+def _wanted(robot: Robot, symbolic: Iterable[Any]) -> set[tuple[str, str]]:
+    """Pairs of a name and a kind."""
+    named = {
+        **{(link, kind): None for link in robot.links for kind in OF_LINKS},
+        **{(joint.name, kind): None for joint in robot.joints for kind in OF_JOINTS},
+    }
+    found: set[tuple[str, str]] = set()
+    for given in [symbolic] if isinstance(symbolic, str) else symbolic:
+        kinds = {pair for pair in named if given in (pair, pair[1])}
+        if not kinds:
+            _refuse(robot, given, named)
+        found |= kinds
+    return found
+
+
+def _refuse(robot: Robot, given: Any, named: Mapping[tuple[str, str], None]) -> None:
+    names = list(dict.fromkeys(name for name, _ in named))
+    known = ", ".join((*OF_LINKS, *OF_JOINTS))
+    near = get_close_matches(str(given[0]) if isinstance(given, tuple) else str(given), names)
+    hint = f"; near are {', '.join(map(repr, near))}" if near else ""
+    raise MechanismError(
+        f"{robot.name}: symbolic={given!r} is neither a kind of value ({known}) nor a pair of a "
+        f"link or joint and a kind that it has{hint}"
+    )

@@ -20,6 +20,7 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, 
 from sympy.physics.vector import Dyadic, Vector
 
 from mechc_codegen.derive.auxiliary_reactions import reaction_values
+from mechc_codegen.derive.dot_products import dot, dyadic_dot
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.derive.joint_reactions import reaction_outputs
 from mechc_codegen.derive.momentum_rates import WrittenKinetics
@@ -44,7 +45,9 @@ class BodyMotion:
     @property
     def spin(self) -> Vector:
         """Angular momentum about the mass centre."""
-        return Vector(0) if self.inertia is None else self.inertia.dot(self.angular_velocity)
+        return (
+            Vector(0) if self.inertia is None else dyadic_dot(self.inertia, self.angular_velocity)
+        )
 
 
 def derive(mechanism: Mechanism, request: OutputRequest = DEFAULT_REQUEST) -> Equations:
@@ -170,15 +173,17 @@ def _kanes_equations(
     forcing = _generalized_active_forces(mechanism)
     for motion, (linear, angular) in zip(motions, partials, strict=True):
         force_rate, moment_rate = _inertia_without_accelerations(mechanism, motion)
+        spins = [] if motion.inertia is None else [dyadic_dot(motion.inertia, w) for w in angular]
         for row in range(size):
             for column in range(row, size):
-                mass[row][column] += _mass_term(motion, linear, angular, row, column)
-            forcing[row] -= force_rate.dot(linear[row]) + moment_rate.dot(angular[row])
+                term = motion.mass * dot(linear[row], linear[column])
+                mass[row][column] += term + (dot(angular[row], spins[column]) if spins else S.Zero)
+            forcing[row] -= dot(force_rate, linear[row]) + dot(moment_rate, angular[row])
     for added in mechanism.added_inertia:
         for row, partial in enumerate(_partials_at(mechanism, added.place)):
             for column in range(row, size):
                 load = added.per_acceleration[column].xreplace(mechanism.rates)
-                mass[row][column] -= load.dot(partial)
+                mass[row][column] -= dot(load, partial)
     return mass, forcing
 
 
@@ -191,15 +196,6 @@ def _partial_velocities(
     )
 
 
-def _mass_term(
-    motion: BodyMotion, linear: list[Vector], angular: list[Vector], row: int, column: int
-) -> Expr:
-    term = motion.mass * linear[row].dot(linear[column])
-    if motion.inertia is not None:
-        term += angular[row].dot(motion.inertia.dot(angular[column]))
-    return term
-
-
 def _inertia_without_accelerations(
     mechanism: Mechanism, motion: BodyMotion
 ) -> tuple[Vector, Vector]:
@@ -207,7 +203,7 @@ def _inertia_without_accelerations(
     force_rate = _rate_at_constant_speeds(mechanism, motion.mass * motion.velocity)
     if motion.inertia is None:
         return force_rate, Vector(0)
-    momentum = motion.inertia.dot(motion.angular_velocity)
+    momentum = dyadic_dot(motion.inertia, motion.angular_velocity)
     return force_rate, _rate_at_constant_speeds(mechanism, momentum)
 
 
@@ -221,7 +217,7 @@ def _generalized_active_forces(mechanism: Mechanism) -> list[Expr]:
     forces = [S.Zero] * len(mechanism.u)
     for place, load in (*mechanism.loads, *_weights(mechanism)):
         for k, partial in enumerate(_partials_at(mechanism, place)):
-            forces[k] += load.xreplace(mechanism.rates).dot(partial)
+            forces[k] += dot(load.xreplace(mechanism.rates), partial)
     return forces
 
 
@@ -286,7 +282,7 @@ def _energies(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         of_speeds, rest = _jacobi_energy(mechanism)
         kinetic, potential = kinetic + of_speeds, potential + rest
     for place, weight in _weights(mechanism):
-        potential -= weight.dot(place.pos_from(mechanism.origin))
+        potential -= dot(weight, place.pos_from(mechanism.origin))
     potential = sympify(potential).xreplace(mechanism.rates)
     return [
         Output("kinetic_energy", "T = sum of m v.v/2 + omega.I.omega/2", (kinetic,), (), ("T",)),
@@ -328,10 +324,10 @@ def _user_outputs(request: OutputRequest, reactions: Mapping[Expr, Expr]) -> lis
 
 
 def _kinetic_energy(motion: BodyMotion) -> Expr:
-    energy = motion.mass * motion.velocity.dot(motion.velocity) / 2
+    energy = motion.mass * dot(motion.velocity, motion.velocity) / 2
     if motion.inertia is not None:
         spin = motion.angular_velocity
-        energy += spin.dot(motion.inertia.dot(spin)) / 2
+        energy += dot(spin, dyadic_dot(motion.inertia, spin)) / 2
     return energy
 
 
@@ -342,7 +338,7 @@ def _momenta(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
         arm = motion.masscentre.pos_from(mechanism.origin)
         about_origin = arm.cross(momentum)
         if motion.inertia is not None:
-            about_origin += motion.inertia.dot(motion.angular_velocity)
+            about_origin += dyadic_dot(motion.inertia, motion.angular_velocity)
         linear.append(momentum)
         angular.append(about_origin)
     names = [body.name for body in mechanism.bodies]
@@ -387,7 +383,7 @@ def _reactions(mechanism: Mechanism, motions: list[BodyMotion]) -> list[Output]:
 def _vectors(
     name: str, equation: str, frame: ReferenceFrame, of: list[str], vectors: list[Vector]
 ) -> Output:
-    components = [vector.dot(axis) for vector in vectors for axis in (frame.x, frame.y, frame.z)]
+    components = [dot(vector, axis) for vector in vectors for axis in (frame.x, frame.y, frame.z)]
     labels = tuple(f"{what} along {axis}" for what in of for axis in AXES)
     return Output(name, equation, tuple(components), (len(of), 3), labels)
 

@@ -161,7 +161,7 @@ class CWriter(FunctionWriter):
     def whole(self, function: SceneFunction, body: Sequence[str]) -> str:
         storage = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
         name, signature = self._head(function)
-        kept = storage.get(function.kind, self.layout.storage)
+        kept = storage.get(function.kind, self.functions.storage)
         return _definition(function.comment, name, signature, body, kept)
 
     def piece(self, function: SceneFunction, number: int, body: Sequence[str]) -> str:

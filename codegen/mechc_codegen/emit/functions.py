@@ -28,6 +28,8 @@ from mechc_codegen.emit.layout import (
 )
 from mechc_codegen.ir.program import Program, Statement, slice_statements, symbols_of, targets_of
 
+LONG = 200  # values of a stage, beyond which its parts are called rather than in line
+
 Kind = Literal["hoist", "configuration", "motion", "output"]
 
 
@@ -109,6 +111,22 @@ class SceneFunctions:
     def _stores(self, targets: Mapping[str, str]) -> list[tuple[Output, str]]:
         present = [(name, target) for name, target in targets.items() if name in self.outputs]
         return [(self.outputs[name], target) for name, target in present]
+
+    @property
+    def long(self) -> bool:
+        """Whether a stage computes so much that a call costs little beside it."""
+        names = (*self.layout.configuration, *self.layout.motion)
+        elements = [
+            e for name in names if name in self.outputs for e in self.outputs[name].elements
+        ]
+        stored = sum(1 for e in elements if e != 0)
+        return len(self.configuration) + len(self.motion) + stored > LONG
+
+    @property
+    def storage(self) -> str:
+        """How the two functions of a stage are compiled."""
+        called = self.long and self.layout.storage == "MECHC_INLINE"
+        return "MECHC_SINGLE" if called else self.layout.storage
 
     def own_functions(self) -> list[Output]:
         """The outputs that are computed by a function of their own."""

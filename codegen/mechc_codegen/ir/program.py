@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
-from sympy import Expr, Pow, Symbol
-from sympy import count_ops as tree_operations
+from sympy import Expr, Symbol
 
 from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.errors import InternalError
+from mechc_codegen.ir.operations import count_operations
 
 
 @dataclass(frozen=True)
@@ -120,16 +119,6 @@ def operations(statements: Iterable[Statement], elements: Iterable[Expr] = ()) -
     values = [s.value for s in statements] + list(elements)
     pairs = sum(isinstance(s, SineCosine) for s in statements)
     return sum(count_operations(v) for v in values) + 2 * pairs
-
-
-@lru_cache(maxsize=100_000)  # statements that several outputs need are counted for each
-def count_operations(expression: Expr) -> int:
-    """Operations of one expression, an integer power counted as the products it is printed as."""
-    count = int(tree_operations(expression))
-    for power in expression.atoms(Pow):
-        if power.exp.is_Integer and abs(power.exp) <= 4:
-            count += abs(int(power.exp)) - 2 if power.exp > 0 else abs(int(power.exp)) - 1
-    return count
 
 
 def slice_statements(statements: Iterable[Statement], needed: set[Symbol]) -> list[Statement]:

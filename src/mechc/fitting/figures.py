@@ -9,7 +9,8 @@ import numpy as np
 
 from mechc.fitting.quantities import Measured
 from mechc.results.figures import STYLE, _figure_class, _matplotlib
-from mechc.results.panels import COLOURS, QUIET, _plain
+from mechc.results.mathtext import plain, typeset
+from mechc.results.panels import COLOURS, QUIET
 from mechc.results.sampling import clean_text
 from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
@@ -44,7 +45,7 @@ def draw_fit(result: Findings) -> Figure:
             panels[-1, place].set_xlabel("time (s)")
             if len(shown) > 1:
                 panels[0, place].set_title(f"recording {place}")
-        figure.suptitle(_plain(_title(result, len(shown))), x=0.01, ha="left")
+        figure.suptitle(plain(_title(result, len(shown))), x=0.01, ha="left")
         _legend(figure, panels[0, 0], panels[1, 0])
     return figure
 
@@ -75,8 +76,8 @@ def _legend(figure: Figure, *panels: Any) -> None:
 def _name(data: Any, residuals: Any, one: Measured) -> None:
     unit, _ = shown_in(one.kind, one.unit)
     told = f" ({unit})" if unit else ""
-    data.set_ylabel(_plain(clean_text(one.name) + told))
-    residuals.set_ylabel(_plain("fit - data" + told), fontsize=8)
+    data.set_ylabel(typeset(one.name) + plain(told))
+    residuals.set_ylabel(plain("fit - data" + told), fontsize=8)
 
 
 def _draw_data(axes: Any, result: Findings, place: int, k: int) -> None:

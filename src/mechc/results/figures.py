@@ -50,6 +50,7 @@ STYLE: Final[dict[str, Any]] = {
     "svg.fonttype": "path",  # subscripts must not depend on the viewer's fonts
     "svg.hashsalt": "mechc",
     "text.usetex": False,
+    "mathtext.fontset": "dejavusans",
 }
 
 

@@ -1,7 +1,8 @@
 """The panels of the pictures.
 
 Input: a Run and the cell of a figure's grid to draw in.  Output: that cell, filled with axes.
-Invariant: matplotlib is imported inside functions only; user text reaches it through `_plain`.
+Invariant: matplotlib is imported inside functions only; user text reaches it through `plain` and
+`typeset`.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.results.curves import draw_curve, draw_curves, legend_layout
+from mechc.results.mathtext import plain, typeset
 from mechc.results.sampling import (
     PlaneView,
     Run,
@@ -22,7 +24,6 @@ from mechc.results.sampling import (
     is_joint,
     plane_view,
     power_of_ten,
-    pretty_name,
     shown_unit,
 )
 from mechc.system.parameters import Array
@@ -40,29 +41,12 @@ QUIET: Final = "#6b7280"
 # --- text, legends, colours ------------------------------------------------------------------
 
 
-@cache
-def _font() -> Any:
-    from matplotlib.font_manager import findfont, get_font
-
-    return get_font(findfont("DejaVu Sans"))
-
-
-def _plain(text: str) -> str:
-    """Text for matplotlib: no mathematics in it, and no glyph that the font lacks."""
-    shown = "".join(c if _font().get_char_index(ord(c)) else _spelt_out(c) for c in text)
-    return shown.replace("$", r"\$")
-
-
-def _spelt_out(character: str) -> str:
-    return f"U+{ord(character):04X}"
-
-
 def _legend(axes: Axes, handles: Sequence[Any], names: Iterable[str], **where: Any) -> None:
-    """A legend whose entries are user text: a leading underscore must not hide them."""
+    """A legend of texts for matplotlib: a leading underscore must not hide them."""
     place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.02), **where}
     legend = axes.legend(handles, [str(i) for i in range(len(handles))], **place)
     for text, name in zip(legend.get_texts(), names, strict=True):
-        text.set_text(_plain(name))
+        text.set_text(name)
 
 
 def _single(area: SubplotSpec) -> Axes:
@@ -74,7 +58,7 @@ def _message(area: SubplotSpec, text: str) -> None:
     axes = _single(area)
     axes.set_axis_off()
     axes.text(
-        0.5, 0.5, _plain(text), ha="center", va="center", wrap=True, color=QUIET,
+        0.5, 0.5, plain(text), ha="center", va="center", wrap=True, color=QUIET,
         transform=axes.transAxes,
     )  # fmt: skip
 
@@ -163,7 +147,7 @@ def _draw_quantities(
     panels = _time_axes(area, run, len(groups))
     for axes, (unit, members) in zip(panels, groups.items(), strict=True):
         values = unit.factor * run.y[:, [column for _, column in members]]
-        names = [pretty_name(name) for name, _ in members]
+        names = [typeset(name) for name, _ in members]
         handles = draw_curves(axes, run.t, values, _colours(len(members)))
         _legend_of_some(axes, handles, names, len(groups))
         _scale_panel(axes, unit, values)
@@ -186,7 +170,7 @@ def _scale_panel(axes: Axes, unit: ShownUnit, values: Array) -> None:
         from matplotlib.ticker import MaxNLocator
 
         axes.yaxis.set_major_locator(MaxNLocator(7, steps=[1, 1.8, 3, 4.5, 6, 9, 10]))
-    axes.set_ylabel(_plain(unit.quantity + f" ({unit.label})" * (unit.label != "")))
+    axes.set_ylabel(plain(unit.quantity + f" ({unit.label})" * (unit.label != "")))
 
 
 def _evenly(count: int, most: int) -> list[int]:
@@ -342,7 +326,7 @@ def draw_paths(area: SubplotSpec, run: Run) -> None:
     for name, colour in zip(run.traced, _colours(len(run.traced)), strict=True):
         track = view.path(name)
         handles.append(draw_curve(axes, track[:, 0], track[:, 1], colour, zorder=4))
-        names.append(f"path of {pretty_name(name)}")
+        names.append(f"path of {typeset(name)}")
     shown = _evenly(len(handles), MOST_LEGEND_LINES)
     _legend(axes, [handles[i] for i in shown], [names[i] for i in shown])
     _frame_plane(axes, view)
@@ -415,7 +399,7 @@ def draw_overview(area: SubplotSpec, run: Run) -> None:
     heading = clean_text(run.model.title or run.model.name, 100)
     status = run.solution.status
     outcome = clean_text(getattr(status, "headline", str(status)), 180)
-    figure.suptitle(f"{_plain(heading)}\n{_plain(outcome)}", fontsize=11)
+    figure.suptitle(f"{plain(heading)}\n{plain(outcome)}", fontsize=11)
 
 
 def _entitle(axes: Axes, name: str) -> None:

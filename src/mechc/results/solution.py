@@ -37,7 +37,8 @@ class Solution(Trajectory):
     t : (nt,)
         Times in s: ``t_eval``, or the accepted steps.
     events
-        An :class:`mechc.EventRecord` (times, states) for each event.
+        An :class:`mechc.EventRecord` (times, states) for each event; ``event_titles`` has their
+        expressions.
     y : (nt, nq + nu)
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """

@@ -11,8 +11,8 @@ import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
-from mechc.simulation.balance import conserves_energy, work_along
-from mechc.simulation.events.event import EventRecord
+from mechc.simulation.balance import conserves_energy, in_contact, work_along
+from mechc.simulation.events.event import EventRecord, event_titles
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
@@ -41,6 +41,7 @@ class Trajectory:
         self.events = events
         self._run, self._times, self._stop = run, times, stop
         self._asked: tuple[Any, ...] = ()  # the events looked for
+        self._titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:
@@ -122,6 +123,14 @@ class Trajectory:
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
     @property
+    def event_titles(self) -> tuple[str, ...]:
+        """Of each of ``events`` its expression as it was given, or the name of its function."""
+        titles = self._titles or event_titles(self._asked)
+        if len(titles) == len(self.events):
+            return titles
+        return tuple(f"event {number}" for number in range(len(self.events)))
+
+    @property
     def segments(self) -> tuple[SmoothPart, ...]:
         """The smooth parts of the motion, between the resets of events; one without resets."""
         t, y = self._steps
@@ -172,7 +181,8 @@ class Trajectory:
     @cached_property
     def _conserves_energy(self) -> bool:
         t, y = self._run.states()
-        return conserves_energy(self.system, t, y, self.params)
+        lasting = in_contact(self._run, 0).any()
+        return not lasting and conserves_energy(self.system, t, y, self.params)
 
     @property
     def energy_drift(self) -> float:

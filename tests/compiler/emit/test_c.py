@@ -24,6 +24,7 @@ from mechc_codegen.description.mechanism import (
 )
 from mechc_codegen.description.request import OPTIONAL, OutputRequest
 from mechc_codegen.description.terms import multiplier
+from mechc_codegen.emit import functions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.instruction_sets import BASELINE, instruction_sets
 from mechc_codegen.extension.build import signature
@@ -141,6 +142,23 @@ def test_optimised_scenes_compile_without_a_warning(
     offered, needed = symbols_of(tmp_path / f"{source}.o")
     assert offered == {source.replace("scene", "mechc_unit").removesuffix(".c")}
     assert {"sin", "cos", "free"} <= needed <= OF_C
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_parts_of_a_long_stage_are_compiled_once(
+    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each copy in line takes the compiler as long as all the rest."""
+    assert built("four_bar").texts["scene_program.h"].count("MECHC_INLINE void FN(motion)") == 1
+    monkeypatch.setattr(functions, "LONG", 10)
+    long = build_scene(scenes.SCENES["four_bar"](), (BASELINE,))
+    for name in ("configuration", "motion"):
+        assert f"MECHC_SINGLE void FN({name})" in long.texts["scene_program.h"]
+    compiles(long, tmp_path, compiler, "-O0", only="scene_baseline.c")
+    done = subprocess.run(
+        ["nm", tmp_path / "scene_baseline.c.o"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.count("mechc_scalar_locate_near") == 1
 
 
 @pytest.mark.parametrize("scene", scenes.SCENES)

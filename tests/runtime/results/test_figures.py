@@ -16,6 +16,7 @@ from mechc.errors import MechcError, MissingPackageError
 from mechc.results import figures as plot
 from mechc.results import panels
 from mechc.results import sampling as view
+from mechc.results.mathtext import typeset
 from tests.support import ROOT, fake_linkage
 from tests.support.fake_linkage import FakeChangePoint, FakeModel, FakeSolution
 
@@ -96,7 +97,9 @@ def test_curves_are_the_dense_output_in_degrees(draw: Any, first: int) -> None:
 def test_axes_carry_units_and_names_are_pretty() -> None:
     said = texts(plot.overview(fake_linkage.run()))
     wanted = {"time (s)", "angle (°)", "angular speed (°/s)", "x (m)", "y (m)", "energy (J)"}
-    assert wanted | {"θ₀", "θ₁", "θ₂", "ω₀", "path of p₂"} <= set(said)
+    assert wanted | {r"$\theta_{0}$", r"$\theta_{2}$", r"$\omega_{0}$", "path of $p_{2}$"} <= set(
+        said
+    )
 
 
 def test_coordinates_of_different_units_get_their_own_panels() -> None:
@@ -249,10 +252,10 @@ def test_many_coordinates_keep_a_short_legend() -> None:
     sol = fake_linkage.run(coordinates=names, units=dict.fromkeys(names, "rad"))
     run = view.Run(sol, np.linspace(0, 1, 9), np.random.default_rng(0).normal(size=(9, 43)))
     figure = plot._picture("coordinates", run)
-    shown = [text for text in texts(figure) if text.startswith("q")]
+    shown = [text for text in texts(figure) if text.startswith("$q")]
     assert len(shown) == panels.MOST_LEGEND_LINES
-    assert shown[0] == "q₀"
-    assert shown[-1] == "q₃₉"
+    assert shown[0] == "$q_{0}$"
+    assert shown[-1] == "$q_{39}$"
 
 
 @pytest.mark.parametrize(
@@ -356,7 +359,7 @@ def test_a_legend_fits_beside_its_panel(count: int) -> None:
     assert box.x1 <= panel.x1
     assert axes.get_window_extent().width > 0.4 * panel.width
     told = shown_legend(axes)
-    assert (told[0], told[-1]) == ("q₀", view.pretty_name(names[-1]))
+    assert (told[0], told[-1]) == ("$q_{0}$", typeset(names[-1]))
     heading = axes.get_legend().get_title().get_text()
     assert (len(told), heading) == ((12, "12 of 40") if count == 40 else (count, ""))
 

@@ -63,6 +63,7 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
         text += f"#define MECHC_ANGLES {_listed(found)} /* in sines and cosines */\n"
     if found := periodic(functions):
         text += f"#define MECHC_PERIODIC {_listed(found)} /* in these alone */\n"
+    text += "#define MECHC_LONG 1 /* equations: called, not in line */\n" if functions.long else ""
     text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 

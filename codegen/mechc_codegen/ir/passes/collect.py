@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from sympy import Add, Expr, Mul, S, Symbol
 
 from mechc_codegen.description.terms import bottom_up
+from mechc_codegen.ir.operations import count_operations
 from mechc_codegen.ir.passes.rewrite import rewrite_program
-from mechc_codegen.ir.program import Assign, Program, count_operations
+from mechc_codegen.ir.program import Assign, Program
 
 
 def collect(program: Program) -> Program:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from sympy import Add, Expr, Mul, S, Symbol
+from sympy import Add, Basic, Expr, Mul, S, Symbol
 
 from mechc_codegen.description.terms import bottom_up
 from mechc_codegen.ir.passes.rewrite import rewrite_program
@@ -26,6 +26,7 @@ class _Constants:
     def __init__(self, parameters: set[Symbol]) -> None:
         self.parameters = parameters
         self.known: dict[Expr, Symbol] = {}
+        self._fixed: dict[Basic, bool] = {}
 
     def statements(self) -> list[Assign]:
         return [Assign(symbol, value) for value, symbol in self.known.items()]
@@ -38,8 +39,18 @@ class _Constants:
             return -self.known[-value]
         return self.known.setdefault(value, Symbol(f"k{len(self.known)}", real=True))
 
-    def fixed(self, expression: Expr) -> bool:
-        return not expression.free_symbols - self.parameters
+    def fixed(self, expression: Basic) -> bool:
+        """Whether no symbol but parameters is in it; subexpressions are asked once."""
+        known = self._fixed.get(expression)
+        if known is None:
+            is_symbol = isinstance(expression, Symbol)
+            known = (
+                expression in self.parameters
+                if is_symbol
+                else all(map(self.fixed, expression.args))
+            )
+            self._fixed[expression] = known
+        return known
 
     def rewrite(self, expression: Expr) -> Expr:
         if self.fixed(expression) or not isinstance(expression, (Add, Mul)):

@@ -11,6 +11,14 @@
 #define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
 #endif
 
+/* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call
+ * costs little beside them, and each copy as long to compile as all the rest. */
+#ifdef MECHC_LONG
+#define MECHC_OF_STAGE MECHC_SINGLE
+#else
+#define MECHC_OF_STAGE MECHC_INLINE
+#endif
+
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 /* Constants made of parameters, and then of the rows: how many count (generic_rank.h), and what they
  * are like at ordinary configurations (ordinary_rows.h). */

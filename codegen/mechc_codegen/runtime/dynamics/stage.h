@@ -68,8 +68,8 @@ MECHC_INLINE void FN(give_ordinary)(const FN(given) *given, FN(place) *place)
 
 /* turns: three numbers an angle, where its sine and cosine are kept, or NULL; near: they are there
  * from a configuration near this one; regular: the rows are known to be far from dependent. */
-MECHC_INLINE void FN(locate_near)(real t, const real *q, const FN(given) *given, FN(place) *place,
-                                  real *turns, int near, int regular)
+MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *given,
+                                    FN(place) *place, real *turns, int near, int regular)
 {
 #if MECHC_LINKS > 0
     real *const jacobian = 0, *const mass = 0;
@@ -323,8 +323,8 @@ MECHC_INLINE void FN(steady)(const FN(place) *place, real *u)
 }
 
 /* Accelerations, and the multipliers when asked for. */
-MECHC_INLINE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
-                                 const FN(place) *place, real *accelerations, real *lambda)
+MECHC_OF_STAGE void FN(accelerate)(real t, const real *q, const real *u, const FN(given) *given,
+                                   const FN(place) *place, real *accelerations, real *lambda)
 {
 #if MECHC_NC > 0 && MECHC_LINKS > 0
     real gamma[MECHC_NC], bias[MECHC_LINKS * MECHC_DIM], wrench[MECHC_LINKS * MECHC_DIM];

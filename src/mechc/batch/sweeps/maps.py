@@ -14,8 +14,8 @@ import numpy as np
 from mechc.batch.reductions import read_reduction
 from mechc.native._codes import NOT_ASSEMBLED
 from mechc.results.figures import STYLE, _figure_class, _matplotlib, _save, _settled
-from mechc.results.panels import _plain
-from mechc.results.sampling import clean_text, pretty_name
+from mechc.results.mathtext import plain, typeset
+from mechc.results.sampling import clean_text
 from mechc.system.kinds import shown_in
 from mechc.system.parameters import Array
 
@@ -54,13 +54,13 @@ def draw_map(batch: Batch, chosen: Plan, text: str) -> Figure:
     unit, factor = shown_in(reduction.kind, reduction.unit)
     values = np.where(batch.ok, batch[text], np.nan) * factor
     shown = clean_text(reduction.text, 60)
-    label = _plain(f"{shown} [{unit}]" if unit else shown)
+    label = plain(f"{shown} [{unit}]" if unit else shown)
     with _matplotlib().rc_context(STYLE):
         figure = _figure_class()(figsize=(7.4, 5.2), layout="constrained")
         draw = _draw_line if len(chosen.variations) == 1 else _draw_maps
         draw(figure, batch, chosen, values, label)
         _explain(figure, batch, values)
-        figure.suptitle(_plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
+        figure.suptitle(plain(f"{batch.system.title}, 0 to {batch.recipe.span[1]:g} s"))
     return figure
 
 
@@ -69,7 +69,7 @@ def _axis(batch: Batch, chosen: Plan, i: int) -> tuple[Array, str]:
     name = chosen.variations[i].name
     quantity = batch.system.quantities[name]
     unit, factor = shown_in(quantity.kind, quantity.unit)
-    return chosen.columns[name] * factor, _plain(f"{pretty_name(name)} [{unit}]")
+    return chosen.columns[name] * factor, f"{typeset(name)} [{plain(unit)}]"
 
 
 def _draw_line(figure: Figure, batch: Batch, chosen: Plan, values: Array, label: str) -> None:
@@ -121,8 +121,8 @@ def _others(batch: Batch, chosen: Plan, member: int) -> str:
         values, _ = _axis(batch, chosen, i)
         quantity = batch.system.quantities[variation.name]
         unit = shown_in(quantity.kind, quantity.unit)[0]
-        told.append(f"{pretty_name(variation.name)} = {values[member]:.4g} {unit}")
-    return _plain(", ".join(told))
+        told.append(f"{typeset(variation.name)} = {values[member]:.4g} {plain(unit)}")
+    return ", ".join(told)
 
 
 def _draw_plane(

@@ -16,6 +16,7 @@ from mechc.results.sampling import Run, clean_text, pretty_name
 from mechc.system.parameters import Array
 
 MOST_MARKS: Final = 400
+MOST_LETTERS: Final = 60
 FLAT: Final = 1e-9  # of the size: a motion that stays in a plane
 UP: Final = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -93,9 +94,12 @@ def _beside(up: Array, wanted: Array) -> Array:
 def marks(run: Run) -> list[dict[str, Any]]:
     """Change points and events within the run, by time."""
     found = [{"t": t, "kind": "change", "label": "change point"} for t in run.change_times]
-    for number, record in enumerate(getattr(run.solution, "events", ())):
+    records = getattr(run.solution, "events", ())
+    titles = getattr(run.solution, "event_titles", ())
+    for title, record in zip(titles, records, strict=True):
         found += [
-            {"t": float(t), "kind": "event", "label": f"event {number}"} for t in _within(record.t)
+            {"t": float(t), "kind": "event", "label": clean_text(title, MOST_LETTERS)}
+            for t in _within(record.t)
         ]
     return sorted(found[:MOST_MARKS], key=lambda mark: float(mark["t"]))
 

@@ -89,6 +89,17 @@ class EventRecord:
     y: Array
 
 
+def event_titles(events: Sequence[Any]) -> tuple[str, ...]:
+    """What each event is called: its expression, the name of its function, or its number."""
+    return tuple(_title(event, number) for number, event in enumerate(events))
+
+
+def _title(event: Any, number: int) -> str:
+    function = event.function if isinstance(event, Event) else event
+    given = getattr(function, "title", "") or getattr(function, "__name__", "")
+    return given if given not in ("", "<lambda>", "expression") else f"event {number}"
+
+
 class EventFinder:
     """Searches a run's new steps for zeros.
 

@@ -129,3 +129,23 @@ def test_what_is_wrong_is_told(ball):
     ):
         with pytest.raises(error, match=words):
             ball.simulate(1.0, [1.0, 0.0], events=given)
+
+
+def test_events_are_called_as_they_were_written(ball, tmp_path):
+    """In results, in files, and on the time line of the page in space."""
+    from mechc.results.sampling import sample
+    from mechc.results.view.motion import marks
+
+    def low(t, y):
+        return y[0] - 0.5
+
+    q, u = dynamicsymbols("q_0 u_0")
+    events = ["q_0 < m/2", q + 2 * u, mechc.Event("u_0 + 1", direction=-1), low, lambda t, y: y[1]]
+    sol = ball.simulate(0.5, {"q_0": 1.0, "u_0": 0.5}, {"m": 1.0}, events=events)
+    titles = ("q_0 < m/2", "q_0 + 2*u_0", "u_0 + 1", "low", "event 4")
+    assert sol.event_titles == titles
+    told = [mark["label"] for mark in marks(sample(sol, 10))]
+    assert set(told) <= set(titles)
+    assert {"q_0 < m/2", "u_0 + 1"} <= set(told)
+    again = mechc.open(sol.save(tmp_path / "ball.nc"), ball)
+    assert again.event_titles == titles

@@ -86,6 +86,39 @@ def test_rates_are_sympys_with_inputs_that_are_held(tmp_path, compiler):
     assert c.output("rates", 4, y) == pytest.approx(np.ravel(rhs(*y, *p, force)), rel=1e-13)
 
 
+def test_inputs_that_a_function_gives_drive_the_compiled_motion(tmp_path):
+    """A force of time and state: Kutta's steps converge to the motion with the same function."""
+    kane, _, names, _ = cart()
+    p, y0 = [1.2, 9.81, 0.7, 0.3], np.array([0.1, 0.8, -0.4, 2.0])
+    mechc.export_c(kane, tmp_path, name="cart")
+    c, calls = Exported(tmp_path, "cart", 4, p, y0), []
+
+    def force(t, q, u):
+        return 3.0 * np.sin(2.0 * t) - 4.0 * q[0] - u[0]
+
+    def drive(_, t, q, u, inputs):
+        inputs[0] = force(t, q, u)
+        calls.append(t)
+
+    row = ctypes.POINTER(ctypes.c_double)
+    kept = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, row, row, row)(drive)
+    place = 4 + _constants(tmp_path / "cart.h", "k") + 1
+    c.model.view(np.uint64)[place] = ctypes.cast(kept, ctypes.c_void_p).value
+    model = mechc.compile(kane, backend="numpy")
+    params = dict(zip(map(str, names), p, strict=True))
+    exact = model.simulate(1.0, y0, params, inputs={"F": force}, rtol=1e-11).y[-1]
+    errors = []
+    for count in (100, 200):
+        y = y0
+        for k in range(count):
+            status, y = c.step(1.0 / count, y, k / count)
+            assert status == 0
+        errors.append(np.abs(y - exact).max())
+    assert errors[1] < 1e-7
+    assert 12 < errors[0] / errors[1] < 20
+    assert {0.0, 0.005, 0.0025} <= set(calls)  # within steps too
+
+
 def _constants(header, array):
     """The declared length of an array of the model."""
     text = header.read_text("utf-8")

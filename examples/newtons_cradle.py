@@ -5,7 +5,7 @@
 Five pendulums in a row; between neighbours is a stop (mechc.Stop), an impact by Newton's law of
 restitution.  Where the balls are apart the impacts follow each other, and one ball leaves at the
 other end.  Where they touch all stops are hit at once, and all balls move off (Moreau 1988);
-that run ends where four of them swing together, for a contact that lasts is no impact.
+later on four of them swing together, in contacts that last until one lifts off.
 Energy never grows.
 Writes newtons_cradle.png.
 """

@@ -36,6 +36,7 @@ from mechc.open import open_saved as open  # noqa: F401
 from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events.event import Event, EventRecord
+from mechc.simulation.events.friction import DryFriction
 from mechc.simulation.events.stops import Stop
 from mechc.simulation.status import ChangePoint, Status
 
@@ -69,6 +70,7 @@ __all__ = [
     "Coupling",
     "Cut",
     "Drawing",
+    "DryFriction",
     "Event",
     "EventError",
     "EventRecord",
@@ -138,6 +140,7 @@ _DESCRIPTION = {
     "Coupling",
     "Cut",
     "Drawing",
+    "DryFriction",
     "FreeJoint",
     "Joint",
     "Kind",

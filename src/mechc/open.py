@@ -14,7 +14,9 @@ from mechc.errors import CompilerError, MechcError, MissingPackageError
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
+from mechc.simulation.contact.recorded import RecordedRun
 from mechc.simulation.events.event import EventRecord
+from mechc.simulation.segments import Segments, Until
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
@@ -133,9 +135,15 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
     t0, t1 = recipe["span"]
     jumps = [(float(t), np.array(y, float)) for t, y in recipe.get("jumps", [])]
     starts = [(float(t0), np.array(recipe["y0"])), *jumps]
+    contacts = recipe.get("contacts") or [[[]]] * len(starts)
+    ends = [*(t for t, _ in jumps), float(t1)]
     sol: Solution | None = None
-    for (begin, state), end in zip(starts, [*(t for t, _ in jumps), float(t1)], strict=True):
-        piece = model.simulate((begin, end), state, np.array(recipe["params"]), **policy)
+    for (begin, state), end, (words, *steps) in zip(starts, ends, contacts, strict=True):
+        span = (begin, begin if steps else end)
+        piece = model.simulate(span, state, np.array(recipe["params"]), **policy)
+        if words:
+            told = [text_of(word, "a contact") for word in words]
+            piece._run = _in_contact(piece, told, steps)
         sol = piece if sol is None else sol.followed_by(piece)
         policy["first_step"] = None
         made = int(piece.stats["steps"] + piece.stats["rejected"])
@@ -144,6 +152,18 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
             break
     assert sol is not None
     return sol
+
+
+def _in_contact(piece: Solution, words: list[str], steps: list[Any]) -> Segments:
+    """The run of a part, in contact where its steps are given."""
+    whole = Segments()
+    for end, told in steps:
+        kept = RecordedRun(piece.system, piece.params, mapping_of(told, "its contacts"))
+        run = Until(kept, float(end)) if end < kept.t else kept
+        whole.add(run, contacts=tuple(words))
+    if not steps:
+        whole.add(piece._run, contacts=tuple(words))
+    return whole
 
 
 def _pickled(sol: Solution) -> tuple[Any, ...]:

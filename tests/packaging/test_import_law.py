@@ -26,7 +26,7 @@ RUNTIME_LAW = {
     "numpy_backend": {"native", "system"},
     "assembly": {"native", "system"},
     "compilation": {"_scenes", "native", "system", "inputs", "numpy_backend"},
-    "simulation": {"native", "system", "assembly"},
+    "simulation": {"native", "system", "assembly", "numpy_backend"},
     "analysis": {"native", "system", "inputs", "assembly", "simulation"},
     "sensitivities": {"native", "system", "inputs", "simulation"},
     "fitting": {"system", "assembly", "simulation", "results", "batch"},

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechc.compilation.event_unit import COMPILER, loaded
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import directions_of
 from mechc.simulation.events.expressions import (
     Compiler,
@@ -75,6 +76,11 @@ def batch_events(
     _refuse(until, controlled)
     compiler = Compiler(*COMPILER)
     events = checked_events(given, system, system.parameter_set.defaults, compiler)
+    if any(law.slip is not None for law in contact_laws(events)):
+        raise ValueOutOfBoundsError(
+            "a batch has no friction at stops and no mechc.DryFriction yet: simulate one motion at "
+            "a time"
+        )
     if not all(map(is_compilable, events)):
         raise ValueOutOfBoundsError(
             "events of a batch and their resets are expressions, of SymPy or as text, not "

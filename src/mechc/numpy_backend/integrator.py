@@ -312,9 +312,15 @@ class NumpyRun:
         ends = np.array([self._times[i + 1] for i in steps])
         states, rows = (np.array([kept[i] for i in steps]) for kept in (self._states, self._dense))
         s = ((t - starts) / (ends - starts))[:, None]
-        out = np.zeros(states.shape)
-        for row in reversed(range(DENSE_ROWS)):
-            out = (1 - s if row % 2 else s) * (out + rows[:, row])
-        settled, closed = self.whole.settle(t, states + out)
+        settled, closed = self.whole.settle(t, states + dense_output(rows, s))
         settled[closed.status != RUNNING] = np.nan
         return np.asarray(np.where(s == 0.0, states, settled))
+
+
+def dense_output(rows: Array, s: Array) -> Array:
+    """What is added to the starts of steps with these rows (n, 7, nq + nu) at the parts s (n, 1)
+    of them."""
+    out = np.zeros((len(rows), rows.shape[2]))
+    for row in reversed(range(DENSE_ROWS)):
+        out = (1 - s if row % 2 else s) * (out + rows[:, row])
+    return out

@@ -27,6 +27,7 @@ from mechc.results.untrusted import (
     read_regular,
     short,
 )
+from mechc.simulation.contact.recorded import contacts_of
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference
@@ -129,6 +130,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "status": asdict(sol.status),
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
+        "contacts": contacts_of(sol._run),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
     }

@@ -21,7 +21,7 @@ from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
-from mechc.sensitivities.steps import NAMES, checked_run
+from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -93,6 +93,7 @@ def gradient_of_run(
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
+    refuse_contact(sol._run)
     system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)

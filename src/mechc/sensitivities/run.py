@@ -11,7 +11,7 @@ from mechc.sensitivities.columns import Columns, columns_of
 from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import constraint_gradient, start_columns
-from mechc.sensitivities.steps import Piece, follow
+from mechc.sensitivities.steps import Piece, follow, refuse_contact
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -28,6 +28,7 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of` and :func:`start_columns` say.
     """
+    refuse_contact(sol._run)
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
     t, y = sol._run.states()

@@ -123,6 +123,20 @@ def on_tangent_space(
     return moved
 
 
+def refuse_contact(run: Any) -> None:
+    """
+    Raises
+    ------
+    MechcError
+        For a run with friction, or in which contacts lasted.
+    """
+    if isinstance(run, Segments) and any(run.contacts):
+        raise MechcError(
+            "there are no derivatives of a motion with friction or with contacts that last: end "
+            "the run before them"
+        )
+
+
 def checked_run(system: System, run: Any, values: Array) -> None:
     """Nothing, for a run that has derivatives.
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -54,20 +55,32 @@ def work_along(system: System, run: Any, values: Array, times: Array, conservati
     """Work done between the run's start and each of these times, J (nt,).
 
     ``times`` are in the order of the run; of two equal ones at a jump the first is before it.
-    ``conservative``: only jumps change the energy.
+    ``conservative``: only jumps change the energy.  Where a contact lasts, its work is not known
+    otherwise: what the energy changes by is all the work there.
     """
     t, y = run.states()
     grown = np.diff(system.energy(y, values, t))
-    jumps = np.diff(t) == 0.0
+    contact = in_contact(run, len(grown))
+    jumps = (np.diff(t) == 0.0) | contact
     done = np.where(jumps, grown, 0.0)
     if conservative:
         return _at(t, np.append(0.0, np.cumsum(done)), times)[0]
     smooth = np.flatnonzero(~jumps)
     done[smooth] = integral(system, run, values, t[smooth], t[smooth + 1])
     begun, rows = _at(t, np.append(0.0, np.cumsum(done)), times)
-    rest = np.flatnonzero(times != t[rows])
+    between = times != t[rows]
+    known = between & np.append(contact, False)[rows]
+    rest = np.flatnonzero(between & ~known)
     begun[rest] += integral(system, run, values, t[rows[rest]], times[rest])
+    along = run.interpolate(times[known])
+    begun[known] += system.energy(along, values, times[known])
+    begun[known] -= system.energy(y[rows[known]], values, t[rows[known]])
     return begun
+
+
+def in_contact(run: Any, steps: int) -> Array:
+    """Of each step of a run whether a contact lasted in it."""
+    return run.in_contact() if isinstance(run, Segments) else np.zeros(steps, bool)
 
 
 def _at(t: Array, done: Array, times: Array) -> tuple[Array, Any]:
@@ -120,7 +133,10 @@ def power_at(system: System, values: Array, t: Array, y: Array, lengths: Array) 
     potential = system.potential_energy(moved, values, at)
     energy, largest = kinetic + potential, (np.abs(kinetic) + np.abs(potential)).max(axis=1)
     value, lower = energy @ EIGHTH / step, energy @ SIXTH / step
-    return Power(value, np.abs(value - lower) + np.finfo(float).eps * largest / step)
+    width = len(system.coordinates)
+    turned = np.maximum(np.abs(y[:, :width] / size[:width]).max(axis=1, initial=0.0), 1.0)
+    rounding = np.finfo(float).eps * turned * largest  # coordinates that have grown have it too
+    return Power(value, np.abs(value - lower) + rounding / step)
 
 
 def _of_time(system: System, values: Array, t: Array, y: Array) -> bool:
@@ -144,6 +160,8 @@ def energy_note(
     if stats["rhs_evaluations"] < WORTH or not system.knows_energy:
         return ()
     t, y = run.states()
+    if in_contact(run, 0).any():
+        return ()
     asked = max(policy.rtol, stats["rounding"], FINEST)
     if _alike(system, t[:: len(t) - 1], y[:: len(t) - 1], values, NEAR * asked):
         return ()

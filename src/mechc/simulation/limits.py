@@ -123,8 +123,9 @@ def _jump(last: _Last) -> Limit | None:
     return Limit(
         f"the equations jump here: the rate of {name} is {before:.4g} on one side and {after:.4g} "
         "on the other, and no step is short enough for that",
-        "Write the law smoothly, as tanh(v/v_s) for sign(v) with a small v_s, or end the run there "
-        "by an event and continue from sol.y[-1] with the other law",
+        "Dry friction, mu N sign(v), is mechc.DryFriction('v', mu, N) among the events: it slides "
+        "and sticks. Else write the law smoothly, as tanh(v/v_s) for sign(v) with a small v_s, or "
+        "end the run there by an event and continue from sol.y[-1] with the other law",
     )
 
 

@@ -41,12 +41,21 @@ class SmoothPart(NamedTuple):
         Its first and last time, s.
     y0, y1 : (nq + nu,)
         The states at them: after the jump before, and before the jump after.
+    contacts
+        Of each event the state of its contact: "open", "held", "sticks", "slides +", "slides -";
+        "" for other events; empty where no contact lasted until then.
     """
 
     t0: float
     t1: float
     y0: Array
     y1: Array
+    contacts: tuple[str, ...] = ()
+
+
+def lasts(contacts: tuple[str, ...]) -> bool:
+    """Whether any contact lasts, in the words of :class:`SmoothPart`."""
+    return any(word not in ("", "open") for word in contacts)
 
 
 class Until:
@@ -102,17 +111,24 @@ class Segments:
         self.pieces: list[Segment] = []
         self.jumps: list[bool] = []  # whether a piece begins with a jump
         self.causes: list[tuple[int, ...]] = []  # the events whose resets made it, in order
+        self.contacts: list[tuple[str, ...]] = []  # of each piece, as in SmoothPart
         self._rows: list[int] = []  # states before those of a piece
         self._starts: list[float] = []  # times
         for piece in pieces:
             self.add(piece)
 
-    def add(self, piece: Segment, *, jump: bool = False, causes: tuple[int, ...] = ()) -> None:
+    def add(
+        self, piece: Segment, *, jump: bool = False, causes: tuple[int, ...] = (),
+        contacts: tuple[str, ...] = (),
+    ) -> None:  # fmt: skip
         """Go on with a piece, or with several that are one motion."""
         if isinstance(piece, Segments):
-            for part, jumps, by in zip(piece.pieces, piece.jumps, piece.causes, strict=True):
-                self.add(part, jump=jumps, causes=by)
+            told = zip(piece.pieces, piece.jumps, piece.causes, piece.contacts, strict=True)
+            for part, jumps, by, states in told:
+                self.add(part, jump=jump or jumps, causes=by, contacts=states)
+                jump = False
             return
+        self.contacts.append(contacts)
         self.causes.append(causes)
         self._rows.append(self.count if self.pieces else 0)
         self._starts.append(float(piece.times(0)[0]))
@@ -122,6 +138,13 @@ class Segments:
     def end_at(self, t: float) -> None:
         """The last piece counts until a time within it."""
         self.pieces[-1] = Until(self.pieces[-1], t)
+
+    def replace_last(self, piece: Segment, contacts: tuple[str, ...]) -> None:
+        """Another piece from the start of the last one, which has not advanced."""
+        before = self.contacts[-2] if len(self.pieces) > 1 else contacts
+        self.pieces[-1], self.contacts[-1] = piece, contacts
+        if before != contacts and (lasts(before) or lasts(contacts)):
+            self.jumps[-1] = True  # a run that is continued goes on in other contact
 
     @property
     def last(self) -> Segment:
@@ -200,12 +223,20 @@ class Segments:
             out[own] = rows[number]
         return out
 
+    def in_contact(self) -> Array:
+        """Of each step between two states whether a contact lasted in it."""
+        counts = [
+            piece.count - 1 + int(k > 0 and self.jumps[k]) for k, piece in enumerate(self.pieces)
+        ]
+        return np.repeat([lasts(words) for words in self.contacts], counts)
+
     def smooth_parts(self) -> tuple[SmoothPart, ...]:
         """The parts between jumps."""
         t, y = self.states()
-        jumps = [row for row, jump in zip(self._rows, self.jumps, strict=True) if jump]
-        bounds = zip([0, *jumps], [*jumps, len(t)], strict=True)
+        pieces = [0, *(k for k, jump in enumerate(self.jumps) if jump and k)]
+        rows = [self._rows[k] for k in pieces]
+        bounds = zip(rows, [*rows[1:], len(t)], pieces, strict=True)
         return tuple(
-            SmoothPart(float(t[first]), float(t[end - 1]), y[first], y[end - 1])
-            for first, end in bounds
+            SmoothPart(float(t[first]), float(t[end - 1]), y[first], y[end - 1], self.contacts[k])
+            for first, end, k in bounds
         )

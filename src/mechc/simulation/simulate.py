@@ -26,11 +26,18 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
-from mechc.simulation.events.compiled import CompiledFinder, CompiledResets, compiled_finder
+from mechc.simulation.contact.drive import ContactResets
+from mechc.simulation.contact.laws import contact_laws
+from mechc.simulation.events.compiled import (
+    CompiledFinder,
+    CompiledResets,
+    compiled_finder,
+    may_compile,
+)
 from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.events.resets import Resets, resets_of
-from mechc.simulation.events.stops import StopReset, refuse_stops
-from mechc.simulation.initialise import begin, leave_change_point, reach_end, starts_beside
+from mechc.simulation.events.stops import refuse_stops
+from mechc.simulation.initialise import begin, leave_change_point, reach_end
 from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
@@ -76,7 +83,8 @@ def run(
     """
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
-    if compiled.status == AT_CHANGE_POINT or starts_beside(compiled, policy):
+    beside = getattr(compiled, "met_critical", False) and policy.on_change_point != "stop"
+    if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
@@ -99,13 +107,13 @@ def _driven(
     first: int = 0,
 ) -> Made:
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
-    finder = _finder(events, system, compiled, span, values, policy, first)
+    finder = _finder(events, system, compiled, span, values, policy, first) if events else None
     resets = None
     if finder is not None and resets_of(events) and compiled.status == RUNNING:
         compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
-        kind = CompiledResets if isinstance(finder, CompiledFinder) else Resets
+        kind = _kind_of_resets(system, events, finder)
         resets = partial(kind, system, values, policy, span[1], compiled, finder)
-    code, stop = _drive(compiled, span, finder, progress, resets)
+    code, stop, finder = _drive(compiled, span, finder, progress, resets)
     ended = None
     if code == NO_STEP_FITS and finder is None:
         ended = reach_end(system, compiled, span, values, policy)
@@ -124,7 +132,7 @@ def _driven(
         system.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
         (
-            *_warnings(compiled, code, stop),
+            *(_warnings(compiled, code, stop) if compiled.crossings else ()),
             *_coarse_angles(system, compiled, policy.rtol),
             *(energy_note(system, compiled, values, policy, stats) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
@@ -154,12 +162,21 @@ def _finder(
     policy: Policy, first: int,
 ) -> EventFinder | None:  # fmt: skip
     """What looks for the events; in compiled code where they are compiled."""
-    if not events:
-        return None
     compiled = compiled_finder(events, system, run, span, values, policy, first)
-    if any(isinstance(getattr(event, "reset", None), StopReset) for event in events):
-        refuse_stops(system, span, compiled is not None)
-    return compiled or EventFinder(events, run, system.scene.width, first, policy.rtol)
+    laws = contact_laws(events)
+    slides = any(law.slip is not None for law in laws)
+    if laws:
+        alone = system.driven is None or (compiled is not None and not slides)
+        refuse_stops(system, span, alone and may_compile(run, first))
+    if compiled is None or slides:
+        return EventFinder(events, run, system.scene.width, first, policy.rtol)
+    return compiled
+
+
+def _kind_of_resets(system: System, events: Sequence[Any], finder: EventFinder) -> Any:
+    if contact_laws(events) and system.driven is None:
+        return ContactResets
+    return CompiledResets if isinstance(finder, CompiledFinder) else Resets
 
 
 def continued(
@@ -210,35 +227,38 @@ def _drive(
     finder: EventFinder | None,
     progress: Callable[[float], None] | None,
     begun: Callable[[], Resets] | None = None,
-) -> tuple[int, float | None]:
-    """Advance to the end; the final status code, and the time of a terminal event."""
+) -> tuple[int, float | None, EventFinder | None]:
+    """Advance to the end; the final status code, the time of a terminal event, and what has looked
+    for events last."""
     steps = CHUNK if finder is None else finder.steps
+    resets = None
     try:
         resets = begun() if begun else None
+        code = resets.begin() if resets else RUNNING
         while True:
+            finder = resets.finder if resets else finder
+            if code != RUNNING:
+                return code, None, finder
             code = compiled.advance(steps)
             stop = finder.look() if finder else None
             if finder is not None and stop is not None:
                 number = finder.stopped_by
-                if resets is None or finder.events[number].reset is None:
-                    return STOPPED_BY_EVENT, stop
+                if resets is None or not resets.takes(number):
+                    return STOPPED_BY_EVENT, stop, finder
                 code = resets.after(stop, number)
-            if code != 0:
-                return code, None
             if progress is not None:
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
-        return INTERRUPTED, None
+        return INTERRUPTED, None, resets.finder if resets else finder
     except FunctionFailedError as failure:
+        finder = resets.finder if resets else finder
         assert finder is not None
         finder.failure = failure
-        return EVENT_FAILED, None
+        return EVENT_FAILED, None, finder
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
-    """Warnings about change points crossed."""
-    if not compiled.crossings:
-        return ()
+    """Of a run that crossed change points."""
     times = compiled.change_points()[0]
     if stop is not None:
         start = compiled.states()[0][0]

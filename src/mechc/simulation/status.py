@@ -81,6 +81,9 @@ class Status:
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
 
 
+# Ends of runs with contact that lasts, which compiled code does not know.
+CONTACT_INCONSISTENT, CONTACT_UNDECIDED, CONTACTS_TOO_MANY = 1001, 1002, 1003
+
 # Near critical configurations, where another method may do.
 AT_CROSSINGS = (
     codes.UNDECIDED,
@@ -185,8 +188,26 @@ CODES = {
     codes.RESETS_ACCUMULATE: (
         "resets accumulate",
         "the times between the resets of an event became too short to be told apart (Zeno)",
-        "A contact that lasts is no event: end the run before it, with terminal=n or a terminal "
-        "event on the speed, and continue without what has come to rest",
+        "A contact that lasts is a mechc.Stop; in a batch, and with another event, end the run "
+        "before it, with terminal=n or a terminal event on the speed",
+    ),
+    CONTACT_INCONSISTENT: (
+        "contact inconsistent",
+        "no forces at the contacts satisfy Coulomb's law and keep the gaps from closing, whichever "
+        "slide, stick or open (Painleve's paradox): rigid bodies with this friction have no motion "
+        "from here on",
+        "Lower the friction, or give the contact a stiffness of its own, as a load",
+    ),
+    CONTACT_UNDECIDED: (
+        "contact undecided",
+        "the laws of contact allow several motions from here on, or the contacts change without "
+        "end at this instant: friction and rigid bodies do not decide which (Painleve)",
+        "Lower the friction, start a little beside it, or give the contact a stiffness of its own",
+    ),
+    CONTACTS_TOO_MANY: (
+        "too many contacts",
+        "so many contacts touch at once that their modes cannot all be tried",
+        "Describe bodies by fewer points of contact",
     ),
     codes.INPUT_FAILED: (
         "input failed",

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
-from mechc.simulation.balance import conserves_energy, work_along
+from mechc.simulation.balance import conserves_energy, in_contact, work_along
 from mechc.simulation.events.event import EventRecord, event_titles
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
@@ -181,7 +181,8 @@ class Trajectory:
     @cached_property
     def _conserves_energy(self) -> bool:
         t, y = self._run.states()
-        return conserves_energy(self.system, t, y, self.params)
+        lasting = in_contact(self._run, 0).any()
+        return not lasting and conserves_energy(self.system, t, y, self.params)
 
     @property
     def energy_drift(self) -> float:

@@ -78,6 +78,7 @@ def test_dry_friction_that_sticks_is_named(way):
     assert "0.2" in sol.status.cause
     assert "1.8" in sol.status.cause
     assert "tanh" in sol.status.advice
+    assert "mechc.DryFriction" in sol.status.advice
 
 
 @pytest.mark.slow

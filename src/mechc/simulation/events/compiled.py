@@ -32,11 +32,16 @@ def compiled_finder(
     """What looks for compiled events from the accepted state ``first`` on; None where they are not
     compiled, or the run from there on is not one of compiled code."""
     functions = compiled_functions(events)
-    part = _last(run)
-    begins = first == run.count - part.count
-    if functions is None or not isinstance(_compiled(part), Run) or not begins:
+    if functions is None or not may_compile(run, first):
         return None
     return CompiledFinder(events, functions, system, run, span, values, policy, first)
+
+
+def may_compile(run: Segment, first: int) -> bool:
+    """Whether a run from its accepted state ``first`` on is one of compiled code."""
+    part = _last(run)
+    begins = first == run.count - part.count
+    return isinstance(_compiled(part), Run) and begins
 
 
 def _last(run: Any) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.events.event import Event
+from mechc.simulation.events.friction import DryFriction, FrictionLaw
 from mechc.simulation.events.stops import Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
@@ -87,7 +88,11 @@ def compiled_functions(events: Sequence[Any]) -> Any:
 
 
 def _is_one(given: Any) -> bool:
-    if callable(given) or isinstance(given, (Event, Stop, Mapping)) or is_expression(given):
+    if (
+        callable(given)
+        or isinstance(given, (Event, Stop, DryFriction, Mapping))
+        or is_expression(given)
+    ):
         return True
     return not isinstance(given, Iterable)
 
@@ -121,6 +126,8 @@ class _Reader:
     def event(self, given: Any) -> Any:
         if isinstance(given, Stop):
             return self._stop(given)
+        if isinstance(given, DryFriction):
+            return Event(self._friction(given))
         if is_expression(given):
             given = Event(given)
         if not isinstance(given, Event):
@@ -166,7 +173,47 @@ class _Reader:
                 )
         if not 0.0 <= kept(0.0, np.zeros(system.scene.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
-        return Event(gap, -1.0, given.terminal, StopReset(gap, kept, system, self.p))
+        reset = StopReset(gap, kept, system, self.p, self._friction_of_stop(given))
+        return Event(gap, -1.0, given.terminal, reset)
+
+    def _friction_of_stop(self, given: Stop) -> FrictionLaw:
+        none = not is_expression(given.friction) and not given.friction and given.static is None
+        if given.slip is None and not none:
+            raise ValueOutOfBoundsError(
+                "friction at a stop needs the speed of sliding there: slip='u_x + r*omega'"
+            )
+        if given.slip is None or none:
+            return FrictionLaw(None, 0.0, 0.0)
+        return self._law(given.slip, given.friction, given.static, 1.0)
+
+    def _friction(self, given: DryFriction) -> FrictionLaw:
+        slip = given.slip
+        if len(getattr(slip, "speeds", ())) == 1:  # a joint of SymPy
+            slip = slip.speeds[0]
+        return self._law(slip, given.mu, given.static, given.normal)
+
+    def _law(self, slip: Any, friction: Any, static: Any, normal: Any) -> FrictionLaw:
+        from sympy import diff
+
+        speed = self._plain(slip)
+        speeds = [self.names[name] for name in self.system.speeds]
+        rows = [diff(speed, u) for u in speeds]
+        if not any(rows) or any(row.has(u) for row in rows for u in speeds):
+            raise ValueOutOfBoundsError(
+                f"a speed of sliding is linear in the speeds of the model, not {brief(slip)}"
+            )
+        press, slides = self._plain(normal), self._plain(friction)
+        sticks = slides if static is None else self._plain(static)
+        for coefficient, told in ((slides, friction), (sticks, static), (press, normal)):
+            if coefficient.is_number and not coefficient >= 0:
+                raise ValueOutOfBoundsError(
+                    f"friction = {told} must not be negative, nor the force that presses"
+                )
+        if sticks.is_number and slides.is_number and sticks < slides:
+            raise ValueOutOfBoundsError(
+                f"static = {static} must be at least the friction while it slides, {friction}"
+            )
+        return FrictionLaw(speed, slides * press, sticks * press)
 
     def _reset(self, given: Mapping[Any, Any]) -> ResetExpressions:
         state = (*self.system.coordinates, *self.system.speeds)
@@ -208,7 +255,7 @@ class _Reader:
         return expression.xreplace(known)
 
 
-def _function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
+def function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
     """A function of t, y and p for expressions over plain symbols."""
     from sympy import Symbol, lambdify
 
@@ -230,7 +277,7 @@ def _derivatives(
     symbols = [Symbol(name, real=True) for name in by]
     entries = [(i, j, diff(value, x)) for i, value in enumerate(values)
                for j, x in enumerate(symbols) if value.has(x)]  # fmt: skip
-    function = _function_of([entry for _, _, entry in entries])
+    function = function_of([entry for _, _, entry in entries])
 
     def slopes(t: float, y: Array, p: Array) -> tuple[Array, Array, Array]:
         table = np.zeros((len(values), len(by)))
@@ -267,7 +314,7 @@ class ValueExpression:
 
     @cached_property
     def _compiled(self) -> Callable[..., Any]:
-        return _function_of([self.expression])
+        return function_of([self.expression])
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:
@@ -304,7 +351,7 @@ class ResetExpressions:
 
     @cached_property
     def _compiled(self) -> Callable[..., Any]:
-        return _function_of(list(self.changes.values()))
+        return function_of(list(self.changes.values()))
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:

@@ -21,6 +21,7 @@ from mechc.simulation.events.event import (
     evaluated,
     located,
 )
+from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
@@ -63,28 +64,52 @@ class Resets:
         self.sense = 1.0 if t_end >= t[first] else -1.0
         finder.enter(chain, first, self._sides(float(t[first]), y[first]))
 
+    def begin(self) -> int:
+        """Before the first step; RUNNING, or the status that ends the run."""
+        return RUNNING
+
+    def takes(self, number: int) -> bool:
+        """Whether an event that stopped the search is applied here, and does not end the run."""
+        return self.finder.events[number].reset is not None
+
     def after(self, t: float, number: int) -> int:
         """Apply the reset of an event, and continue; RUNNING, or the status that ends the run."""
-        event = self.finder.events[number]
-        self.chain.end_at(t)
-        before = self.chain.last.interpolate(np.array([t]))[0]
-        self.finder.keep()
+        before = self._stop_at(t)
         state, accumulate = self._reset(t, before, number)
-        ends = bool(event.terminal) and self.finder.count(number) >= event.terminal
-        first = self.chain.pieces[-1].stats()
-        left = self.policy.max_steps - first["steps"] - first["rejected"]
-        room = self.policy.max_bytes - self._bytes()
-        self.policy = self.policy._replace(
-            first_step=0.0, max_steps=max(left, 1), max_bytes=max(room, 1.0)
-        )
+        return self._go_on(t, number, state, accumulate)
+
+    def _stop_at(self, t: float) -> Array:
+        """The state where the last piece ends."""
+        self.chain.end_at(t)
+        before: Array = self.chain.last.interpolate(np.array([t]))[0]
+        self.finder.keep()
+        return before
+
+    def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
+        """A new piece after the reset of an event."""
+        ends = self._is_last(number)
+        left = self._shorten()
         t_end = t if ends or accumulate else self.t_end
         piece = begin(self.system, (t, t_end), state, self.values, self.policy)
         self.chain.add(piece, jump=True, causes=tuple(self.caused_by))
         self.finder.enter(piece, 0, self._sides(t, state))
         if accumulate:
             return RESETS_ACCUMULATE
-        if ends:
-            return STOPPED_BY_EVENT
+        return STOPPED_BY_EVENT if ends else left
+
+    def _is_last(self, number: int) -> bool:
+        """Whether an event has happened as often as ends the run."""
+        event = self.finder.events[number]
+        return bool(event.terminal) and self.finder.count(number) >= event.terminal
+
+    def _shorten(self) -> int:
+        """Count what the last piece took of the run's limits; RUNNING while something is left."""
+        first = self.chain.pieces[-1].stats()
+        left = self.policy.max_steps - first["steps"] - first["rejected"]
+        room = self.policy.max_bytes - self._bytes()
+        self.policy = self.policy._replace(
+            first_step=0.0, max_steps=max(left, 1), max_bytes=max(room, 1.0)
+        )
         if room <= 0:
             return MEMORY_LIMIT
         return RUNNING if left > 0 else TOO_MANY_STEPS
@@ -264,5 +289,9 @@ def onto_constraints(system: System, t: float, state: Array, values: Array) -> A
 
 
 def resets_of(events: Any) -> bool:
-    """Whether any of the events has a reset."""
-    return any(isinstance(event, Event) and event.reset is not None for event in events)
+    """Whether any of the events has a reset, or is a law of friction."""
+    return any(
+        isinstance(event, Event)
+        and (event.reset is not None or isinstance(event.function, FrictionLaw))
+        for event in events
+    )

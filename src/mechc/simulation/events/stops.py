@@ -1,4 +1,4 @@
-"""Stops: parts of a mechanism that hit each other, with Newton's law of restitution."""
+"""Stops: parts of a mechanism that hit each other, and may stay in contact."""
 
 from __future__ import annotations
 
@@ -8,18 +8,23 @@ from typing import Any
 import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.simulation.events.friction import FrictionLaw
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 
 @dataclass(frozen=True)
 class Stop:
-    """A gap that stays open: where it closes, an impact without friction turns its rate back.
+    """A gap that stays open: where it closes, an impact turns its rate back, or contact lasts.
 
     The impulse acts through the mass matrix and the constraints.  Stops that touch at that instant
     get their impulses together: each rate is afterwards at least ``-e`` times the one before, and
     where it is more there is no impulse (Moreau 1988; a linear complementarity problem).  Energy
-    never grows: of stops with different e that touch at once the least counts where it would.
+    never grows: of stops with different e that touch at once the least counts where it would, and
+    with friction all restitutions are as much smaller as keeps it from that.
+
+    Where flights become too short to be told apart, and with e = 0, the contact lasts: the gap is
+    held by a force that presses, until that comes to 0.
 
     Attributes
     ----------
@@ -30,42 +35,58 @@ class Stop:
         e, 0 to 1: a number, or an expression of parameters.
     terminal
         As of :class:`mechc.Event`.
+    friction
+        Coulomb's coefficient while it slides, and at impacts: a number, or an expression of time,
+        state and parameters.  In the plane: there is one direction of sliding.
+    slip
+        The speed of sliding at the contact, linear in the speeds, with ``friction``: as
+        ``"u_x + r*omega"``.
+    static
+        The coefficient at which what sticks begins to slide; None: ``friction``.
     """
 
     gap: Any
     restitution: Any = 0.0
     terminal: bool | int = False
+    friction: Any = 0.0
+    slip: Any = None
+    static: Any = None
 
 
 def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> None:
-    """Refuse stops where their impacts cannot be computed.
+    """Refuse stops and dry friction where they cannot be computed.
 
     Raises
     ------
     ValueOutOfBoundsError, MechcError
-        Backwards in time; without compiled code, or beside events that are functions of Python.
+        Backwards in time; without compiled code.
     """
     if span[1] < span[0]:
         raise ValueOutOfBoundsError(
-            "backwards in time there are no stops: the motion before an impact does not follow "
-            "from the one after it"
+            "backwards in time there are no stops and no dry friction: the motion before an impact "
+            "does not follow from the one after it"
         )
     if not compiled:
         raise MechcError(
-            f"{system.name}: stops run in compiled code. They need a C compiler, all other events "
-            "as expressions, and a start that is no change point"
+            f"{system.name}: stops and dry friction need a C compiler and a start that is no "
+            "change point; with inputs given with the run there is no friction, and other events "
+            "are expressions"
         )
 
 
 class StopReset:
     """The impact of one stop by itself, as a function of t, q, u and parameters.
 
-    ``gap`` and ``kept``, the restitution, are a :class:`ValueExpression` each.
+    ``gap`` and ``kept``, the restitution, are a :class:`ValueExpression` each; ``friction``: its
+    law, without a slip where there is none.
     """
 
     takes_parameters = True
 
-    def __init__(self, gap: Any, kept: Any, system: System, p: Array) -> None:
+    def __init__(
+        self, gap: Any, kept: Any, system: System, p: Array, friction: FrictionLaw
+    ) -> None:  # fmt: skip
+        self.friction = friction
         self.gap, self.kept, self.system, self.p = gap, kept, system, p
         self.restitution = kept.expression
         self.__name__ = "of a stop"

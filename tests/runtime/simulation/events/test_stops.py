@@ -22,14 +22,6 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
     np.testing.assert_allclose(sol.events[0].t, impacts(0.9, 100), rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("e", [0.6, 0.0])
-def test_a_ball_that_would_lie_still_ends_in_a_status(ball, e):
-    sol = ball.simulate(20.0, [1.0, 0.0], events=mechc.Stop("q_0", e))
-    assert sol.status.code == "resets accumulate"
-    assert sol.status.t == pytest.approx(np.sqrt(2 / G) * (1 + e) / (1 - e), abs=1e-6)
-    assert sol.y[:, 0].min() > -1e-9
-
-
 @pytest.mark.parametrize("e", [1.0, 0.7])
 def test_four_balls_that_touch_are_hit_at_once(five_springs, e):
     """Each of the five gets an equal share of what is exchanged: all masses are equal."""
@@ -147,7 +139,11 @@ def test_what_is_wrong_is_told(ball):
         (mechc.Stop("q_0 < 1"), MechcError, "cannot read"),
         (mechc.Stop(lambda q: q), ValueOutOfBoundsError, "a gap is an expression"),
         (mechc.Stop("q_0", 1.5), ValueOutOfBoundsError, "restitution = 1.5"),
-        ([stop, lambda t, y: y[1]], MechcError, "stops run in compiled code"),
+        (mechc.Stop("q_0", 0.5, friction=0.3), ValueOutOfBoundsError, "speed of sliding"),
+        (mechc.DryFriction("q_0", 0.5), ValueOutOfBoundsError, "linear in the speeds"),
+        (mechc.DryFriction("u_0**2", 0.5), ValueOutOfBoundsError, "linear in the speeds"),
+        (mechc.DryFriction("u_0", -0.5), ValueOutOfBoundsError, "must not be negative"),
+        (mechc.DryFriction("u_0", 0.5, static=0.4), ValueOutOfBoundsError, "at least"),
     ):
         with pytest.raises(error, match=words):
             ball.simulate(1.0, y0, events=events)

@@ -1,0 +1,1 @@
+"""Contact that lasts, and dry friction: the motion in modes of contact, and their changes."""

@@ -1,0 +1,336 @@
+"""Goes on through impacts and modes of contact: what touches, what lasts, and until when."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+import numpy as np
+
+from mechc.native._codes import RUNNING, STOPPED_BY_EVENT
+from mechc.simulation.contact.finder import ModeEnd, ModeFinder, ends_of_mode, states_left
+from mechc.simulation.contact.impacts import after_impact
+from mechc.simulation.contact.laws import Laws, Mask, contact_laws
+from mechc.simulation.contact.manifold import ContactManifold, ContactRun, Forces
+from mechc.simulation.contact.modes import (
+    Inconsistent,
+    Mode,
+    Problem,
+    State,
+    TooManyContactsError,
+    choices_of,
+    decided,
+    told,
+)
+from mechc.simulation.contact.place import EPS, Contacts, Free, Place
+from mechc.simulation.events.compiled import CompiledFinder, CompiledResets
+from mechc.simulation.events.event import EventFinder, FunctionFailedError, located
+from mechc.simulation.events.resets import CHANGE, SHORTEST, TOUCHING, Resets
+from mechc.simulation.events.stops import StopReset
+from mechc.simulation.initialise import begin
+from mechc.simulation.segments import Segments
+from mechc.simulation.settings import Policy
+from mechc.simulation.status import (
+    CONTACT_INCONSISTENT,
+    CONTACT_UNDECIDED,
+    CONTACTS_TOO_MANY,
+)
+from mechc.system.parameters import Array
+from mechc.system.system import System
+
+SLOW = 1e-9  # of the fastest met: a gap, or a slip, whose rate is so small rests
+FEW = 4.0  # times the shortest flight that is told from none
+NEAR_START = 1e-6  # of the largest scale: a gap so small at the start is looked at
+MOST_CHANGES = 40  # of the mode at one instant
+
+
+class ContactResets(CompiledResets):
+    """:class:`Resets` of a run with contacts.
+
+    Until a contact lasts, impacts without friction are those of compiled code where events are
+    compiled.  From then on contacts are followed from mode to mode here.
+    """
+
+    def __init__(
+        self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
+        finder: EventFinder,
+    ) -> None:  # fmt: skip
+        self.laws = Laws(contact_laws(finder.events), system, values)
+        self.contacts = Contacts(self.laws, system, values)
+        self.numbers_of = [law.number for law in self.laws.laws]
+        self.mode: Mode = (State.OPEN,) * len(self.laws)
+        self.lasting = not isinstance(finder, CompiledFinder)
+        self.fastest_gap, self.fastest_slip = np.zeros((2, len(self.laws)))
+        self.changed_at, self.changes = np.nan, 0
+        super().__init__(system, values, policy, t_end, chain, finder)
+
+    def begin(self) -> int:
+        t, y = (rows[-1] for rows in self.chain.tail(1))
+        if not self.lasting and (not self._may_rest(float(t), y) or self._is_free(float(t), y)):
+            return RUNNING
+        self._watch_modes()
+        return self._enter(float(t), y, first=True)
+
+    def _is_free(self, t: float, y: Array) -> bool:
+        """Whether a run may begin in compiled code: nothing that touches presses."""
+        place = self.contacts.place(t, y)
+        slow, _ = self._slow(place, self.contacts.free(place))
+        strikes = self._touching(place, ()) & (place.numbers.rate < -slow)
+        try:
+            mode, *_ = self._decided(t, y, (), (), ())
+        except (Inconsistent, TooManyContactsError):
+            return False
+        return not strikes.any() and all(state is State.OPEN for state in mode)
+
+    def _may_rest(self, t: float, y: Array) -> bool:
+        least = NEAR_START * float(self.system.scale(self.values).max(initial=0.0))
+        gaps = [law.number for law in self.laws.laws if law.gap is not None]
+        return any(abs(self._value(t, y, number)) <= least for number in gaps)
+
+    def _watch_modes(self) -> None:
+        """From here on the modes are followed."""
+        self.lasting = True
+        self.finder: Any = ModeFinder(self.finder)
+        self.numbers = [
+            number for number in self.numbers
+            if not isinstance(self.finder.every[number].reset, StopReset)
+        ]  # fmt: skip
+
+    # -- events ---------------------------------------------------------------------------------
+
+    def takes(self, number: int) -> bool:
+        return (self.lasting and number >= self.finder.own) or super().takes(number)
+
+    def after(self, t: float, number: int) -> int:
+        if not self.lasting:
+            return super().after(t, number)
+        before = self._stop_at(t)
+        if number >= self.finder.own:
+            return self._end_mode(t, before, self.finder.ends[number - self.finder.own])
+        if number in self.numbers_of:
+            k = self.numbers_of.index(number)
+            return self._enter(t, before, hit={k}, causes=(number,))
+        state, accumulate = Resets._reset(self, t, before, number)
+        if accumulate:
+            return Resets._go_on(self, t, number, state, accumulate)
+        return self._enter(t, state, causes=tuple(self.caused_by))
+
+    def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
+        """Contact instead of ever more impacts."""
+        stops = [n for n in self.caused_by if n in self.numbers_of]
+        if self.lasting or not (accumulate and stops):
+            return super()._go_on(t, number, state, accumulate)
+        self._watch_modes()
+        hit = {self.numbers_of.index(n) for n in stops}
+        return self._enter(t, state, hit=hit, causes=tuple(self.caused_by), noted=True)
+
+    def _end_mode(self, t: float, before: Array, end: ModeEnd) -> int:
+        k = end.contact
+        if end.kind == "paradox":
+            return CONTACT_INCONSISTENT
+        if end.kind == "clear":
+            code = self._continue(t, before, self.mode, jump=False)
+            number = self.numbers_of[k]
+            self.finder.cleared = {number: self._value(t, before, number)}
+            return code
+        if k >= 0 and not self.laws.has_gap[k]:
+            self.finder.add(self.numbers_of[k], t, before)
+        still = {k} if end.kind == "halt" else set()
+        hit = {k} if end.kind == "back" else set()
+        return self._enter(t, before, hit=hit, still=still, left=states_left(end))
+
+    # -- modes ----------------------------------------------------------------------------------
+
+    def _enter(
+        self, t: float, y: Array, *, hit: Collection[int] = (), still: Collection[int] = (),
+        left: Collection[tuple[int, State]] = (), causes: tuple[int, ...] = (),
+        first: bool = False, noted: bool = False,
+    ) -> int:  # fmt: skip
+        """Go on from a state, after the impacts there, in the mode that follows.
+
+        ``hit``: contacts whose gaps have just closed, and rest where they did so just before;
+        ``still``: whose slip has just come to 0; ``left``: states that have come to their
+        limits; ``noted``: the impacts are recorded.
+        """
+        self.changes = self.changes + 1 if self._is_soon(t) else 0
+        self.changed_at = t
+        if self.changes > MOST_CHANGES:
+            return CONTACT_UNDECIDED
+        again = {k for k in hit if self._is_now(self.last, self.numbers_of[k], t)}
+        self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
+        try:
+            struck, more = self._struck(t, y, hit, again, noted)
+            mode, leaving, rests = self._decided(t, struck, hit, still, left, again)
+        except Inconsistent as error:
+            return CONTACT_UNDECIDED if error.several else CONTACT_INCONSISTENT
+        except TooManyContactsError:
+            return CONTACTS_TOO_MANY
+        except np.linalg.LinAlgError:
+            raise FunctionFailedError(
+                f"at t = {t:.9g} s the mass matrix is not positive definite: contacts need that"
+            ) from None
+        code, state, _ = ContactManifold(self.contacts, mode).settled(t, struck)
+        if code != RUNNING:
+            return int(code)
+        given = (*causes, *(n for n in more if n not in causes))
+        return self._continue(t, state, mode, given, leaving, rests, first=first)
+
+    def _is_soon(self, t: float) -> bool:
+        return bool(abs(t - self.changed_at) <= SHORTEST * located(t))
+
+    def _zero_gaps(self, place: Place) -> Array:
+        """What gaps (n,) may be where they are 0 as far as the motion is known."""
+        scale = self.system.scale(self.values)[: self.contacts.split]
+        met = np.array([self.finder.sizes[number] for number in self.numbers_of])
+        reach = np.abs(place.numbers.slopes) @ np.maximum(scale, np.abs(place.y[: len(scale)]))
+        return np.asarray(TOUCHING * self.policy.rtol * np.maximum(met, reach))
+
+    def _touching(self, place: Place, hit: Collection[int]) -> Mask:
+        touching: Mask = np.abs(place.numbers.gap) <= self._zero_gaps(place)
+        touching[list(hit)] = True
+        touching |= np.array(self.mode) != State.OPEN
+        found: Mask = touching & self.laws.has_gap
+        return found
+
+    def _slow(self, place: Place, free: Free) -> tuple[Array, Array]:
+        """Rates of gaps and of slips (n,) that are 0 as far as the motion is known: next to the
+        fastest met, and where the next flight is too short to be told from none."""
+        numbers, speeds = place.numbers, np.abs(place.y[self.contacts.split :])
+        gaps, slips = (64 * EPS * (np.abs(rows) @ speeds)
+                       for rows in (self._gap_rows(place), numbers.rows))  # fmt: skip
+        flight = FEW * SHORTEST * located(place.t)
+        gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight * np.abs(free.normal)))
+        return gaps, np.maximum(slips, SLOW * self.fastest_slip)
+
+    def _gap_rows(self, place: Place) -> Array:
+        slopes = place.numbers.slopes
+        return slopes if place.kinematic is None else slopes @ place.kinematic
+
+    def _struck(
+        self, t: float, y: Array, hit: Collection[int], again: Collection[int], noted: bool
+    ) -> tuple[Array, list[int]]:
+        """The state after the impacts at this instant; the events that they are."""
+        place = self.contacts.place(t, y)
+        numbers, touching = place.numbers, self._touching(place, hit)
+        self.fastest_gap = np.maximum(self.fastest_gap, np.abs(numbers.rate) * touching)
+        self.fastest_slip = np.maximum(self.fastest_slip, np.abs(numbers.slip))
+        slow, _ = self._slow(place, self.contacts.free(place))
+        closing = touching & (numbers.rate < -slow)
+        if not closing.any():
+            return y, []
+        kept = numbers.restitution.copy()
+        kept[list(again)] = 0.0
+        change, pressed = after_impact(place, touching, kept, self.laws.has_friction)
+        after = y.copy()
+        after[self.contacts.split :] += place.speeds(change)
+        struck = [self.numbers_of[k] for k in np.flatnonzero(pressed)]
+        for number in struck:
+            self.last[number] = t
+            if not noted and self.numbers_of.index(number) not in hit:
+                self.finder.add(number, t, y)
+        return after, struck
+
+    def _decided(
+        self, t: float, y: Array, hit: Collection[int], still: Collection[int],
+        left: Collection[tuple[int, State]], again: Collection[int] = (),
+    ) -> tuple[Mode, Mask, Mask]:  # fmt: skip
+        """The mode at a state after its impacts, the gaps that open from rest (n,), and contacts
+        without slip (n,)."""
+        laws, place = self.laws, self.contacts.place(t, y)
+        free = self.contacts.free(place)
+        slow, slow_slip = self._slow(place, free)
+        settled = np.abs(place.numbers.rate) <= slow
+        settled[list(again)] = True
+        closed = self._touching(place, hit) & settled
+        rests = np.abs(place.numbers.slip) <= slow_slip
+        rests[list(still)] = True
+        rests &= laws.has_friction & (closed | ~laws.has_gap)
+        choices = choices_of(closed, rests, place.numbers.slip, laws.has_gap, laws.has_friction)
+        problem = Problem.of_forces(place, free, laws.has_gap)
+        answer = decided(problem, choices, closed, rests, left)
+        leaving = closed & (np.array(answer.mode) == State.OPEN)
+        return answer.mode, leaving, rests
+
+    # -- pieces ---------------------------------------------------------------------------------
+
+    def _continue(
+        self, t: float, y: Array, mode: Mode, causes: tuple[int, ...] = (),
+        leaving: Mask | None = None, still: Mask | None = None, *, jump: bool = True,
+        first: bool = False,
+    ) -> int:  # fmt: skip
+        """A new piece from a state on its mode's constraints."""
+        ends = any(self._is_last(number) for number in causes)
+        left = RUNNING if first else self._shorten()
+        self.mode = mode
+        t_end = t if ends else self.t_end
+        manifold = ContactManifold(self.contacts, mode)
+        lasts = any(state is not State.OPEN for state in mode)
+        piece: Any
+        if lasts:
+            piece = ContactRun(manifold, (t, t_end), y, self.policy)
+        else:
+            piece = begin(self.system, (t, t_end), y, self.values, self.policy)
+        words = told(mode, self.numbers_of, self.finder.own)
+        if first:
+            self.chain.replace_last(piece, words)
+        else:
+            self.chain.add(piece, jump=jump, causes=causes, contacts=words)
+        self._watch(piece, manifold, t, y, leaving, still)
+        return STOPPED_BY_EVENT if ends else left
+
+    def _watch(
+        self, piece: Any, manifold: ContactManifold, t: float, y: Array, leaving: Mask | None,
+        still: Mask | None,
+    ) -> None:  # fmt: skip
+        """Look for the events of the run and the ends of its mode."""
+        none = np.zeros(len(self.laws), bool)
+        leaving = none if leaving is None else leaving
+        forces = Forces(manifold)
+        ends = ends_of_mode(forces, t, y, none if still is None else still)
+        place = self.contacts.place(t, y)
+        zero = self._zero_gaps(place)
+        for k in np.flatnonzero(leaving):
+            ends += self._clear_of(int(k), float(zero[k]))
+        idle = {self.numbers_of[k] for k in np.flatnonzero(manifold.closed | leaving)}
+        rates = self._user_rates(t, y, manifold, place)
+        sides = [
+            np.sign(rate) if rate and number not in idle and self._touches(t, y, number, rate)
+            else 0.0 for number, rate in enumerate(rates)
+        ]  # fmt: skip
+        self.finder.enter_mode(piece, ends, idle, sides)
+
+    def _clear_of(self, k: int, zero: float) -> list[ModeEnd]:
+        """Until a gap that opens from rest is open by more than the motion is known to."""
+        gap = self.finder.every[self.numbers_of[k]].function
+        return [
+            ModeEnd("clear", k, lambda t, y: zero - gap(t, y)),
+            ModeEnd("back", k, lambda t, y: zero + gap(t, y)),
+        ]
+
+    def _user_rates(
+        self, t: float, y: Array, manifold: ContactManifold, place: Place
+    ) -> list[float]:
+        """Rates of the run's events along the motion in a mode; 0 of those without a reset."""
+        found = [0.0] * self.finder.own
+        for k, number in enumerate(self.numbers_of):
+            found[number] = float(place.numbers.rate[k])
+        if not self.numbers:
+            return found
+        rates = manifold.rates(t, y)
+        size = np.abs(y) + self.system.scale(self.values)
+        step = CHANGE / max(float((np.abs(rates) / size).max()), 1.0)
+        for number in self.numbers:
+            ahead, behind = (self._value(t + s, y + s * rates, number) for s in (step, -step))
+            found[number] = self.sense * (ahead - behind) / (2.0 * step)
+        return found
+
+    def _rates_of_events(self, t: float, state: Array) -> Array:
+        if not self.lasting:
+            return super()._rates_of_events(t, state)
+        manifold = ContactManifold(self.contacts, self.mode)
+        return np.array(self._user_rates(t, state, manifold, self.contacts.place(t, state)))
+
+    def _value(self, t: float, state: Array, number: int) -> float:
+        """Of a run's event, as it is given."""
+        events = self.finder.every if self.lasting else self.finder.events
+        return float(events[number].function(t, state))

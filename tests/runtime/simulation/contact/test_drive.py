@@ -1,0 +1,273 @@
+"""Contact that lasts and dry friction, against closed forms and a scheme of time steps."""
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.errors import MechcError, ValueOutOfBoundsError
+from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
+
+
+@pytest.fixture(scope="module", name="block")
+def block_on_a_slope():
+    return block()
+
+
+@pytest.fixture(scope="module", name="rod")
+def rod_on_a_floor():
+    return rod()
+
+
+def at_the_tip(theta, slip, omega):
+    """A rod whose tip is on the floor and moves along it."""
+    s, c = np.sin(theta), np.cos(theta)
+    return np.array([0.0, s, theta, slip - s * omega, c * omega, omega])
+
+
+def words(sol):
+    return [part.contacts for part in sol.segments if part.contacts]
+
+
+# -- contact that lasts ----------------------------------------------------------------------------
+
+
+def test_a_ball_bounces_ever_less_and_then_rests(ball):
+    sol = ball.simulate(20.0, [1.0, 0.0], events=mechc.Stop("q_0", 0.9), rtol=1e-12)
+    assert sol.status.ok
+    np.testing.assert_allclose(sol.events[0].t[:100], impacts(0.9, 100), rtol=0, atol=1e-12)
+    rest = sol.segments[-1]
+    assert rest.contacts == ("held",)
+    assert rest.t0 == pytest.approx(np.sqrt(2 / G) * 19.0, abs=1e-9)
+    assert np.abs(sol(np.linspace(rest.t0, 20.0, 50))).max() < 1e-15
+    assert sol.energy_drift < 1e-12
+    assert sol.work[-1] == pytest.approx(-G, rel=1e-12)
+
+
+def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):
+    for height, impacts_there in ((1.0, 1), (0.0, 0)):
+        sol = ball.simulate(2.0, [height, 0.0], events=mechc.Stop("q_0"))
+        assert sol.status.ok
+        assert len(sol.events[0].t) == impacts_there
+        assert words(sol) == [("held",)]
+        assert abs(sol.y[-1]).max() < 1e-15
+
+
+def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_gravity(ball):
+    """A sin(w t) from rest on it; then a flight that is a parabola, and contact again."""
+    A, w = 0.2, 10.0
+    sol = ball.simulate(2.0, [0.0, 2.0], events=mechc.Stop(f"q_0 - {A}*sin({w}*t)"), rtol=1e-12)
+    assert sol.status.ok
+    assert not sol.status.warnings
+    lifts = [part for part in sol.segments if part.contacts == ("open",)]
+    first = np.arcsin(G / (A * w**2)) / w
+    for k, part in enumerate(lifts):  # all alike: every landing is plastic
+        periods = round((part.t0 - first) / (2 * np.pi / w))
+        assert periods >= k
+        assert part.t0 == pytest.approx(first + periods * 2 * np.pi / w, abs=1e-11)
+        since = part.t1 - part.t0
+        flight = A * np.sin(w * part.t0) + A * w * np.cos(w * part.t0) * since - G / 2 * since**2
+        if part is not lifts[-1]:
+            assert flight == pytest.approx(A * np.sin(w * part.t1), abs=1e-10)
+    assert len(lifts) >= 3
+    held = [part for part in sol.segments if part.contacts == ("held",)]
+    for part in held:
+        t = np.linspace(part.t0, part.t1, 9)[:-1]
+        np.testing.assert_allclose(sol(t)[:, 0], A * np.sin(w * t), atol=1e-12)
+
+
+def test_several_contacts_last_and_open_one_by_one(five_springs):
+    """Masses on springs with rests at 0, on walls that move away: each lifts off by itself."""
+    stops = [mechc.Stop(f"q_{k} + {k + 1}/10 - cos(t)", 0.0) for k in range(2)]
+    y0 = np.zeros(10)
+    y0[:2] = [0.9, 0.8]
+    sol = five_springs.simulate(1.5, y0, events=stops, rtol=1e-11)
+    assert words(sol)[0] == ("held", "held")
+    # q = cos t - c is held while q'' + 4 q = 3 cos t - 4 c presses: it is pulled back until then
+    lifts = [np.arccos(4 * (k + 1) / 10 / 3) for k in range(2)]
+    opened = [next(p.t0 for p in sol.segments if p.contacts[k] == "open") for k in range(2)]
+    np.testing.assert_allclose(opened, lifts, atol=1e-10)
+
+
+def test_a_linkage_is_held_by_a_stop_and_leaves_it(model, regular):
+    """Its loop stays closed, and it leaves where its free acceleration turns away."""
+    params, start = regular
+    sol = model.simulate(3.0, start, params, events=mechc.Stop("3 - theta_0"), rtol=1e-11)
+    assert sol.status.ok
+    held = [part for part in sol.segments if part.contacts == ("held",)]
+    assert held
+    for part in held:
+        t = np.linspace(part.t0, part.t1, 20)[:-1]
+        np.testing.assert_allclose(sol(t)[:, 0], 3.0, atol=1e-14)
+        if part.t1 < 3.0:
+            assert abs(model.rates(part.y1, params)[3]) < 1e-8
+    assert sol.closure.max() < 1e-12
+    assert sol.velocity_closure.max() < 1e-11
+
+
+# -- friction --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("mu", [0.5, 0.2])
+def test_a_block_slides_up_a_slope_and_sticks_or_slides_back(block, mu):
+    up, down = (G * (np.sin(0.3) + sign * mu * np.cos(0.3)) for sign in (1, -1))
+    for law in (
+        [mechc.Stop("y", friction=mu, slip="v_x")],
+        [mechc.Stop("y"), mechc.DryFriction("v_x", mu, "m*g*cos(a)")],
+    ):
+        sol = block.simulate(3.0, [0.0, 0.0, 2.0, 0.0], events=law, rtol=1e-11)
+        turn = sol.segments[0].t1
+        assert turn == pytest.approx(2.0 / up, abs=1e-12)
+        back = max(down, 0.0)  # 0: it sticks
+        x = 2.0 / up - back * (3.0 - turn) ** 2 / 2
+        assert sol.y[-1, 0] == pytest.approx(x, abs=1e-11)
+        assert sol.y[-1, 2] == pytest.approx(-back * (3.0 - turn), abs=1e-11)
+        assert words(sol)[-1][-1] == ("slides -" if back else "sticks")
+        assert sol.work[-1] == pytest.approx(sol.energy[-1] - sol.energy[0], rel=1e-10)
+
+
+def test_a_thrown_block_loses_mu_times_the_normal_impulse_at_every_bounce(block):
+    """While it slides; on level ground, until it bounces upright."""
+    e, mu, h, v = 0.7, 0.1, 1.0, 3.0
+    stop = mechc.Stop("y", e, friction=mu, slip="v_x")
+    sol = block.simulate(10.0, [0.0, h, v, 0.0], {"a": 0.0}, events=stop, rtol=1e-11)
+    down = np.sqrt(2 * G * h)
+    for k, part in enumerate(sol.segments[1:8]):
+        expected = v - mu * (1 + e) * down * (1 - e ** (k + 1)) / (1 - e)
+        assert part.y0[2] == pytest.approx(max(expected, 0.0), abs=1e-10)
+    assert (np.diff(sol.energy) < 1e-12).all()
+    assert words(sol)[-1] == ("sticks",)
+
+
+def test_stick_and_slip_on_a_belt(five_springs):
+    """A mass on a spring of 4 N/m and a belt of 0.2 m/s, which holds up to 1.5 N and slides at 1 N:
+    arcs of ellipses, each 2 (pi - arctan(w d / v)) / w long."""
+    belt = mechc.DryFriction("u_0 - 1/5", 1.0, static=1.5)
+    y0 = np.zeros(10)
+    sol = five_springs.simulate(12.0, y0, events=belt, rtol=1e-12)
+    sticks = [part for part in sol.segments if part.contacts == ("sticks",)]
+    slips = [part for part in sol.segments if part.contacts == ("slides -",)][1:-1]
+    w, d, v = 2.0, 0.125, 0.2  # from 1.5 to 1 N is 0.125 m
+    for part in slips:
+        assert part.y0[0] == pytest.approx(0.375, abs=1e-11)
+        assert part.y1[0] == pytest.approx(0.125, abs=1e-11)
+        assert part.t1 - part.t0 == pytest.approx(2 * (np.pi - np.arctan(w * d / v)) / w, abs=1e-11)
+    assert len(slips) >= 2
+    for part in sticks[1:-1]:
+        assert part.t1 - part.t0 == pytest.approx(2 * d / v, abs=1e-11)
+    assert len(sol.events[0].t) == len(sol.segments) - 1
+
+
+def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):
+    """Four forces on three freedoms: they are not unique, the motion is."""
+    other = mechc.Stop("y + l*sin(theta)", friction=0.4, slip="v_x - l*sin(theta)*omega")
+    stops = [mechc.Stop(TIP_GAP, friction=0.4, slip=TIP_SLIP), other]
+    sol = rod.simulate(2.0, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0], events=stops)
+    assert words(sol) == [("slides +", "slides +"), ("sticks", "sticks")]
+    assert sol.segments[0].t1 == pytest.approx(1 / (0.4 * G), abs=1e-11)
+    np.testing.assert_allclose(sol.y[-1], [0.5 / (0.4 * G), 0, 0, 0, 0, 0], atol=1e-11)
+
+
+def moreau(model, y, mu, t_end, h):
+    """A rod's tip in steps of impulses (Moreau 1988): first order in h."""
+    q, u = y[:3].copy(), y[3:].copy()
+    weight = np.array([1.0, 1.0, 3.0])  # of 1/M
+    for _ in range(round(t_end / h)):
+        q += 0.5 * h * u
+        u = u + h * np.array([0.0, -G, 0.0])
+        if q[1] - np.sin(q[2]) <= 0.0:
+            rows = np.array([[0.0, 1.0, -np.cos(q[2])], [1.0, 0.0, np.sin(q[2])]])
+            w, a = rows @ u, rows @ (weight * rows).T
+            if w[0] < 0.0:
+                p = np.linalg.solve(a, -w)
+                if abs(p[1]) > mu * p[0]:
+                    side = mu * np.sign(p[1])
+                    p = -w[0] / (a[0, 0] + side * a[0, 1]) * np.array([1.0, side])
+                u = u + weight * (p @ rows)
+        q += 0.5 * h * u
+    return np.concatenate([q, u])
+
+
+@pytest.mark.slow
+def test_a_rod_that_slides_and_sticks_is_that_of_a_scheme_of_time_steps(rod):
+    start = at_the_tip(1.2, 3.0, 0.0)
+    stop = mechc.Stop(TIP_GAP, friction=0.5, slip=TIP_SLIP)
+    sol = rod.simulate(1.1, start, events=stop)
+    assert words(sol) == [("slides +",), ("sticks",)]
+    errors = [np.abs(moreau(rod, start, 0.5, 1.1, h) - sol.y[-1]).max() for h in (4e-3, 1e-3)]
+    assert errors[1] < 0.02
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_painleves_rod_is_flagged(rod):
+    """With m = l = 1 the stiffness of the sliding contact is 1 + 3 cos^2 - 3 mu sin cos: where that
+    is negative there is no motion or, where the turning lifts the tip, more than one."""
+    stop = mechc.Stop(TIP_GAP, friction=2.0, slip=TIP_SLIP)
+    for theta in (0.3, 0.7, 1.0, 1.2, 1.4, 1.5):
+        stiffness = 1 + 3 * np.cos(theta) ** 2 - 6 * np.sin(theta) * np.cos(theta)
+        still = rod.simulate(0.01, at_the_tip(theta, -3.0, 0.0), events=stop)
+        assert (still.status.code == "contact inconsistent") == (stiffness < 0)
+        omega = np.sqrt(1.5 * G / np.sin(theta))
+        turning = rod.simulate(0.01, at_the_tip(theta, -3.0, omega), events=stop)
+        assert (turning.status.code == "contact undecided") == (stiffness < 0)
+    assert "Painleve" in str(rod.simulate(0.1, at_the_tip(1.2, -3.0, 0.0), events=stop).status)
+
+
+@pytest.mark.slow
+def test_energy_never_grows(rod):
+    rng = np.random.default_rng(11)
+    for _ in range(4):
+        e, mu = rng.uniform(0.0, 1.0, 2)
+        other = mechc.Stop("y + l*sin(theta)", e, friction=mu, slip="v_x - l*sin(theta)*omega")
+        stops = [mechc.Stop(TIP_GAP, e, friction=mu, slip=TIP_SLIP), other]
+        y0 = np.append([0.0, 1.2, 0.5], rng.normal(size=3))
+        sol = rod.simulate(0.8, y0, events=stops)
+        assert len(sol.segments) > 1
+        assert np.diff(sol.energy).max() < 1e-8
+
+
+# -- beside other things ---------------------------------------------------------------------------
+
+
+def test_other_events_go_on_in_contact(ball):
+    """Functions of Python, a terminal event, and a reset that throws a ball that rests."""
+    throw = mechc.Event("t - 1", reset={"u_0": "3"})
+    seen = mechc.Event(lambda t, y: t - 1.2)
+    sol = ball.simulate(3.0, [0.1, 0.0], events=[mechc.Stop("q_0"), throw, seen], rtol=1e-11)
+    assert [part.contacts for part in sol.segments[1:]] == [
+        ("held", "", ""), ("open", "", ""), ("held", "", ""),
+    ]  # fmt: skip
+    assert sol.segments[-1].t0 == pytest.approx(1 + 6 / G, abs=1e-11)
+    np.testing.assert_allclose(sol.events[2].t, [1.2], atol=1e-12)
+    last = mechc.Event("t - 2", terminal=True)
+    ended = ball.simulate(3.0, [0.1, 0.0], events=[mechc.Stop("q_0"), last])
+    assert ended.status.code == "stopped by an event"
+    assert ended.t[-1] == pytest.approx(2.0, abs=1e-12)
+
+
+@pytest.mark.slow
+def test_a_motion_with_contact_is_continued_saved_and_drawn(block, tmp_path):
+    stop = mechc.Stop("y", 0.5, friction=0.5, slip="v_x")
+    start = [0.0, 0.1, 2.0, 0.0]
+    whole = block.simulate(2.0, start, events=stop)
+    sol = block.simulate(1.0, start, events=stop).continue_to(2.0)
+    np.testing.assert_allclose(sol.y[-1], whole.y[-1], atol=1e-9)
+    assert words(sol)[-1] == ("sticks",)
+    pytest.importorskip("xarray")
+    sol.save(tmp_path / "sol.nc")
+    again = mechc.open(tmp_path / "sol.nc", model=block)
+    times = np.linspace(0.0, 2.0, 301)
+    np.testing.assert_allclose(again(times), sol(times), atol=1e-9)
+    assert [p.contacts for p in again.segments] == [p.contacts for p in sol.segments]
+    assert again.plot()
+
+
+def test_what_contact_does_not_have_yet_is_refused(block, ball):
+    stop = mechc.Stop("y", friction=0.5, slip="v_x")
+    start = [0.0, 0.0, 2.0, 0.0]
+    with pytest.raises(MechcError, match="no derivatives of a motion with friction"):
+        block.simulate(1.0, start, events=stop, sensitivities=["a"])
+    for events in (stop, mechc.DryFriction("v_x", 0.5)):
+        with pytest.raises(ValueOutOfBoundsError, match="a batch has no friction"):
+            block.simulate_batch(1.0, [start], events=events, progress=False)
+    batch = ball.simulate_batch(5.0, [[1.0, 0.0]], events=mechc.Stop("q_0"), progress=False)
+    assert batch.status(0).code == "resets accumulate"

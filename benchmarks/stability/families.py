@@ -124,7 +124,7 @@ FAMILIES: dict[str, Family] = {
     ),
     "redundant loops": Family(
         "Bennett and Bricard on their closed curves, cranks and wheels as pendulums, 10 s",
-        redundant_loops.redundant_loops, unit=TIMES_START + ", or of a closure of 1e-13 m",
+        redundant_loops.redundant_loops, unit=TIMES_START + ", or of a closure of 1e-13",
     ),
     "a million periods": Family(
         "phase, energy and closure after a million swings are those of the closed form",

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from mechc_codegen.library.chains.pendulum import pendulum
-from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.four_bar import four_bar
 
 from ..formulations.equations import derive
@@ -28,7 +27,6 @@ ERRORS = (1e-4, 1e-6, 1e-8, 1e-10)
 MECHANISMS: Mapping[str, Callable[[], Any]] = {
     "pendulum": pendulum,
     "four_bar_regular": four_bar,
-    "andrews": andrews,
     "stiff_masses": two_masses,
 }
 

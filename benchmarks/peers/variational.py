@@ -194,8 +194,7 @@ def by_casadi(motion: Differentiated, tolerances: Sequence[float]) -> Iterator[R
         solver, dae, start, own = form()
         for tol in tolerances:
             options = {"abstol": tol, "reltol": tol, "max_num_steps": MOST_STEPS,
-                       "disable_internal_warnings": True, "show_eval_warnings": False,
-                       **BACKWARDS, **own}  # fmt: skip
+                       "disable_internal_warnings": True, **BACKWARDS, **own}  # fmt: skip
             plain = casadi.integrator("motion", solver, dae, 0.0, motion.t, options)
             given = {"x0": motion.start, "p": np.zeros(motion.count), **start}
             for way, run in _sundials_runs(plain, motion, given):

@@ -3,9 +3,10 @@
     mechc bench references [NAME ...] [--to DIR]
 
 Each motion is computed in two ways that share nothing (motions.py), or by two methods on a closed
-curve that leaves no constraint (closed_loops.py), or, of the four-bar that nearly
-has a change point, on a form that is regular there (near_misses.py); this takes from minutes to
-hours.  Fewer than 30 digits on which both ways agree, 20 of derivatives of motions, are an error.
+curve that leaves no constraint (closed_loops.py), or, of the four-bar that nearly has a change
+point, on a form that is regular there (near_misses.py); this takes from minutes to hours.
+``sensitivities.FAMILY`` compares one family, as it is written, with its second way.  Fewer than 30
+digits on which both ways agree, 20 of derivatives of motions, are an error.
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from ..problems.data import DATA
 from .closed_loops import closed_loops
 from .motions import REFERENCES, compute
 from .near_misses import near_misses
+from .sensitivities.sensitivities import FAMILIES, confirmed, sensitivities
 from .sensitivities.sensitivities import NEEDED as DERIVATIVES
-from .sensitivities.sensitivities import sensitivities
 
 NEEDED = 30  # digits
+SENSITIVITIES = "sensitivities"
 NEAR_MISSES = "four_bar_near_misses"
 
 
@@ -34,23 +36,26 @@ def main(arguments: Sequence[str] | None = None) -> int:
     }
     ways[NEAR_MISSES] = near_misses
     ways["closed_loops"] = closed_loops
-    ways["sensitivities"] = sensitivities
+    ways[SENSITIVITIES] = sensitivities
+    every = list(ways)
+    ways |= {f"{SENSITIVITIES}.{name}": partial(confirmed, name) for name in FAMILIES}
     parser = argparse.ArgumentParser(
         prog="mechc bench references", description=__doc__,
         formatter_class=argparse.RawTextHelpFormatter,
     )  # fmt: skip
-    parser.add_argument("names", nargs="*", default=list(ways), metavar="NAME",
-                        help=", ".join(ways))  # fmt: skip
+    parser.add_argument("names", nargs="*", default=every, metavar="NAME",
+                        help=", ".join(every))  # fmt: skip
     parser.add_argument("--to", type=Path, default=DATA, metavar="DIR", help=f"[{DATA}]")
     chosen = parser.parse_args(arguments)
     if unknown := set(chosen.names) - set(ways):
         parser.error(f"there is no {', '.join(sorted(unknown))}; there are {', '.join(ways)}")
     for name in chosen.names:
         data = ways[name]()
-        needed = DERIVATIVES if name == "sensitivities" else NEEDED
+        file = name.partition(".")[0]
+        needed = DERIVATIVES if file == SENSITIVITIES else NEEDED
         if data.get("digits", needed) < needed:
             return 1
-        (chosen.to / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
+        (chosen.to / f"{file}.json").write_text(json.dumps(data, indent=1) + "\n", "utf-8")
     return 0
 
 

@@ -1,9 +1,11 @@
 """The second way to the derivatives of ``data/sensitivities.json``: other equations, differentiated
 by dual numbers and solved by Gauss's collocation (gauss.py).
 
-The pendulum is a point in x and y with its rod's force; Andrews' mechanism has the equations that
-SymPy's KanesMethod forms of the open tree, with multipliers; the stiff masses have the divided
-differences of their modes (Daleckii and Krein); the struck pendulum moves each strike's time.
+The pendulum is a point in x and y with its rod's force; the regular four-bar, the bicycle and
+Andrews' mechanism have the equations that SymPy's KanesMethod forms of the open tree, with
+multipliers; the four-bar with a change point its tangent form, around the change point through
+complex times; the stiff masses have the divided differences of their modes (Daleckii and Krein);
+the struck pendulum moves each strike's time.
 """
 
 from __future__ import annotations
@@ -13,10 +15,14 @@ from typing import Any
 
 import mpmath
 from mechc_codegen.library.planar.andrews import andrews
-from mpmath import mpf
+from mechc_codegen.library.planar.four_bar import four_bar
+from mechc_codegen.library.spatial.bicycle import bicycle, values
+from mpmath import mpc, mpf
 
+from ...formulations.described import described
 from ...formulations.equations import Equations, derive
 from ..extrapolation import DIGITS, Vector
+from ..tangent import TangentBar
 from .dual_numbers import FUNCTIONS, Dual, cos, sin, solved
 from .gauss import along
 from .struck import struck_in_dual_numbers
@@ -68,6 +74,30 @@ def of_tree(
     return along(lambda y: program(*y, *values), [state[k] for k in range(width)], mpf(t), longest)
 
 
+def regular_four_bar(given: Given, t: float) -> Vector:
+    mechanism = four_bar()
+    lengths = {f"l_{k}": mpf(k + 1) for k in range(3)} | {"l_3": given["l_3"]}
+    masses = {"m_0": mpf(1), "m_1": given["m_1"], "m_2": mpf(3)}
+    inertias = {f"I_{k}": masses[f"m_{k}"] * (lengths[f"l_{k}"] ** 2 / 12) for k in range(3)}
+    parameters = lengths | masses | inertias | {"g": given["g"]}
+    guess = [mpf(x) for x in (0, "0.7", "-0.9", 0, 0, 0)]
+    held = {0: given["theta_0"], 3: given["omega_0"]}
+    return of_tree(derive(mechanism, {}), parameters, held, guess, t, "0.05")
+
+
+def rolling_bicycle(given: Given, t: float) -> Vector:
+    equations = derive(described(bicycle(), values()), {})
+    q = [mpf(x) for x in (0.0, 0.0, 0.3, 0.1, 0.0, 0.15, 0.0)]
+    u = [mpf(x) for x in (0.5, -4.6 / 0.3, -0.4)]
+    none = [mpf(0)] * len(given["roll"].slopes)
+    held = {k: Dual(x, none) for k, x in enumerate(q)}
+    held |= {8 + k: Dual(x, none) for k, x in enumerate(u)}
+    held |= {3: given["roll"], 8: given["roll_rate"], 10: given["steer_rate"]}
+    guess = [mpf(0)] * len(equations.state)
+    guess[7] = mpmath.pi / 10
+    return of_tree(equations, values(), held, guess, t, "0.05")
+
+
 def squeezer(given: Given, t: float) -> Vector:
     mechanism = andrews()
     parameters = {p.symbol.name: mpf(p.default) for p in mechanism.parameters}
@@ -97,6 +127,41 @@ def pendulum(given: Given, t: float) -> Vector:
     slopes = [(x.value * dy - y.value * dx) / l.value**2
               for dx, dy in zip(x.slopes, y.slopes, strict=True)]  # fmt: skip
     return [Dual(angle, slopes), turn]
+
+
+LENGTHS = (1, 2, 3, 4)
+# Of complex times: around the passages of the change point at 0.775 and 1.508 s.
+PATH = tuple(mpc(*map(mpf, at)) for at in (("0.55", "0"), ("0.775", "0.15"), ("1.0", "0"),
+             ("1.28", "0"), ("1.508", "0.15"), ("1.73", "0")))  # fmt: skip
+
+
+def change_point_four_bar(given: Given, t: float) -> Vector:
+    masses = [mpf(1), given["m_1"], mpf(3)]
+    lengths = [mpf(x) for x in LENGTHS]
+
+    bar = TangentBar(lengths, masses, given["g"], number=lambda x: x, sin=sin, cos=cos)
+    count = len(given["g"].slopes)
+
+    def closure(q: Vector, given: Vector) -> Vector:
+        angles = [given[0], *q]
+        sums = [sum(f(a) * l for a, l in zip(angles, lengths, strict=False)) for f in (cos, sin)]
+        return [sums[0] - lengths[3], sums[1]]
+
+    theta = given["theta_0"]
+    found = mpmath.findroot(
+        lambda *x: closure(list(x), [theta.value]), (mpf("0.5"), mpf("-0.7")),
+        tol=mpf(10) ** (10 - 2 * DIGITS),
+    )  # fmt: skip
+    q = [theta, *solved(closure, list(found), [theta])]
+    y, now = [*q, Dual(mpf(0), [mpf(0)] * count)], mpf(0)
+    for corner in (*PATH, mpf(t)):
+        y, now = along(bar.rates, y, corner - now, "0.025"), corner
+    end = [_real(x) for x in bar.state(y)]
+    return [*(_without_turns(x) for x in end[:3]), *end[3:]]
+
+
+def _without_turns(angle: Dual) -> Dual:
+    return angle - 2 * mpmath.pi * mpmath.nint(angle.value / (2 * mpmath.pi))
 
 
 def _real(x: Dual) -> Dual:
@@ -147,6 +212,9 @@ def _divided(a: Any, b: Any, t: float) -> Any:
 
 SECOND: dict[str, Second] = {
     "pendulum": pendulum,
+    "four_bar_regular": regular_four_bar,
+    "four_bar_change_point": change_point_four_bar,
+    "bicycle": rolling_bicycle,
     "stiff_masses": stiff_masses,
     "andrews": squeezer,
     "struck_pendulum": struck_in_dual_numbers,

@@ -35,6 +35,12 @@ def test_an_error_shows():
     assert not row._replace(error=1e-6, backwards=1e-3).fine
 
 
+def test_every_family_has_a_second_way():
+    assert set(sensitivities.SECOND) == set(sensitivities.FAMILIES)
+    found = sensitivities.confirmed("stiff_masses")
+    assert found["stiff_masses"]["digits"] >= sensitivities.WRITTEN - 1
+
+
 def test_the_data_are_those_of_the_families():
     """The stiff scene's, computed again by its matrix exponential and by its modes."""
     data, family = reference("sensitivities"), sensitivities.FAMILIES["stiff_masses"]()

@@ -66,7 +66,7 @@ FAMILIES: dict[str, Family] = {
     ),
     "once silent": Family(
         "runs that once ended wrong without a word: each with its exact answer", cases.once_silent,
-        unit="of its limit: " + TIMES_START + ", closure, drift, times",
+        0.98, unit="of its limit: " + TIMES_START + ", closure, drift, times",
     ),
     "exact motion": Family(
         "through change points for 20 s and 100 s, by every method at every tolerance",

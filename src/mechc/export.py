@@ -66,8 +66,9 @@ def export_c(
     Notes
     -----
     The step is Kutta's method of order 4, and its end is moved to the nearest state on the
-    constraints.  Inputs given with a run keep their values during a step.  Methods with error
-    control, and motion through change points, are those of :func:`mechc.load`'s models alone.
+    constraints.  Inputs keep their values during a step, or a function of the program gives them
+    (``model.drive``).  Methods with error control, and motion through change points, are those of
+    :func:`mechc.load`'s models alone.
     """
     from mechc.compilation.standalone import standalone_texts
 

@@ -55,6 +55,16 @@ class Places:
             given = given.xreplace(self._bound)
         return given
 
+    def load(self, given: Expr) -> Expr:
+        """A component of a load, by coordinates and speeds."""
+        rates = self.mechanism.rates
+        return self.expression(given.xreplace(rates)).xreplace(rates)
+
+    def is_given(self, entries: Iterable[Expr], frame: ReferenceFrame) -> bool:
+        """Whether a load's components follow from state, time and what is known."""
+        known = self._known | {*self.mechanism.u}
+        return frame in self._placed and all(_variables(entry) <= known for entry in entries)
+
     def _turned(self, frame: ReferenceFrame) -> Iterator[ReferenceFrame]:
         return (other for other in frame._dcm_dict if self._are_known(frame.dcm(other)))
 

@@ -50,6 +50,9 @@ class Plan:
         act.
     weight
         Of a plan in space: the acceleration of free fall, along the inertial axes.
+    speeds, loads
+        Of a plan in space: the forces among the loads, each with a name, the number of its point
+        and its components, which may contain the speeds besides the arguments.
     """
 
     drawing: Drawing
@@ -61,6 +64,8 @@ class Plan:
     solids: list[tuple[Shape, int, int]] = field(default_factory=list)
     joints: list[tuple[str, int]] = field(default_factory=list)
     weight: tuple[Expr, Expr, Expr] | None = None
+    speeds: tuple[Any, ...] = ()
+    loads: list[tuple[str, int, tuple[Arm, ...]]] = field(default_factory=list)
 
 
 def picture_plan(
@@ -90,6 +95,7 @@ def picture_plan(
     if in_space:
         steps.add(shapes(places, drawing.solids))
         steps.add_joints()
+        steps.add_loads()
         plan.weight = weight(places)
     return plan
 
@@ -142,6 +148,19 @@ class _Steps:
         joints = self.places.mechanism.joints
         if all(self.places.is_placed(joint.child_point) for joint in joints):
             self.plan.joints = [(j.name, self._point(j.child_point)) for j in joints]
+
+    def add_loads(self) -> None:
+        """Place the forces whose values follow from the state; of torques nothing is drawn."""
+        mechanism = self.places.mechanism
+        self.plan.speeds = tuple(mechanism.u)
+        for place, vector in mechanism.loads:
+            if isinstance(place, Point) and self.places.is_placed(place) and vector != 0:
+                parts = [
+                    (tuple(self.places.load(e) for e in entries), f) for entries, f in vector.args
+                ]
+                if all(self.places.is_given(entries, frame) for entries, frame in parts):
+                    arms = tuple((self._frame(frame), entries) for entries, frame in parts)
+                    self.plan.loads.append((f"force on {place.name}", self._point(place), arms))
 
     def _frame(self, frame: ReferenceFrame) -> int:
         way = []

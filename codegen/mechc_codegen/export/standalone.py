@@ -148,7 +148,8 @@ def _input_table(metadata: Mapping[str, Any]) -> str:
     if not names:
         return ""
     lines = [f" *   inputs[{i}] {plain_words(text)}" for i, text in enumerate(names)]
-    return "\n".join([" *", " * Inputs, which keep their values during a step:", *lines, ""])
+    head = " * Inputs, which keep their values during a step, or which `drive` gives:"
+    return "\n".join([" *", head, *lines, ""])
 
 
 def _declarations(

@@ -7,6 +7,7 @@ between frames and points are evaluated with NumPy, for all states of a run at o
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,27 +56,22 @@ def described_picture(
     weight = None if plan.weight is None else places.of_parameters(plan.weight)
     joints = [name for name, _ in plan.joints]
     return Picture(
-        plan.names, *shown, places, solids, places.placed, struts, weight, joints, places.acting
-    )
+        plan.names, *shown, places, solids, places.placed, struts, weight, joints, places.acting,
+        [name for name, _, _ in plan.loads], places.pushing,
+    )  # fmt: skip
 
 
 class _Positions:
     """Positions of the points of a plan, (..., points, 3)."""
 
     def __init__(self, plan: Any, parameters: tuple[str, ...], fixed: dict[str, float]) -> None:
-        from mechc_codegen.description.piecewise import Floor, Step, Where
-        from sympy import lambdify
-
         self._plan, self._fixed = plan, fixed
         time, state, values = plan.arguments
         self._index = {s.name: parameters.index(s.name) for s in values if s.name not in fixed}
         self._names = [symbol.name for symbol in values]
         entries = [entry for _, turn in plan.frames for entry in turn]
         entries += [entry for _, arms in plan.points for _, arm in arms for entry in arm]
-        own = {Step.__name__: _step, Where.__name__: _where, Floor.__name__: np.floor}
-        self._entries = lambdify(
-            [time, *state, *values], entries, modules=[own, "numpy"], cse=True, dummify=True
-        )
+        self._entries = _numeric([time, *state, *values], entries)
 
     def __call__(self, y: Array, p: Array, t: float | Array) -> Array:
         points, _ = self._all(y, p, t)
@@ -92,6 +88,32 @@ class _Positions:
         """Where the reactions of the joints act."""
         points, _ = self._all(y, p, t)
         return np.stack([points[point] for _, point in self._plan.joints], axis=-2)
+
+    def pushing(self, y: Array, p: Array, t: float | Array) -> tuple[Array, Array]:
+        """Where the forces among the loads act, and the forces, along the inertial axes."""
+        points, turns = self._all(y, p, t)
+        size = len(self._plan.arguments[1]) + len(self._plan.speeds)
+        state = [y[..., k] for k in range(size)]
+        numbers = iter(self._forces(t, *state, *self._values(p)))
+        leading = points[0].shape[:-1]
+        forces = []
+        for _, _, arms in self._plan.loads:
+            parts = [(frame, _next(numbers, 3, leading)) for frame, _ in arms]
+            turned = (np.einsum("...ij,...j->...i", turns[frame], arm) for frame, arm in parts)
+            forces.append(sum(turned, np.zeros((*leading, 3))))
+        where = [points[point] for _, point, _ in self._plan.loads]
+        return np.stack(where, axis=-2), np.stack(forces, axis=-2)
+
+    @cached_property
+    def _forces(self) -> Any:
+        """Every component of the loads, of time, state, speeds and parameters."""
+        time, state, values = self._plan.arguments
+        entries = [entry for _, _, arms in self._plan.loads for _, arm in arms for entry in arm]
+        return _numeric([time, *state, *self._plan.speeds, *values], entries)
+
+    def _values(self, p: Array) -> list[Any]:
+        index, fixed = self._index, self._fixed
+        return [p[..., index[n]] if n in index else fixed[n] for n in self._names]
 
     def of_parameters(self, entries: Any) -> Callable[[Array], Array]:
         """Expressions of parameters as a function of all parameters' values."""
@@ -113,9 +135,7 @@ class _Positions:
         leading = np.broadcast_shapes(y.shape[:-1], p.shape[:-1], np.shape(t))
         count = len(self._plan.arguments[1])
         state = [y[..., k] for k in range(count)]
-        index, fixed = self._index, self._fixed
-        values = [p[..., index[n]] if n in index else fixed[n] for n in self._names]
-        numbers = iter(self._entries(t, *state, *values))
+        numbers = iter(self._entries(t, *state, *self._values(p)))
         turns = self._turns(numbers, leading)
         points = [np.zeros((*leading, 3))]
         for before, arms in self._plan.points:
@@ -132,6 +152,15 @@ class _Positions:
         for before, _ in self._plan.frames:
             turns.append(turns[before] @ _next(numbers, 9, leading).reshape(*leading, 3, 3))
         return turns
+
+
+def _numeric(arguments: list[Any], entries: list[Any]) -> Any:
+    """Expressions as a function over arrays."""
+    from mechc_codegen.description.piecewise import Floor, Step, Where
+    from sympy import lambdify
+
+    own = {Step.__name__: _step, Where.__name__: _where, Floor.__name__: np.floor}
+    return lambdify(arguments, entries, modules=[own, "numpy"], cse=True, dummify=True)
 
 
 def _next(numbers: Any, count: int, leading: tuple[int, ...]) -> Array:

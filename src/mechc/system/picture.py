@@ -53,6 +53,9 @@ class Picture:
     joints, acting
         Of a picture in space: names of the joints, and of states, parameters and times the points
         (..., joints, 3) m where their reactions act.
+    loads, pushing
+        Of a picture in space: the forces among the loads, and of states, parameters and times the
+        points (..., loads, 3) m where they act, and the forces (..., loads, 3) N.
     weight
         Of parameters: the acceleration of free fall (3,) m/s^2; None where it is not known.
     """
@@ -69,6 +72,8 @@ class Picture:
     weight: Callable[[Array], Array] | None = None
     joints: Sequence[str] = ()
     acting: Positions | None = None
+    loads: Sequence[str] = ()
+    pushing: Callable[[Array, Array, float | Array], tuple[Array, Array]] | None = None
 
     @property
     def is_complete(self) -> bool:

@@ -12,17 +12,25 @@ import sympy.physics.mechanics as me
 from mechc_codegen.errors import CodegenError
 
 import mechc
+from mechc.compilation import toolchain
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
-COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+PACKAGED = toolchain.packaged_compiler()
+COMPILERS = [(name,) for name in ("gcc", "clang") if shutil.which(name)]
+COMPILERS += [tuple(PACKAGED)] if PACKAGED else []
+NATIVE = COMPILERS[0] if COMPILERS else ("cc",)
+EMULATED = {  # processor -> its emulator, the compiler's target
+    "aarch64": ("qemu-aarch64", "aarch64-linux-musl"),
+    "arm": ("qemu-arm", "arm-linux-musleabihf"),
+}
 
 
 class Exported:
     """Functions of an exported file, called with NumPy arrays."""
 
-    def __init__(self, folder, name, states, p, y0, compiler="gcc"):
+    def __init__(self, folder, name, states, p, y0, compiler=NATIVE):
         library = folder / f"{name}.so"
-        command = [compiler, *STRICT, "-O1", "-shared", "-fPIC", "-o", library, f"{name}.c", "-lm"]
+        command = [*compiler, *STRICT, "-O1", "-shared", "-fPIC", "-o", library, f"{name}.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True)
         self._library, self._name = ctypes.CDLL(str(library)), name
         self.states, self.model = states, np.zeros(100_000)
@@ -76,6 +84,39 @@ def test_rates_are_sympys_with_inputs_that_are_held(tmp_path, compiler):
     c = Exported(tmp_path, "cart", 4, p, np.array(y), compiler)
     c.model[4 + _constants(tmp_path / "cart.h", "k")] = force
     assert c.output("rates", 4, y) == pytest.approx(np.ravel(rhs(*y, *p, force)), rel=1e-13)
+
+
+def test_inputs_that_a_function_gives_drive_the_compiled_motion(tmp_path):
+    """A force of time and state: Kutta's steps converge to the motion with the same function."""
+    kane, _, names, _ = cart()
+    p, y0 = [1.2, 9.81, 0.7, 0.3], np.array([0.1, 0.8, -0.4, 2.0])
+    mechc.export_c(kane, tmp_path, name="cart")
+    c, calls = Exported(tmp_path, "cart", 4, p, y0), []
+
+    def force(t, q, u):
+        return 3.0 * np.sin(2.0 * t) - 4.0 * q[0] - u[0]
+
+    def drive(_, t, q, u, inputs):
+        inputs[0] = force(t, q, u)
+        calls.append(t)
+
+    row = ctypes.POINTER(ctypes.c_double)
+    kept = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_double, row, row, row)(drive)
+    place = 4 + _constants(tmp_path / "cart.h", "k") + 1
+    c.model.view(np.uint64)[place] = ctypes.cast(kept, ctypes.c_void_p).value
+    model = mechc.compile(kane, backend="numpy")
+    params = dict(zip(map(str, names), p, strict=True))
+    exact = model.simulate(1.0, y0, params, inputs={"F": force}, rtol=1e-11).y[-1]
+    errors = []
+    for count in (100, 200):
+        y = y0
+        for k in range(count):
+            status, y = c.step(1.0 / count, y, k / count)
+            assert status == 0
+        errors.append(np.abs(y - exact).max())
+    assert errors[1] < 1e-7
+    assert 12 < errors[0] / errors[1] < 20
+    assert {0.0, 0.005, 0.0025} <= set(calls)  # within steps too
 
 
 def _constants(header, array):
@@ -134,16 +175,57 @@ def test_the_example_compiles_as_it_is_and_prints_the_motion(tmp_path):
     assert sorted(file.name for file in files) == sorted(
         ("CMakeLists.txt", "four_bar.c", "four_bar.h", "main.c")
     )
-    command = ["gcc", *STRICT, "-o", "run", "four_bar.c", "main.c", "-lm"]
+    command = [*NATIVE, *STRICT, "-o", "run", "four_bar.c", "main.c", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
     said = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=True).stdout
     heads, *rows = said.splitlines()
     assert heads.split(",") == ["t", *model.coordinates, *model.speeds]
     assert len(rows) == 501
-    t, *y = map(float, rows[-1].split(","))
-    end = model.simulate(0.5, y0, {"l_3": 3.5}).y[-1]
-    assert t == 0.5
-    assert y == pytest.approx(end, abs=1e-7)
+    assert rows[-1].startswith("0.5,")
+    end = model.simulate(0.5, y0, {"l_3": 3.5}, rtol=1e-11).y[-1]
+    assert last_state(said) == pytest.approx(end, abs=1e-7)
+
+
+def last_state(said):
+    return np.array([float(word) for word in said.splitlines()[-1].split(",")[1:]])
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory):
+    """The files of a run of 2 s, and where it should end."""
+    model, folder = mechc.load("four_bar"), tmp_path_factory.mktemp("example")
+    y0 = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params={"l_3": 3.5})
+    mechc.export_c("four_bar", folder, y0=y0, params={"l_3": 3.5}, t_end=2.0)
+    return folder, model.simulate(2.0, y0, {"l_3": 3.5}, rtol=1e-12).y[-1]
+
+
+def moved(folder, compiler, before=()):
+    """The last state of 8000 steps of the example, compiled by a command, run after another."""
+    program = folder / "run"
+    command = [*compiler, *STRICT, "-O2", "-o", program, "four_bar.c", "main.c", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    done = subprocess.run(
+        [*before, program, "2", "0.00025"], capture_output=True, text=True, check=True
+    )
+    return last_state(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", COMPILERS, ids=lambda command: command[0].split("/")[-1])
+def test_the_example_is_the_motion_of_simulate_by_every_compiler(example, compiler):
+    folder, end = example
+    assert moved(folder, compiler) == pytest.approx(end, abs=2e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", EMULATED)
+def test_the_example_runs_for_other_processors(example, processor):
+    emulator, target = EMULATED[processor]
+    if PACKAGED is None or shutil.which(emulator) is None:
+        pytest.skip(f"{emulator} and the package ziglang are needed: apt-get install qemu-user")
+    folder, end = example
+    found = moved(folder, (*PACKAGED, "-target", target, "-static"), (emulator,))
+    assert found == pytest.approx(end, abs=2e-11)
 
 
 @pytest.mark.parametrize("name", ["1st", "a b", "a;b", "math", "Mechc_x", "", "a" * 60, 'x"\n'])
@@ -158,7 +240,7 @@ def test_what_users_name_is_no_code(tmp_path):
     kane, (_, theta, *_), *_ = cart()
     hostile = '*/ int system(const char *); /* "%n\\'
     mechc.export_c(kane, tmp_path, name="cart", outputs=({hostile: theta},))
-    subprocess.run(["gcc", *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
+    subprocess.run([*NATIVE, *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
     text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
     assert "*/ int system" not in re.sub(r'"[^"\n]*"', "", text)  # but in strings of C
 

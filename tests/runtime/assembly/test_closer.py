@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from mechc.native._closing import Closings, Closure, measured
 
 from mechc.assembly.closer import spread
-from tests.support import dyads
+from tests.support.linkages import dyads
 
 
 class Constraints:

@@ -8,7 +8,7 @@ import sympy.physics.mechanics as me
 
 import mechc
 from mechc.errors import AssemblyError
-from tests.support import dyads
+from tests.support.linkages import dyads
 
 pytestmark = pytest.mark.slow  # two scenes of its own
 UNIT = 70.0  # mm for each metre of the shape

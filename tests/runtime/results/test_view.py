@@ -159,7 +159,9 @@ def with_all_kinds() -> View:
         {"kind": "spring", "label": "spring", "points": [0, 2]},
         {"kind": "damper", "label": "damper", "points": [1, 3]},
     ]
+    load = {**arrow, "label": "load", "force": encoded(-np.ones((data["frames"], 3)))}
     more = {"solids": solids, "placed": encoded(rows), "struts": struts, "arrows": [arrow]}
+    more["loads"] = [load]
     return View({**data, **more})
 
 
@@ -167,10 +169,11 @@ def test_every_kind_of_solid_is_drawn(browser: Any, tmp_path: Path) -> None:
     found = OpenPage(browser, with_all_kinds().save(tmp_path / "view.html"))
     found.settle()
     seen = [found.picture()]
-    for key, told in (("b", "Bodies hidden."), ("v", "Reactions hidden."), ("g", "Grid hidden.")):
+    words = {"b": "Bodies hidden", "v": "Reactions hidden", "g": "Grid hidden", "o": "Loads shown"}
+    for key, told in words.items():
         found.page.keyboard.press(key)
         found.settle()
-        assert found.text("#said") == told
+        assert found.text("#said") == f"{told}."
         seen.append(found.picture())
     assert len(set(seen)) == len(seen)
     assert found.messages == []

@@ -16,16 +16,19 @@
 typedef struct {
     double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
     double inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    void (*drive)(void *data, double t, const double *q, const double *u, double *inputs);
+    void *data;
 } mechc_standalone;
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y);
 int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y);
 int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y);
 #endif
 
-/* Inputs that keep their values. */
+/* Inputs that keep their values, or that a function of the program gives. */
 typedef struct {
     mechc_inputs head; /* first: it is what the scene is given */
     const double *values;
+    const mechc_standalone *model; /* of that function */
 } mechc_held;
 
 MECHC_STATIC void mechc_held_values(const mechc_inputs *inputs, int first, int last, double t,
@@ -36,13 +39,24 @@ MECHC_STATIC void mechc_held_values(const mechc_inputs *inputs, int first, int l
     for (int i = first; i < last; i++) values[i - first] = held->values[i];
 }
 
+MECHC_STATIC void mechc_values_at(const mechc_inputs *inputs, int first, int last, double t,
+                                  const double *q, const double *u, double *values)
+{
+    const mechc_held *held = (const mechc_held *)inputs;
+    double all[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    memcpy(all, held->model->inputs, sizeof all);
+    held->model->drive(held->model->data, t, q, u, all);
+    for (int i = first; i < last; i++) values[i - first] = all[i];
+}
+
 /* What the scene's functions take; `held` lives as long. */
 MECHC_STATIC void mechc_give_standalone(const mechc_standalone *model, mechc_held *held,
                                         mechc_scalar_given *given)
 {
-    held->head.evaluate = mechc_held_values;
-    held->head.needs_state = 0;
+    held->head.evaluate = model->drive ? mechc_values_at : mechc_held_values;
+    held->head.needs_state = model->drive != 0;
     held->values = model->inputs;
+    held->model = model;
     memcpy(given->p, model->p, sizeof given->p);
     memcpy(given->k, model->k, sizeof given->k);
     mechc_scalar_give_inputs(given, 0, &held->head);
@@ -58,9 +72,11 @@ MECHC_STATIC int mechc_all_finite(const double *values, int count)
 
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y)
 {
-    mechc_held held = {{mechc_held_values, 0}, model->inputs};
+    mechc_held held = {{mechc_held_values, 0}, model->inputs, model};
     mechc_scalar_given given;
     for (int i = 0; i < MECHC_NI; i++) model->inputs[i] = 0.0;
+    model->drive = 0;
+    model->data = 0;
     mechc_give_at(t, y, p, &held.head, 0, &given);
     memcpy(model->p, given.p, sizeof given.p);
     memcpy(model->k, given.k, sizeof given.k);

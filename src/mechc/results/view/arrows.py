@@ -1,10 +1,11 @@
-"""Reaction forces of joints as arrows, of a model that was compiled with them.
+"""Forces as arrows: reactions of joints, of a model that was compiled with them, and loads.
 
 Input: a Run.  Output: plain values for JSON, a force in N and its point for each frame.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -25,16 +26,30 @@ def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     reactions: Any = model
     forces = np.asarray(reactions.reactions(run.y, run.solution.params, run.t).force, dtype=float)
     points = run.evaluate(shown.acting) - middle
+    return _drawn([f"reaction in {name}" for name in names], points, forces)
+
+
+def load_arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
+    """The forces among the loads; those by inputs that are given with a run are not known."""
+    shown = run.picture
+    if not shown.loads or shown.pushing is None:
+        return []
+    points, forces = shown.pushing(run.y, run.solution.params, run.t)
+    return _drawn(shown.loads, points - middle, forces)
+
+
+def _drawn(labels: Sequence[str], points: Array, forces: Array) -> list[dict[str, Any]]:
+    """Arrows that are as long as usual where they are as large as most of them."""
     if not np.isfinite(points).all():
         return []
     forces = np.nan_to_num(forces, posinf=0.0, neginf=0.0)
     usual = float(np.percentile(np.linalg.norm(forces, axis=-1), USUAL))
     return [
         {
-            "label": clean_text(f"reaction in {name}"),
+            "label": clean_text(label),
             "at": encoded(points[:, k]),
             "force": encoded(forces[:, k]),
             "usual": usual,
         }
-        for k, name in enumerate(names)
+        for k, label in enumerate(labels)
     ]

@@ -30,7 +30,7 @@ from mechc.results.animation import (
     while_finite,
 )
 from mechc.results.sampling import Run, SolutionLike, clean_text, covered
-from mechc.results.view.arrows import arrows
+from mechc.results.view.arrows import arrows, load_arrows
 from mechc.results.view.motion import marks, points_data
 from mechc.results.view.pictures import WRITERS, drawn, picture_order
 from mechc.results.view.plots import panels
@@ -171,6 +171,7 @@ def view_data(sol: SolutionLike, *, fps: float = 60.0) -> dict[str, Any]:
         **placed,
         **solids_data(run, np.array(placed["origin"])),
         "arrows": arrows(run, np.array(placed["origin"])),
+        "loads": load_arrows(run, np.array(placed["origin"])),
         "marks": marks(run),
         "panels": panels(run),
         **speed_choices(span),

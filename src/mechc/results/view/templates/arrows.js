@@ -1,11 +1,15 @@
-// Reaction forces in the joints.
+// Reaction forces in the joints, and the forces among the loads.
 const arrows = [];
 const HEAD = 2.6, USUAL = 28, MOST = 60;  // lengths in radii of a rod
 
 function addArrows() {
-  motion.arrows.forEach(function (arrow) {
+  addForces(motion.arrows, "reaction", true);
+  addForces(motion.loads, "load", false);
+}
+function addForces(given, kind, shown) {
+  given.forEach(function (arrow) {
     const shaft = addMesh(shapes.rod, arrow.label), head = addMesh(shapes.cone, arrow.label);
-    const made = { at: floats(arrow.at), force: floats(arrow.force), shaft: shaft, head: head, shown: true };
+    const made = { at: floats(arrow.at), force: floats(arrow.force), kind: kind, shaft: shaft, head: head, shown: shown };
     arrows.push(made);
     parts.push({ move: function (at) { moveArrow(made, arrow, at); } });
   });
@@ -28,13 +32,14 @@ function moveArrow(made, arrow, at) {
   made.head.scale.set(1.1 * unit, HEAD * unit, 1.1 * unit);
   made.head.position.copy(tip).addScaledVector(force, HEAD * unit / 2);
 }
-function showArrows(on) {
-  arrows.forEach(function (made) { made.shown = on; });
+function showArrows(kind, on) {
+  arrows.forEach(function (made) { if (made.kind === kind) { made.shown = on; } });
   show();
 }
 themeUsers.push(function () {
   arrows.forEach(function (made) {
-    made.shaft.material.color.set(look.event);
-    made.head.material.color.set(look.event);
+    const colour = made.kind === "load" ? look.accent : look.event;
+    made.shaft.material.color.set(colour);
+    made.head.material.color.set(colour);
   });
 });

@@ -48,7 +48,8 @@ const keyed = {};
 function addShows() {
   if (trails.length) { keyed.r = toggle("Traces", "(r)", true, showTraces); }
   if (inferred.length) { keyed.b = toggle("Bodies", "(b): uniform bodies with the inertia that is known", true, showInferred); }
-  if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", true, showArrows); }
+  if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", true, function (on) { showArrows("reaction", on); }); }
+  if (motion.loads.length) { keyed.o = toggle("Loads", "(o): forces among the loads", false, function (on) { showArrows("load", on); }); }
   if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { grid.visible = on; found("scale").hidden = !on; redraw(); }); }
 }
 function fullScreen() {

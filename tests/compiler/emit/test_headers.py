@@ -1,7 +1,6 @@
 """Every header of the runtime compiles by itself, and none includes what leads back to it."""
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -9,6 +8,8 @@ import pytest
 from mechc_codegen import build_scene, shipped_mechanism
 from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import RUNTIME, STRICT
+
+from mechc.compilation import toolchain
 
 HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))
 GENERIC = [
@@ -26,7 +27,7 @@ APART = {
     "closing": {"abi", "closing"},
     "events": {"abi", "closing", "events"},
 }
-COMPILER = shutil.which("gcc") or shutil.which("cc") or "cc"
+COMPILER = toolchain.find_compiler() or ["cc"]
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +39,7 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def compiled(source: str, scene: Path) -> str:
     """What the compiler says of a text that includes headers."""
-    command = [COMPILER, "-std=gnu11", "-fsyntax-only", *STRICT, "-Wno-unused-const-variable"]
+    command = [*COMPILER, "-std=gnu11", "-fsyntax-only", *STRICT, "-Wno-unused-const-variable"]
     command += [f"-DMECHC_LANES={BASELINE.lanes}", "-DMECHC_UNIT=baseline"]
     command += [f"-I{RUNTIME}", f"-I{scene}", "-xc", "-"]
     done = subprocess.run(command, input=source, capture_output=True, text=True, check=False)

@@ -1,5 +1,8 @@
-"""The generated C for processors that are not x86-64: compiled for aarch64 and run by an emulator,
-it gives the values of 30-digit evaluation and the motions that are computed here."""
+"""The generated C for other machines.
+
+Compiled for aarch64 and run by an emulator it gives the values of 30-digit evaluation and the
+motions that are computed here; for macOS and Windows it compiles.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mechc_codegen import build_scene
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.units.instruction_sets import BASELINE
-from mechc_codegen.extension.flags import FLAGS, RUNTIME, STRICT
+from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 import mechc
+from mechc.compilation import toolchain
 from mechc.simulation.settings import METHODS
 from tests.compiler.emit.test_sanitizers import (
     MAIN,
@@ -25,14 +30,20 @@ from tests.compiler.emit.test_sanitizers import (
     with_broken_states,
 )
 from tests.support import scenes
+from tests.support.compilation import LESS
 from tests.support.exact_values import printed
+from tests.support.pendulums import pendulum
 
-COMPILER, EMULATOR = "aarch64-linux-gnu-gcc", "qemu-aarch64"
+EMULATOR = "qemu-aarch64"
+PACKAGED = toolchain.packaged_compiler()
+COMPILERS = {"gcc": ["aarch64-linux-gnu-gcc"]} if shutil.which("aarch64-linux-gnu-gcc") else {}
+COMPILERS |= {"zig": [*PACKAGED, "-target", "aarch64-linux-musl"]} if PACKAGED else {}
 RTOL = 1e-9  # of the program's runs
 
-pytestmark = pytest.mark.skipif(
-    shutil.which(COMPILER) is None or shutil.which(EMULATOR) is None,
-    reason=f"{COMPILER} and {EMULATOR} are needed: apt-get install gcc-aarch64-linux-gnu qemu-user",
+emulated = pytest.mark.skipif(
+    not COMPILERS or shutil.which(EMULATOR) is None,
+    reason=f"a compiler for aarch64 and {EMULATOR} are needed: pip install ziglang, "
+    "apt-get install qemu-user",
 )
 
 
@@ -41,10 +52,12 @@ def start() -> np.ndarray:
     return mechc.load("four_bar").assemble({"theta_0": math.radians(85)})
 
 
-@pytest.fixture(scope="module")
-def lines(tmp_path_factory: pytest.TempPathFactory, start: np.ndarray) -> list[list[str]]:
+@pytest.fixture(scope="module", params=COMPILERS or ["none"])
+def lines(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, start: np.ndarray
+) -> list[list[str]]:
     """What the program says: a name and its numbers in each line."""
-    program = cross_compiled(tmp_path_factory.mktemp("aarch64"))
+    program = cross_compiled(tmp_path_factory.mktemp("aarch64"), COMPILERS[request.param])
     inputs = (*with_broken_states(reference(), start), start)
     done = subprocess.run(
         [EMULATOR, str(program), "baseline"],
@@ -55,19 +68,20 @@ def lines(tmp_path_factory: pytest.TempPathFactory, start: np.ndarray) -> list[l
     return [line.split() for line in done.stdout.decode().splitlines()]
 
 
-def cross_compiled(folder: Path) -> Path:
+def cross_compiled(folder: Path, compiler: list[str]) -> Path:
     build = build_scene(scenes.SCENES["four_bar"](), (BASELINE,))
     build.write(folder)
     (folder / "main.c").write_text(MAIN)
     chosen = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(METHODS)}", f"-DSECONDS={SECONDS}")
     headers = (f"-I{RUNTIME}", f"-I{folder}")
-    flags = (*FLAGS, *STRICT, *chosen, *headers, "-static")
-    command = [COMPILER, *flags, *build.sources, "main.c", "-lm", "-o", "scene"]
+    flags = (*LESS, *STRICT, *chosen, *headers, "-static")
+    command = [*compiler, *flags, *build.sources, "main.c", "-lm", "-o", "scene"]
     subprocess.run(command, cwd=folder, check=True)
     return folder / "scene"
 
 
 @pytest.mark.slow
+@emulated
 def test_outputs_are_those_of_exact_evaluation(lines: list[list[str]]) -> None:
     at = reference()
     named = {words[0]: numbers(words[1:]) for words in lines if words[0] not in ("status", "end")}
@@ -81,6 +95,7 @@ def test_outputs_are_those_of_exact_evaluation(lines: list[list[str]]) -> None:
 
 
 @pytest.mark.slow
+@emulated
 def test_every_method_moves_as_it_does_here(lines: list[list[str]], start: np.ndarray) -> None:
     """Through a change point, within what the tolerance allows."""
     model = mechc.load("four_bar")
@@ -90,3 +105,26 @@ def test_every_method_moves_as_it_does_here(lines: list[list[str]], start: np.nd
     for method, end in zip(METHODS, ends, strict=True):
         here = np.abs(model.simulate(SECONDS, start, rtol=RTOL, method=method).y[-1] - exact).max()
         assert np.abs(end - exact).max() <= 10 * here + 1e-10, method
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(PACKAGED is None, reason="the package ziglang compiles for other systems")
+@pytest.mark.parametrize(
+    ("target", "magic"),
+    [
+        ("aarch64-macos", b"\xcf\xfa\xed\xfe"),
+        ("x86_64-windows-gnu", b"\x64\x86"),
+        ("aarch64-linux-gnu.2.17", b"\x7fELF"),
+    ],
+)
+def test_units_compile_for_other_systems(target: str, magic: bytes, tmp_path: Path) -> None:
+    """To objects, with integrators, outputs and derivatives; nothing is linked or run."""
+    build = build_scene(
+        pendulum(), (BASELINE,), OutputRequest(frozenset({"energy", "sensitivities"}))
+    )
+    build.write(tmp_path)
+    flags = (*LESS, *STRICT, f"-I{RUNTIME}", f"-I{tmp_path}")
+    for source in build.sources:
+        command = [*(PACKAGED or ()), "-target", target, *flags, "-c", source, "-o", f"{source}.o"]
+        subprocess.run(command, cwd=tmp_path, check=True)
+        assert (tmp_path / f"{source}.o").read_bytes().startswith(magic)

@@ -18,6 +18,7 @@ from mechc_codegen.extension.flags import STRICT
 
 import mechc
 from mechc.cli.commands import main
+from mechc.compilation import toolchain
 
 fmpy = pytest.importorskip("fmpy")
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("less_optimised")]
@@ -272,7 +273,7 @@ def test_what_cannot_be_set_or_closed_is_an_error(four_bar):
 def test_the_sources_are_whole_and_make_no_warning(four_bar, tmp_path):
     with zipfile.ZipFile(four_bar[0]) as archive:
         archive.extractall(tmp_path)
-    command = ["gcc", "-std=gnu11", *STRICT, "-fsyntax-only", "-I.", "fmu.c"]
+    command = [*toolchain.compiler(), "-std=gnu11", *STRICT, "-fsyntax-only", "-I.", "fmu.c"]
     done = subprocess.run(
         command, cwd=tmp_path / "sources", capture_output=True, text=True, check=False
     )

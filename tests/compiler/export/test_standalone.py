@@ -12,17 +12,25 @@ import sympy.physics.mechanics as me
 from mechc_codegen.errors import CodegenError
 
 import mechc
+from mechc.compilation import toolchain
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
-COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+PACKAGED = toolchain.packaged_compiler()
+COMPILERS = [(name,) for name in ("gcc", "clang") if shutil.which(name)]
+COMPILERS += [tuple(PACKAGED)] if PACKAGED else []
+NATIVE = COMPILERS[0] if COMPILERS else ("cc",)
+EMULATED = {  # processor -> its emulator, the compiler's target
+    "aarch64": ("qemu-aarch64", "aarch64-linux-musl"),
+    "arm": ("qemu-arm", "arm-linux-musleabihf"),
+}
 
 
 class Exported:
     """Functions of an exported file, called with NumPy arrays."""
 
-    def __init__(self, folder, name, states, p, y0, compiler="gcc"):
+    def __init__(self, folder, name, states, p, y0, compiler=NATIVE):
         library = folder / f"{name}.so"
-        command = [compiler, *STRICT, "-O1", "-shared", "-fPIC", "-o", library, f"{name}.c", "-lm"]
+        command = [*compiler, *STRICT, "-O1", "-shared", "-fPIC", "-o", library, f"{name}.c", "-lm"]
         subprocess.run(command, cwd=folder, check=True)
         self._library, self._name = ctypes.CDLL(str(library)), name
         self.states, self.model = states, np.zeros(100_000)
@@ -167,16 +175,57 @@ def test_the_example_compiles_as_it_is_and_prints_the_motion(tmp_path):
     assert sorted(file.name for file in files) == sorted(
         ("CMakeLists.txt", "four_bar.c", "four_bar.h", "main.c")
     )
-    command = ["gcc", *STRICT, "-o", "run", "four_bar.c", "main.c", "-lm"]
+    command = [*NATIVE, *STRICT, "-o", "run", "four_bar.c", "main.c", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
     said = subprocess.run([tmp_path / "run"], capture_output=True, text=True, check=True).stdout
     heads, *rows = said.splitlines()
     assert heads.split(",") == ["t", *model.coordinates, *model.speeds]
     assert len(rows) == 501
-    t, *y = map(float, rows[-1].split(","))
-    end = model.simulate(0.5, y0, {"l_3": 3.5}).y[-1]
-    assert t == 0.5
-    assert y == pytest.approx(end, abs=1e-7)
+    assert rows[-1].startswith("0.5,")
+    end = model.simulate(0.5, y0, {"l_3": 3.5}, rtol=1e-11).y[-1]
+    assert last_state(said) == pytest.approx(end, abs=1e-7)
+
+
+def last_state(said):
+    return np.array([float(word) for word in said.splitlines()[-1].split(",")[1:]])
+
+
+@pytest.fixture(scope="module")
+def example(tmp_path_factory):
+    """The files of a run of 2 s, and where it should end."""
+    model, folder = mechc.load("four_bar"), tmp_path_factory.mktemp("example")
+    y0 = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params={"l_3": 3.5})
+    mechc.export_c("four_bar", folder, y0=y0, params={"l_3": 3.5}, t_end=2.0)
+    return folder, model.simulate(2.0, y0, {"l_3": 3.5}, rtol=1e-12).y[-1]
+
+
+def moved(folder, compiler, before=()):
+    """The last state of 8000 steps of the example, compiled by a command, run after another."""
+    program = folder / "run"
+    command = [*compiler, *STRICT, "-O2", "-o", program, "four_bar.c", "main.c", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    done = subprocess.run(
+        [*before, program, "2", "0.00025"], capture_output=True, text=True, check=True
+    )
+    return last_state(done.stdout)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", COMPILERS, ids=lambda command: command[0].split("/")[-1])
+def test_the_example_is_the_motion_of_simulate_by_every_compiler(example, compiler):
+    folder, end = example
+    assert moved(folder, compiler) == pytest.approx(end, abs=2e-11)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", EMULATED)
+def test_the_example_runs_for_other_processors(example, processor):
+    emulator, target = EMULATED[processor]
+    if PACKAGED is None or shutil.which(emulator) is None:
+        pytest.skip(f"{emulator} and the package ziglang are needed: apt-get install qemu-user")
+    folder, end = example
+    found = moved(folder, (*PACKAGED, "-target", target, "-static"), (emulator,))
+    assert found == pytest.approx(end, abs=2e-11)
 
 
 @pytest.mark.parametrize("name", ["1st", "a b", "a;b", "math", "Mechc_x", "", "a" * 60, 'x"\n'])
@@ -191,7 +240,7 @@ def test_what_users_name_is_no_code(tmp_path):
     kane, (_, theta, *_), *_ = cart()
     hostile = '*/ int system(const char *); /* "%n\\'
     mechc.export_c(kane, tmp_path, name="cart", outputs=({hostile: theta},))
-    subprocess.run(["gcc", *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
+    subprocess.run([*NATIVE, *STRICT, "-c", "cart.c", "main.c"], cwd=tmp_path, check=True)
     text = "".join(file.read_text("utf-8") for file in tmp_path.glob("*.[ch]"))
     assert "*/ int system" not in re.sub(r'"[^"\n]*"', "", text)  # but in strings of C
 

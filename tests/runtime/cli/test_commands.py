@@ -13,6 +13,7 @@ import pytest
 from mechc import mechanisms
 from mechc.cli import commands as cli
 from mechc.cli.commands import main
+from mechc.compilation import toolchain
 from mechc.progress import Notice
 from mechc.results import figures as plot
 
@@ -218,6 +219,7 @@ def test_doctor_says_what_is_wrong_and_fails(capsys, here, monkeypatch):
     (here / "cache").chmod(0o777)
     monkeypatch.setenv("MECHC_CACHE_DIR", str(here / "cache"))
     monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
     monkeypatch.delenv("CC", raising=False)
     assert main(["doctor"]) == 1
     bad = [line for line in capsys.readouterr().out.splitlines() if line.startswith("BAD")]

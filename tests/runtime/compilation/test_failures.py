@@ -312,7 +312,16 @@ def put(folder, content):
 
 def compiled(folder, text):
     (folder / "other.c").write_text(text)
-    command = ["gcc", "-shared", "-fPIC", "-I", mechc.get_include(), "other.c", "-o", "other.so"]
+    command = [
+        *toolchain.compiler(),
+        "-shared",
+        "-fPIC",
+        "-I",
+        mechc.get_include(),
+        "other.c",
+        "-o",
+        "other.so",
+    ]
     subprocess.run(command, cwd=folder, check=True)
     return (folder / "other.so").read_bytes()
 
@@ -416,5 +425,6 @@ def test_what_another_processor_has_compiled_is_not_loaded(fresh, monkeypatch):
     assert here != there
     monkeypatch.setattr(processor, "processor", lambda: "a third")
     monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
     with pytest.raises(CompilerError, match="no C compiler"):
         rate(8.5)

@@ -236,6 +236,7 @@ def test_the_processor_decides_the_key(fresh, monkeypatch):
 
 def without_compiler(monkeypatch):
     monkeypatch.setenv("PATH", "")
+    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
     monkeypatch.delenv("CC", raising=False)
 
 

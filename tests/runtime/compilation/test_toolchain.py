@@ -5,10 +5,13 @@ import shutil
 import stat
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from mechc.compilation import toolchain
+import mechc
+from mechc.compilation import build, toolchain
 from mechc.errors import CompilerError
+from tests.support.pendulums import pendulum
 
 
 @pytest.fixture(autouse=True)
@@ -89,3 +92,40 @@ def test_flags_in_the_command_are_part_of_it(tmp_path):
 def test_a_compiler_that_is_gone_meanwhile_is_told(tmp_path):
     with pytest.raises(CompilerError, match="cannot run"):
         toolchain.identity([str(tmp_path / "gcc")])
+
+
+@pytest.fixture
+def alone(tmp_path, monkeypatch):
+    """No compiler but that of the package is found."""
+    pytest.importorskip("ziglang")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+
+
+def test_the_packaged_compiler_is_taken_where_there_is_no_other(alone, never_run):
+    command = toolchain.compiler()
+    assert Path(command[0]).stem == "zig"
+    assert command[0] in toolchain.identity(command)
+
+
+def test_without_any_the_error_says_what_brings_one(alone, monkeypatch):
+    monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
+    with pytest.raises(CompilerError, match=r"pip install 'mechc\[compiler\]'"):
+        toolchain.compiler()
+
+
+@pytest.mark.slow
+def test_what_it_compiles_moves_as_what_another_compiler_made(monkeypatch, request):
+    """By all methods; from a cache where another compiler's has another key."""
+    ends, keys = [], []
+    for compiler in ("usual", "alone"):
+        if compiler == "alone":
+            request.getfixturevalue("alone")
+            monkeypatch.setattr(build, "_compiled", {})
+        model = mechc.compile(pendulum(3))
+        y0 = model.assemble({"q": 1.0})
+        methods = ("gauss8", "dop853", "dopri5", "radau5")
+        ends.append([model.simulate(2.0, y0, method=m, rtol=1e-10).y[-1] for m in methods])
+        keys.append(model.build["key"])
+    assert keys[0] != keys[1]
+    assert np.array(ends[0]) == pytest.approx(np.array(ends[1]), abs=1e-9)

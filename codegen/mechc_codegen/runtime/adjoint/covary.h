@@ -8,6 +8,7 @@
 #include "adjoint/elimination.h"
 #include "adjoint/gauss.h"
 #include "adjoint/pairs.h"
+#include "run/memory.h"
 
 #if MECHC_VARIATIONAL
 /* What was added at the start of a step. */
@@ -55,7 +56,7 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
 /* NULL without memory. */
 MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
 {
-    mechc_covarying *w = aligned_alloc(64, (sizeof *w + 63) / 64 * 64);
+    mechc_covarying *w = mechc_new_aligned(sizeof *w);
     if (!w) return 0;
     memset(w->gathered, 0, sizeof w->gathered);
     w->blocks = 0;
@@ -82,7 +83,7 @@ MECHC_ONCE int mechc_covary(const mechc_covariation *v)
     }
     for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
     mechc_free_varying(w->blocks);
-    free(w);
+    mechc_free_aligned(w);
     return whole ? MECHC_RUNNING : MECHC_NOT_FINITE;
 }
 #endif

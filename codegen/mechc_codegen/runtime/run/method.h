@@ -8,6 +8,7 @@
 
 #include <stdlib.h>
 #include "run/integration.h"
+#include "run/memory.h"
 #include "run/tableau.h"
 #include "singularities/placement.h"
 
@@ -59,7 +60,7 @@ struct mechc_method {
 /* Work space of a method, its content undefined; NULL without memory. */
 MECHC_STATIC void *mechc_new_work(const mechc_method *method)
 {
-    return aligned_alloc(64, (method->work_size + 63) / 64 * 64); /* vectors are aligned so */
+    return mechc_new_aligned(method->work_size);
 }
 
 /* Go on with a method; 0 without memory. */
@@ -97,7 +98,7 @@ MECHC_STATIC int mechc_use_loaded(mechc_integration *run)
 MECHC_STATIC void mechc_free_work(mechc_integration *run)
 {
     for (int i = 0; i < MECHC_METHODS; i++) {
-        free(run->work[i]);
+        mechc_free_aligned(run->work[i]);
         run->work[i] = 0;
     }
 }

@@ -7,6 +7,7 @@
 
 #include <string.h>
 #include "run/integration.h"
+#include "run/memory.h"
 #include "run/method.h"
 #include "run/trajectory.h"
 
@@ -81,7 +82,7 @@ MECHC_RARE void mechc_restore(mechc_run *head, const void *saved)
     from += mechc_end_size(&trajectory);
     for (int i = 0; i < MECHC_METHODS; i++) {
         const size_t size = run->work[i] ? run->methods[i]->work_size : 0;
-        if (!size) free(work[i]);
+        if (!size) mechc_free_aligned(work[i]);
         run->work[i] = !size ? 0 : work[i] ? work[i] : mechc_new_work(run->methods[i]);
         if (size && run->work[i]) memcpy(run->work[i], from, size);
         made &= !size || run->work[i];

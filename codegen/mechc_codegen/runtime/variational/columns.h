@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdlib.h>
+#include "run/memory.h"
 #include "variational/states.h"
 
 #if MECHC_VARIATIONAL
@@ -27,14 +28,13 @@ typedef struct {
 MECHC_STATIC void mechc_free_directions(mechc_directions *d)
 {
     free(d->changes);
-    free(d->lanes);
-    free(d->factors);
+    mechc_free_aligned(d->lanes);
+    mechc_free_aligned(d->factors);
 }
 
 MECHC_STATIC mechc_vector *mechc_new_vectors(size_t count)
 {
-    const size_t bytes = (count + 1) * sizeof(mechc_vector);
-    return aligned_alloc(64, (bytes + 63) / 64 * 64);
+    return mechc_new_aligned((count + 1) * sizeof(mechc_vector));
 }
 
 /* 0 without memory. */

@@ -32,14 +32,14 @@ MECHC_STATIC void mechc_free_varying(mechc_varying *w)
 {
     if (!w) return;
     mechc_free_directions(&w->directions);
-    free(w->stages.slopes);
-    free(w->tangents);
-    free(w->nodes.slopes);
-    free(w->room);
+    mechc_free_aligned(w->stages.slopes);
+    mechc_free_aligned(w->tangents);
+    mechc_free_aligned(w->nodes.slopes);
+    mechc_free_aligned(w->room);
     free(w->rows);
-    free(w->before);
-    free(w->after);
-    free(w);
+    mechc_free_aligned(w->before);
+    mechc_free_aligned(w->after);
+    mechc_free_aligned(w);
 }
 
 /* NULL without memory. */
@@ -47,11 +47,10 @@ MECHC_STATIC mechc_varying *mechc_new_varying(const mechc_trajectory *record, co
                                               const mechc_inputs *inputs, const double *directions,
                                               int columns, const mechc_shapes *shapes)
 {
-    const size_t size = (sizeof(mechc_varying) + 63) / 64 * 64;
     const size_t most = MECHC_VARIED_NODES * MECHC_NX;
-    mechc_varying *w = aligned_alloc(64, size);
+    mechc_varying *w = mechc_new_aligned(sizeof *w);
     if (!w) return 0;
-    memset(w, 0, size);
+    memset(w, 0, sizeof *w);
     const int taken = mechc_take_directions(directions, columns, shapes, &w->directions);
     const size_t width = (size_t)w->directions.width;
     const size_t block = w->directions.block / MECHC_LANES;

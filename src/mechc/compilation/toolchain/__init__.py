@@ -49,13 +49,13 @@ def find_compiler() -> list[str] | None:
 def packaged_compiler() -> list[str] | None:
     """The clang in the Python package ``ziglang``, of the extra ``compiler``; None if absent.
 
-    Compiled with little optimisation its code would check for undefined behaviour, and need a
-    library for that.
+    By its defaults code compiled with little optimisation checks for undefined behaviour, which
+    needs a library, and has debug information.
     """
     package = importlib.util.find_spec("ziglang")
     for folder in (package and package.submodule_search_locations) or ():
         if found := shutil.which("zig", path=folder):
-            return [found, "cc", "-fno-sanitize=undefined"]
+            return [found, "cc", "-fno-sanitize=undefined", "-g0"]
     return None
 
 

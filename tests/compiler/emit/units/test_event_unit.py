@@ -9,6 +9,8 @@ from mechc_codegen.errors import MechanismError
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 from sympy import Abs, Max, Symbol, besselj, diff, sin, sqrt
 
+from mechc.compilation import toolchain
+
 T, Y0, Y1, P0 = (Symbol(name, real=True) for name in ("t", "y0", "y1", "p0"))
 
 
@@ -29,7 +31,15 @@ def test_values_slopes_and_resets(tmp_path):
     stop = EventExpressions(Y1, restitution=P0 / 2)
     text = event_unit([stop, EventExpressions(value, reset)], 2, 1)
     (tmp_path / "events.c").write_text(text)
-    command = ["gcc", "-std=gnu11", "-O1", *STRICT, "-shared", "-fPIC", f"-I{RUNTIME}"]
+    command = [
+        *toolchain.compiler(),
+        "-std=gnu11",
+        "-O1",
+        *STRICT,
+        "-shared",
+        "-fPIC",
+        f"-I{RUNTIME}",
+    ]
     subprocess.run([*command, "events.c", "-lm", "-o", "events.so"], cwd=tmp_path, check=True)
     unit = Unit.in_dll(ctypes.CDLL(str(tmp_path / "events.so")), "mechc_events")
     assert (unit.width, unit.parameters, unit.count) == (2, 1, 2)

@@ -26,6 +26,7 @@ from mechc_codegen.emit.writer import FunctionWriter
 from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 
 _SPARSE = 64  # elements
+_OF_GAPS = ("hoist", "constraints")  # functions that the gaps of the loops are computed by
 _STATE = "real t, const real *q, const real *u, const FN(given) *given"
 _ALIASES = "const real *const p = given->p, *const k = given->k;"
 _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
@@ -56,11 +57,15 @@ def emit(
 def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[str, str]:
     """The headers of a scene: its sizes and its program."""
     writer = CWriter(functions, _meanings(functions, metadata))
-    texts = [table_text(lookups(functions.program.values())), *map(writer.text, functions)]
-    program_text = "\n".join(texts)
+    gaps = [table_text(lookups(functions.program.values()))]
+    others = list[str]()
+    for function in functions:
+        (gaps if function.name in _OF_GAPS else others).append(writer.text(function))
     return {
         "scene_sizes.h": sizes_header(functions),
-        "scene_program.h": template("scene_program.h.in").substitute(functions=program_text),
+        "scene_program.h": template("scene_program.h.in").substitute(
+            gaps="\n".join(gaps), functions="\n".join(others)
+        ),
     }
 
 

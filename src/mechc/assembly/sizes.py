@@ -68,15 +68,23 @@ def _free(system: System) -> Array:
     return known
 
 
-def are_lengths(system: System) -> bool:
-    """Whether the parameters tell the size of all rows, or there are none."""
-    known = system.gap_unit == "m" and system.parameter_set.has_lengths
-    return known or not system.scene.holonomic
+def checked_gap(system: System, p: Array, t: float) -> float:
+    """A gap that is rounding in every row, found fast where lengths are known.
+
+    Raises
+    ------
+    AssemblyError
+        If rows are too uneven, see :func:`refuse_uneven`.
+    """
+    if system.sized_by_lengths:
+        return ROUNDING * system.parameter_set.length(p)
+    refuse_uneven(system, p, t)
+    return allowed_gap(system, p, t)
 
 
 def allowed_gap(system: System, p: Array, t: float) -> float:
-    """A gap that is rounding in every row; found fast where lengths are known."""
-    if are_lengths(system):
+    """The same, however uneven rows are."""
+    if system.sized_by_lengths:
         return ROUNDING * system.length(p)
     return ROUNDING * float(sizes(system, p, t).rows.min())
 
@@ -89,7 +97,7 @@ def allowed_gaps(system: System, p: Array, t: float) -> Array:
     AssemblyError
         If those of a member make rows too uneven, see :func:`refuse_uneven`.
     """
-    if are_lengths(system):
+    if system.sized_by_lengths:
         return np.asarray(ROUNDING * system.parameter_set.lengths(p))
     rows = sizes_of_members(system, p, t).rows
     _refuse_uneven(system, rows)
@@ -104,7 +112,7 @@ def refuse_uneven(system: System, p: Array, t: float) -> None:
     AssemblyError
         Which two rows these are.
     """
-    if not are_lengths(system):
+    if not system.sized_by_lengths:
         _refuse_uneven(system, sizes(system, p, t).rows[None])
 
 

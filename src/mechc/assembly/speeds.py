@@ -10,7 +10,7 @@ import numpy as np
 
 from mechc.assembly import tangent_branches as branches
 from mechc.assembly.closer import closure
-from mechc.assembly.sizes import are_lengths, speed_sizes
+from mechc.assembly.sizes import speed_sizes
 from mechc.errors import AssemblyError
 from mechc.system.kinds import Kind
 from mechc.system.parameters import Array, NamedQuantity
@@ -71,7 +71,7 @@ def consistent(system: System, y: Array, given: Collection[str], p: Array, t: fl
     if free is None:
         places = [i for i, name in enumerate(system.speeds) if name not in given]
         free = system.kept[names] = np.array(places, np.intc)
-    units = () if are_lengths(system) else _units(system, y, p, t)
+    units = () if system.sized_by_lengths else _units(system, y, p, t)
     y, left, row, residual, conditioning = closure(system, t).keep_speeds(
         t, y, p, free, DEAD, *units
     )

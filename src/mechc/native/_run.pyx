@@ -138,9 +138,9 @@ cdef class Run:
         self.run = <mechc_run *>PyMem_Malloc(self.unit.run_size)
         if self.run == NULL:
             raise MemoryError()
-        memset(self.run, 0, self.unit.run_size)
         job.unit, job.run, job.options = self.unit, self.run, options
         if self.stack:
+            memset(self.run, 0, self.unit.run_size)  # it may not begin, without memory
             with_stack(self.stack, begin, &job, &self.stop)
         else:
             begin(&job)  # of a small scene it takes less time than giving up the GIL

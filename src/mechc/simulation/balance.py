@@ -133,7 +133,10 @@ def power_at(system: System, values: Array, t: Array, y: Array, lengths: Array) 
     potential = system.potential_energy(moved, values, at)
     energy, largest = kinetic + potential, (np.abs(kinetic) + np.abs(potential)).max(axis=1)
     value, lower = energy @ EIGHTH / step, energy @ SIXTH / step
-    return Power(value, np.abs(value - lower) + np.finfo(float).eps * largest / step)
+    width = len(system.coordinates)
+    turned = np.maximum(np.abs(y[:, :width] / size[:width]).max(axis=1, initial=0.0), 1.0)
+    rounding = np.finfo(float).eps * turned * largest  # coordinates that have grown have it too
+    return Power(value, np.abs(value - lower) + rounding / step)
 
 
 def _of_time(system: System, values: Array, t: Array, y: Array) -> bool:

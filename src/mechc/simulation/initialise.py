@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mechc.assembly.sizes import allowed_gap, excess_of_rates, gap_in_words, is_open, refuse_uneven
+from mechc.assembly.sizes import checked_gap, excess_of_rates, gap_in_words, is_open
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
 from mechc.simulation.segments import Segment, Segments, Until
@@ -33,12 +33,6 @@ def begin(
         policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
         policy.max_bytes,
     )  # fmt: skip
-
-
-def starts_beside(compiled: Segment, policy: Policy) -> bool:
-    """Whether a run that may pass change points starts beside one."""
-    beside = compiled.status == RUNNING and getattr(compiled, "met_critical", False)
-    return bool(beside) and policy.on_change_point != "stop"
 
 
 def leave_change_point(
@@ -73,10 +67,9 @@ def reach_end(
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
     state = _shaped(system, y0)
-    refuse_uneven(system, values, t0)
+    allowed = checked_gap(system, values, t0)
     projected: Array
     code, projected, gap, drift = system.scene.project(t0, state, values)
-    allowed = allowed_gap(system, values, t0)
     if not (code == RUNNING and gap <= allowed and drift <= allowed):
         _refuse_open(system, state, values, t0)
     return projected
@@ -95,7 +88,7 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 def _shaped(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
     width = system.scene.width
-    if state.size == width:
+    if system.quaternions and state.size == width:
         refuse_no_attitude(state.ravel(), system.quaternions, system.coordinates)
     if state.shape == (width,):
         return state

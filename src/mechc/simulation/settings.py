@@ -48,7 +48,7 @@ def checked_policy(
     """
     return Policy(
         _checked_rtol(rtol),
-        _checked_atol(system, atol),
+        None if atol is None else _checked_atol(system, atol),
         _chosen_method(system, method),
         0.0 if first_step is None else _positive("first_step", first_step),
         _positive("max_step", max_step, infinite=True),
@@ -86,14 +86,14 @@ def checked_span_and_times(
     t_span: Any, t_eval: Array | None
 ) -> tuple[tuple[float, float], Array | None]:
     """(t0, t1) and the times to report at; a span of more than two times is those too."""
-    if t_eval is None and _has_several(t_span):
+    if t_eval is None and isinstance(t_span, SEQUENCES) and _has_several(t_span):
         t_span, t_eval = (t_span[0], t_span[-1]), t_span
     span = checked_span(t_span)
     return span, None if t_eval is None else checked_times(t_eval, span)
 
 
 def _has_several(t_span: Any) -> bool:
-    return isinstance(t_span, SEQUENCES) and getattr(t_span, "ndim", 1) == 1 and len(t_span) > 2
+    return getattr(t_span, "ndim", 1) == 1 and len(t_span) > 2
 
 
 def checked_span(t_span: float | tuple[float, float]) -> tuple[float, float]:
@@ -126,9 +126,7 @@ def checked_times(t_eval: Array, span: tuple[float, float]) -> Array:
     return checked
 
 
-def _checked_atol(system: System, atol: float | Array | None) -> Array | None:
-    if atol is None:
-        return None
+def _checked_atol(system: System, atol: float | Array) -> Array:
     given, width = doubles(atol, "atol"), system.scene.width
     if given.shape not in ((), (1,), (width,)):
         raise ValueOutOfBoundsError(

@@ -37,7 +37,7 @@ from mechc.simulation.events.compiled import (
 from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.events.resets import Resets, resets_of
 from mechc.simulation.events.stops import refuse_stops
-from mechc.simulation.initialise import begin, leave_change_point, reach_end, starts_beside
+from mechc.simulation.initialise import begin, leave_change_point, reach_end
 from mechc.simulation.limits import LIMITED, explained
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import (
@@ -83,7 +83,8 @@ def run(
     """
     started = time.perf_counter()
     compiled = begin(system, span, state, values, policy)
-    if compiled.status == AT_CHANGE_POINT or starts_beside(compiled, policy):
+    beside = getattr(compiled, "met_critical", False) and policy.on_change_point != "stop"
+    if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
@@ -106,7 +107,7 @@ def _driven(
     first: int = 0,
 ) -> Made:
     """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
-    finder = _finder(events, system, compiled, span, values, policy, first)
+    finder = _finder(events, system, compiled, span, values, policy, first) if events else None
     resets = None
     if finder is not None and resets_of(events) and compiled.status == RUNNING:
         compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
@@ -131,7 +132,7 @@ def _driven(
         system.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
         (
-            *_warnings(compiled, code, stop),
+            *(_warnings(compiled, code, stop) if compiled.crossings else ()),
             *_coarse_angles(system, compiled, policy.rtol),
             *(energy_note(system, compiled, values, policy, stats) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
@@ -161,8 +162,6 @@ def _finder(
     policy: Policy, first: int,
 ) -> EventFinder | None:  # fmt: skip
     """What looks for the events; in compiled code where they are compiled."""
-    if not events:
-        return None
     compiled = compiled_finder(events, system, run, span, values, policy, first)
     laws = contact_laws(events)
     slides = any(law.slip is not None for law in laws)
@@ -259,9 +258,7 @@ def _drive(
 
 
 def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
-    """Warnings about change points crossed."""
-    if not compiled.crossings:
-        return ()
+    """Of a run that crossed change points."""
     times = compiled.change_points()[0]
     if stop is not None:
         start = compiled.states()[0][0]

@@ -196,6 +196,12 @@ class System(Description):
         rates = [f"{unit}/s" if unit else "" for unit in self.closure_units]
         return tuple(unit or "per second" for unit in (*rates, *moving))
 
+    @cached_property
+    def sized_by_lengths(self) -> bool:
+        """Whether parameters tell the size of all configuration rows, or there are none."""
+        known = self.gap_unit == "m" and self.parameter_set.has_lengths
+        return known or not self.scene.holonomic
+
     def length(self, p: Array) -> float:
         """The scale of lengths, m: the largest parameter that is a length, 1 if there is none."""
         return self.parameter_set.length(p)

@@ -157,6 +157,9 @@ def test_what_a_reset_takes_away_is_work():
 def test_without_dense_output_only_a_conserved_energy_is_judged(model, regular):
     params, start = regular
     assert model.simulate(5.0, start, params, dense=False).energy_drift < 1e-9
+    fast = {"theta_0": 1.0, "omega_0": 300.0}  # 600 rad, with coarser digits
+    turning = {"l_0": 1.0, "l_1": 3.0, "l_2": 2.5, "l_3": 3.5}
+    assert model.simulate(2.0, fast, turning, dense=False).energy_drift < 1e-9
     sol = driven_bead(-u / 5).simulate(1.0, START, dense=False)
     assert np.isnan(sol.energy_drift)
     assert np.isnan(sol.work).all()

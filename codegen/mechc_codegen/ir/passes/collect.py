@@ -27,6 +27,8 @@ def collect(program: Program) -> Program:
         if not isinstance(expression, Add):
             return expression
         collected = _collect_sum(expression, costs)
+        if collected == expression:
+            return expression
         return collected if costs.of(collected) < costs.of(expression) else expression
 
     return rewrite_program(program, lambda e: bottom_up(e, rewrite, done))

@@ -143,6 +143,7 @@ MECHC_INLINE void mechc_gauss_watch(mechc_gauss *g)
     for (int block = 1; block < MECHC_BLOCKS; block++)
         least = mechc_greater(least, -mechc_take(g->least, block));
     const double square = g->lowest = -mechc_greatest(least);
+    g->fine = g->crossing && mechc_is_fine(square);
     g->closing = square < MECHC_GAUSS_CRITICAL * MECHC_GAUSS_CRITICAL ? MECHC_CLOSE_BEFORE
                : square < MECHC_GAUSS_PLAIN * MECHC_GAUSS_PLAIN       ? MECHC_CLOSE_AFTER
                                                                       : MECHC_UNPROJECTED;
@@ -353,6 +354,10 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     for (int i = 0; i < MECHC_UNKNOWNS; i++)
         g->ends[i] = MECHC_RATE(run, 0)[MECHC_FIRST_UNKNOWN + i];
     memcpy(end, run->y, sizeof run->y);
+#if MECHC_NH > 0
+    g->crossing = mechc_knows_crossing(&run->monitor) ? &run->monitor.known : NULL;
+    g->alone = &run->given;
+#endif
     mechc_gauss_weigh(run, g);
     mechc_gauss_predict(g, h);
     const int status = mechc_gauss_converge(run, h);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "methods/gauss_tableau.h"
+#include "singularities/fine_gap.h"
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"
 #include "simd/unbind.h"
@@ -37,6 +38,11 @@ typedef struct {
     double next_compensation[MECHC_NX];
     double lowest;               /* of `least` */
     double left;                 /* gaps that are left, in units of rounding */
+#if MECHC_NH > 0
+    const mechc_scalar_given *alone; /* of the run */
+    const mechc_critical *crossing;  /* known nearby, or NULL */
+    int fine; /* stages near it are closed finely */
+#endif
     int closing;                 /* how stages are kept on the constraints */
     double shrinking;            /* from the iteration's second change to its third; 0: no third */
     double last_step;            /* 0: no polynomial yet */
@@ -73,13 +79,32 @@ MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, doub
 }
 
 #if MECHC_NH > 0
+/* The gaps of those stages of a block that are near a crossing, beyond the rounding of doubles;
+ * nothing is left of them once these stages are closed. */
+MECHC_RARE void mechc_gauss_fine_gaps(const mechc_gauss *g, mechc_vector time, int block,
+                                      int closed, const mechc_vector *q, mechc_vector *gaps)
+{
+#if MECHC_HAS_FINE_GAP
+    for (int lane = 0; lane < MECHC_LANES; lane++) {
+        double at[MECHC_NQ], gap[MECHC_NH] = {0};
+        if (!mechc_is_fine(g->least[block * MECHC_LANES + lane])) continue;
+        for (int i = 0; i < MECHC_NQ; i++) at[i] = q[i][lane];
+        if (!closed) mechc_find_fine_gap(time[lane], at, g->alone, g->crossing, gap);
+        for (int i = 0; i < MECHC_NH; i++) gaps[i][lane] = gap[i];
+    }
+#else
+    (void)g, (void)time, (void)block, (void)closed, (void)q, (void)gaps;
+#endif
+}
+
 /* One correction of the stages towards closed loops; moved: by how much. */
-MECHC_INLINE void mechc_gauss_close(mechc_gauss *g, mechc_vector time, int block,
-                                    const mechc_vector_place *place, mechc_vector *q,
+MECHC_INLINE void mechc_gauss_close(mechc_gauss *g, mechc_vector time, int block, int again,
+                                    mechc_vector_place *place, mechc_vector *q,
                                     mechc_vector *moved)
 {
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = q[i];
-    mechc_vector_correct_beyond(time, q, &g->given, place, g->left);
+    if (g->fine) mechc_gauss_fine_gaps(g, time, block, again, q, place->gap);
+    mechc_vector_correct_beyond(time, q, &g->given, place, g->fine ? 0.0 : g->left);
     for (int i = 0; i < MECHC_NQ; i++) {
         moved[i] = q[i] - moved[i];
         g->shift[i][block] += moved[i];
@@ -141,7 +166,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], 0, 0);
 #if MECHC_NH > 0
     if (g->closing == MECHC_CLOSE_BEFORE) {
-        mechc_gauss_close(g, time, block, &place, state, moved);
+        mechc_gauss_close(g, time, block, 0, &place, state, moved);
         mechc_vector_locate(time, state, &g->given, &place);
     }
 #endif
@@ -149,7 +174,7 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
     mechc_vector_steady(&place, state + MECHC_NQ);
     mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
-    mechc_gauss_close(g, time, block, &place, state, moved);
+    mechc_gauss_close(g, time, block, g->closing == MECHC_CLOSE_BEFORE, &place, state, moved);
     mechc_put(mechc_vector_conditioning_at(&place), g->least, block);
 #else
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);

@@ -9,6 +9,7 @@
 #include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
+#include "singularities/fine_gap.h"
 #include "singularities/monitor.h"
 #include "singularities/weakest.h"
 
@@ -26,13 +27,32 @@ MECHC_STATIC double mechc_conditioning(const mechc_integration *run,
 #endif
 }
 
+/* Near a crossing that is known, loops that are closed to rounding are closed to that of q.  Newton's method leaves
+ * of a correction its square over the distance to where rows vanish together. */
+MECHC_RARE void mechc_close_finely(const mechc_integration *run, double t, double *y,
+                                   double conditioning, mechc_scalar_place *place)
+{
+#if MECHC_HAS_FINE_GAP
+    double before[MECHC_NQ], moved = HUGE_VAL;
+    for (int i = 0; i < 4 && moved * moved > MECHC_EPS * conditioning; i++) {
+        memcpy(before, y, sizeof before);
+        mechc_find_fine_gap(t, y, &run->given, &run->monitor.known, place->gap);
+        mechc_scalar_correct(t, y, &run->given, place);
+        mechc_locate(t, y, &run->given, place);
+        moved = 0.0;
+        for (int k = 0; k < MECHC_NQ; k++)
+            moved = mechc_max(moved, fabs(y[k] - before[k]) / run->scale[k]);
+    }
+#else
+    (void)run, (void)t, (void)y, (void)conditioning, (void)place;
+#endif
+}
+
 /* Statistics and the monitor learn of a stage. */
-MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y,
-                             const mechc_scalar_place *place)
+MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y, double singular)
 {
 #if MECHC_NC > 0
     mechc_stats *stats = &run->head.stats;
-    const double singular = mechc_conditioning(run, place);
     if (singular < stats->least_singular) {
         stats->least_singular = singular;
         stats->least_singular_time = t;
@@ -40,7 +60,7 @@ MECHC_STATIC void mechc_meet(mechc_integration *run, double t, const double *y,
     run->conditioning = singular;
     mechc_monitor_meet(&run->monitor, singular, y);
 #else
-    (void)run, (void)t, (void)y, (void)place;
+    (void)run, (void)t, (void)y, (void)singular;
 #endif
 }
 
@@ -81,10 +101,13 @@ MECHC_ONCE int mechc_rates_at(mechc_integration *run, double t, double *y, doubl
         stats->coordinate = place.bad;
         return status;
     }
+    const double conditioning = mechc_conditioning(run, &place);
+    if (mechc_is_fine(conditioning * conditioning) && mechc_knows_crossing(&run->monitor))
+        mechc_close_finely(run, t, y, conditioning, &place);
     mechc_scalar_steady(&place, y + MECHC_NQ);
     mechc_scalar_coordinate_rates_of(t, y, y + MECHC_NQ, &run->given, rates);
     mechc_scalar_accelerate(t, y, y + MECHC_NQ, &run->given, &place, rates + MECHC_NQ, 0);
-    mechc_meet(run, t, y, &place);
+    mechc_meet(run, t, y, conditioning);
     for (int i = 0; i < MECHC_NX; i++)
         if (!(fabs(rates[i]) < HUGE_VAL)) return mechc_not_finite(&place, stats);
     return MECHC_RUNNING;

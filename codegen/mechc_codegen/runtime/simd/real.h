@@ -13,6 +13,9 @@
  *     #endif
  *
  * A header that binds is included outside of any binding.
+ *
+ * The scene's program has a third binding, to one long double (bind_extended.h), of which the gaps
+ * of the loops alone are taken.
  */
 #ifndef real
 #include "simd/bind_scalar.h"

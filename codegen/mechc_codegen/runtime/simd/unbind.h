@@ -1,5 +1,6 @@
 /* Takes the names that generic code uses away again: see real.h. */
 #undef R_VECTOR
+#undef R_EXTENDED
 #undef R_UNSIGNED
 #undef real
 #undef rmask

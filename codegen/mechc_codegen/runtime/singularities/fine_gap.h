@@ -1,0 +1,60 @@
+/* Gaps of the loops beyond the rounding of doubles, near a crossing.
+ *
+ * Closing a loop whose gap has the rounding eps leaves q off the constraints by eps over the
+ * conditioning, and from step to step by another amount: the level of the energy jumps by the work
+ * of the reactions over that distance, and the direction of the motion is off by it over the
+ * distance to the crossing.  A gap evaluated at the same q with a longer mantissa leaves the rounding
+ * of q itself, whatever the conditioning is.
+ *
+ * The gap that lengths which make a crossing leave by their own rounding is no gap.  In the bend of
+ * a near miss states are not closed so: what counts there is that stages which are closed to
+ * rounding are left where they are, and follow each other smoothly.
+ */
+#pragma once
+
+#include "dynamics/scalar_stage.h"
+#include "singularities/gap.h"
+
+#define MECHC_HAS_FINE_GAP (MECHC_NH > 0 && MECHC_NI == 0)
+
+#if MECHC_HAS_FINE_GAP
+/* Conditioning below which loops are closed so. */
+#define MECHC_FINE (0.03 * (MECHC_LINKS > 0 ? MECHC_TOGETHER : 1.0))
+
+/* Squared: not where what closing to rounding leaves is farther than the crossing. */
+MECHC_INLINE int mechc_is_fine(double conditioning)
+{
+    return conditioning < MECHC_FINE * MECHC_FINE && conditioning > MECHC_EPS;
+}
+
+typedef struct {
+    long double p[MECHC_AT_LEAST_ONE(MECHC_NP)], k[MECHC_CONSTANTS];
+} mechc_extended_given;
+
+MECHC_STATIC void mechc_extended_sincos(long double x, long double *sine, long double *cosine)
+{
+    *sine = sinl(x);
+    *cosine = cosl(x);
+}
+
+#include "simd/bind_extended.h"
+#include "scene_program.h"
+#include "simd/unbind.h"
+
+/* The gaps at q, less what the lengths leave at the crossing, rounded last. */
+MECHC_ONCE void mechc_find_fine_gap(double t, const double *q, const mechc_scalar_given *given,
+                                    const mechc_critical *crossing, double *gap)
+{
+    mechc_extended_given fine;
+    long double at[MECHC_NQ], still[MECHC_NU], found[MECHC_NH];
+    for (int i = 0; i < MECHC_NP; i++) fine.p[i] = given->p[i];
+    for (int i = 0; i < MECHC_NQ; i++) at[i] = q[i];
+    for (int i = 0; i < MECHC_NU; i++) still[i] = 0.0L;
+    mechc_extended_hoist(fine.p, fine.k);
+    mechc_extended_output_constraints(t, at, still, &fine, found);
+    for (int i = 0; i < MECHC_NH; i++)
+        gap[i] = (double)(found[i] - (long double)crossing->gap * crossing->normal[i]);
+}
+#else
+MECHC_INLINE int mechc_is_fine(double conditioning) { return (void)conditioning, 0; }
+#endif

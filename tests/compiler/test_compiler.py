@@ -142,6 +142,15 @@ def test_a_plane_has_no_third_dimension():
     assert "three numbers a motion of a link; 22 of 54 components" in report
 
 
+def test_five_links_in_a_row_in_space_are_written_out_link_by_link():
+    """Fewer, and chains in a plane, are by partial velocities; seven are a tree at run time."""
+    written = [derive_equations(c(n), NOTHING) for c, n in ((spatial_chain, 5), (spatial_chain, 4),
+               (planar_chain, 5), (spatial_chain, 7))]  # fmt: skip
+    assert [bool(e.intermediates) for e in written] == [True, False, False, True]
+    assert [e.tree is not None for e in written] == [False, False, False, True]
+    assert {"mass_matrix", "forcing"} <= written[0].outputs.keys()
+
+
 def test_work_of_parameters_alone_is_done_once_a_run():
     """A call reads constants, and computes with no parameter that stands in them alone."""
     _, text = functions(shipped_mechanism("four_bar"), NOTHING)

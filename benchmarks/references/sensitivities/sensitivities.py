@@ -70,7 +70,7 @@ def confirmed(name: str) -> dict[str, Any]:
     family = found[name]
     written = [[mpf(x) for x in each] for each in (family["end"], *family["by"].values())]
     found[name] = family | {"digits": _agreed(name, FAMILIES[name](), written)}
-    found["digits"] = min(found[each]["digits"] for each in FAMILIES if "digits" in found[each])
+    found["digits"] = min(found[each]["digits"] for each in FAMILIES)
     return found
 
 

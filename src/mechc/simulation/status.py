@@ -175,9 +175,10 @@ CODES = {
     codes.NEARLY_DEPENDENT: (
         "undecided",
         "the constraints become nearly dependent here: a change point, or a near miss of one, is "
-        "near, and backend='numpy' does not pass these",
-        "Install a C compiler and compile without backend; sol.stats['least_singular'] measures "
-        "how near it is",
+        "near, and neither backend='numpy' nor a run with contacts that last or friction passes "
+        "these",
+        "With backend='numpy' install a C compiler and compile without backend; with contacts end "
+        "the run before it; sol.stats['least_singular'] measures how near it is",
     ),
     codes.STOPPED_BY_EVENT: ("stopped by an event", "", ""),
     codes.EVENT_FAILED: (

@@ -1,6 +1,7 @@
 """Compiling on demand: once, found again by the next process, honest about the compiler."""
 
 import os
+import shlex
 import stat
 import subprocess
 import sys
@@ -215,7 +216,8 @@ def keys_under(monkeypatch, *commands):
 
 def test_the_compiler_and_its_flags_decide_the_key(fresh, monkeypatch):
     """Flags in $CC change the binary although the version stays."""
-    plain, again, flagged = keys_under(monkeypatch, "gcc", "gcc", "gcc -O0")
+    command = shlex.join(toolchain.compiler())
+    plain, again, flagged = keys_under(monkeypatch, command, command, f"{command} -O0")
     assert plain == again != flagged
 
 
@@ -228,9 +230,10 @@ def test_another_compiler_version_is_another_key(fresh, monkeypatch):
 
 
 def test_the_processor_decides_the_key(fresh, monkeypatch):
-    (here,) = keys_under(monkeypatch, "gcc")
+    command = shlex.join(toolchain.compiler())
+    (here,) = keys_under(monkeypatch, command)
     monkeypatch.setattr(processor, "processor", lambda: "another")
-    (there,) = keys_under(monkeypatch, "gcc")
+    (there,) = keys_under(monkeypatch, command)
     assert here != there
 
 

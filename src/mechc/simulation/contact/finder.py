@@ -15,7 +15,7 @@ from mechc.simulation.contact.place import EPS
 from mechc.simulation.events.event import Event, EventFinder, EventRecord
 from mechc.system.parameters import Array
 
-ROUNDING = 64.0 * EPS  # of the terms of a slip
+ROUNDING = 64.0 * EPS  # of the terms of a slip, and of the forces at a contact
 
 
 class ModeEnd(NamedTuple):
@@ -124,10 +124,12 @@ def _slip(forces: Forces, k: int, way: float) -> Callable[[float, Array], float]
 
 
 def _limit(forces: Forces, number: int) -> Callable[[float, Array], float]:
+    """A force, or what is left to its limit; what is rounding counts as pressing."""
+
     def above_zero(t: float, y: Array) -> float:
         answer = forces(t, y)[1]
-        _, _, c, d = answer.limits()[number]
-        return float(c @ answer.unknowns + d)
+        _, k, c, d = answer.limits()[number]
+        return float(c @ answer.unknowns + d) + ROUNDING * answer.force_of(k)
 
     return above_zero
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechc.native._codes import NOT_FINITE, RUNNING, SINGULAR_MASS
 from mechc.numpy_backend.integrator import NumpyRun, RunLimits
+from mechc.numpy_backend.linear import Rows
 from mechc.simulation.contact.modes import Answer, Mode, Problem, State
 from mechc.simulation.contact.place import Contacts, Free, Place
 from mechc.simulation.contact.recorded import record_of
@@ -23,7 +24,7 @@ class Settled(NamedTuple):
 
     status: Array
     place: Any
-    rows: None
+    rows: Rows | None
     iterations: int
     places: list[Place | None]
 
@@ -35,8 +36,9 @@ class ContactManifold:
         self.contacts, self.mode = contacts, mode
         system = contacts.system
         self.listing = SimpleNamespace(
-            coordinates=len(system.coordinates), speeds=len(system.speeds), rows=0, holonomic=0
-        )
+            coordinates=len(system.coordinates), speeds=len(system.speeds),
+            rows=system.scene.rows, holonomic=system.scene.holonomic,
+        )  # fmt: skip
         states = np.array(mode)
         self.has_gap = contacts.laws.has_gap
         self.closed = self.has_gap & (states != State.OPEN)
@@ -58,7 +60,31 @@ class ContactManifold:
         status = np.array([code for code, _, _ in found], dtype=int)
         rows = np.array([row for _, row, _ in found]).reshape(y.shape)
         sizes = SimpleNamespace(mass=np.full((len(y), 1, 1), np.nan))
-        return rows, Settled(status, sizes, None, len(y), [place for _, _, place in found])
+        places = [place for _, _, place in found]
+        return rows, Settled(status, sizes, self._loops(places), len(y), places)
+
+    def _loops(self, places: list[Place | None]) -> Rows | None:
+        """The rows of the loops, whose conditioning the run monitors; J u = 0 at a failed state."""
+        if not self.listing.rows:
+            return None
+        shape = self.listing.rows, self.listing.speeds
+        jacobians = [np.zeros(shape) if place is None else place.jacobian for place in places]
+        masses = [
+            np.ones(shape[1]) if place is None else (place.root**2).sum(axis=1) for place in places
+        ]
+        return Rows(np.array(jacobians), np.array(masses))
+
+    def moved(self, t: float, q: Array, changes: Array) -> Settled:
+        """Configurations near one (nq,), each closed again: changes of the speeds (n, nu)."""
+        system, width = self.contacts.system, self.listing.coordinates
+        rest = np.append(q, np.zeros(self.listing.speeds))
+        kinematic = self.contacts.place(t, rest).kinematic
+        near = np.tile(rest, (len(changes), 1))
+        near[:, :width] += changes if kinematic is None else changes @ kinematic.T
+        closed = [system.scene.project(t, y, self.contacts.p)[:2] for y in near]
+        places = [self.contacts.place(t, y) if status == RUNNING else None for status, y in closed]
+        status = np.array([status for status, _ in closed])
+        return Settled(status, None, self._loops(places), 0, places)
 
     def accelerate(self, t: Array, u: Array, closed: Settled) -> Array:
         """Their rates (n, nq + nu)."""

@@ -220,6 +220,11 @@ class Answer:
             return float((scale * (c @ self.unknowns + d)).min())
         return self._largest_margin(scale[:, None] * c, scale * d)
 
+    def force_of(self, k: int) -> float:
+        """The size of forces at a contact, N: what makes the largest acceleration there."""
+        one = self._of_one_newton(k)
+        return self.problem.size / one if one > 0.0 else 0.0
+
     def _of_one_newton(self, k: int) -> float:
         rows = (self.problem.normal[k], self.problem.tangent[k])
         return float(max((row**2).sum() for row in rows))

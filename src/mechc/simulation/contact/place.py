@@ -27,7 +27,8 @@ ITERATIONS = 20
 class Place(NamedTuple):
     """What contacts need at one state, without its accelerations.
 
-    ``root``: L (nu, nu); ``normal`` and ``tangent``: rows R of the gaps and of the slips (n, nu).
+    ``root``: L (nu, nu); ``normal`` and ``tangent``: rows R of the gaps and of the slips (n, nu);
+    ``jacobian``: J of the loops (nc, nu).
     """
 
     t: float
@@ -38,6 +39,7 @@ class Place(NamedTuple):
     normal: Array
     tangent: Array
     kinematic: Array | None
+    jacobian: Array
 
     def speeds(self, change: Array) -> Array:
         """Speeds (nu,) for a change along rows R."""
@@ -79,10 +81,9 @@ class Contacts:
         kinematic = None if self.plain else self._kinematic(t, y, v)
         gaps = numbers.slopes if kinematic is None else numbers.slopes @ kinematic
         rows = np.asarray(np.linalg.solve(root, np.vstack([gaps, numbers.rows]).T).T, np.float64)
-        if self.closes_loops:
-            rows = self._without_loops(rows, root, t, y)
-        n = len(self.laws)
-        return Place(t, y, v, numbers, root, rows[:n], rows[n:], kinematic)
+        jacobian = system.constraint_jacobian(y, p, t) if self.closes_loops else root[:0]
+        rows, n = _without_loops(rows, root, jacobian), len(self.laws)
+        return Place(t, y, v, numbers, root, rows[:n], rows[n:], kinematic, jacobian)
 
     def _kinematic(self, t: float, y: Array, v: Array) -> Array:
         """N of q' = N u + b (nq, nu)."""
@@ -90,12 +91,6 @@ class Contacts:
         moved = np.repeat(y[None], nu, axis=0)
         moved[:, self.split :] += np.eye(nu)
         return np.asarray((self.system.rates(moved, self.p, t)[:, : self.split] - v).T)
-
-    def _without_loops(self, rows: Array, root: Array, t: float, y: Array) -> Array:
-        jacobian = self.system.constraint_jacobian(y, self.p, t)
-        _, sizes, along = np.linalg.svd(np.linalg.solve(root, jacobian.T).T, full_matrices=False)
-        along = along[sizes > DEPENDENT * sizes.max(initial=0.0)]
-        return np.asarray(rows - (rows @ along.T) @ along)
 
     def free(self, place: Place) -> Free:
         """The accelerations without forces of contacts."""
@@ -143,6 +138,15 @@ class Contacts:
         y[self.split :] += place.speeds(least_change(rows, -off))
         v = y[self.split :] if self.plain else self.system.rates(y, self.p, place.t)[: self.split]
         return place._replace(y=y, v=v, numbers=self.laws.at(place.t, y, v))
+
+
+def _without_loops(rows: Array, root: Array, jacobian: Array) -> Array:
+    """The rows (n, nu) without what lies along those of J L^-T."""
+    if not len(jacobian):
+        return rows
+    _, sizes, along = np.linalg.svd(np.linalg.solve(root, jacobian.T).T, full_matrices=False)
+    along = along[sizes > DEPENDENT * sizes.max(initial=0.0)]
+    return np.asarray(rows - (rows @ along.T) @ along)
 
 
 def least_change(rows: Array, values: Array) -> Array:

@@ -45,6 +45,7 @@ def test_the_data_are_those_of_the_families():
     """The stiff scene's, computed again by its matrix exponential and by its modes."""
     data, family = reference("sensitivities"), sensitivities.FAMILIES["stiff_masses"]()
     assert set(data) == {*sensitivities.FAMILIES, "digits"}
+    assert data["digits"] == min(data[name]["digits"] for name in sensitivities.FAMILIES)
     assert data["digits"] >= sensitivities.NEEDED
     assert sensitivities.computed("stiff_masses")["by"] == data["stiff_masses"]["by"]
     found = np.array(sensitivities.derivative(family, "k_0"), float)

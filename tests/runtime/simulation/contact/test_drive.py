@@ -107,6 +107,29 @@ def test_a_linkage_is_held_by_a_stop_and_leaves_it(model, regular):
 # -- friction --------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("gap", [0.0, 1e-10, 1e-6])
+def test_near_a_change_point_friction_takes_no_branch(model, gap):
+    """Beside a gap of 1e-10 m a step over it once came out on the wrong side, without a word."""
+    params = {"l_3": 4.0 + gap}
+    start = model.assemble({"theta_0": 1.5}, params=params)
+    drag = mechc.DryFriction("omega_0", mu=1e-11, normal="1")
+    sol = model.simulate(1.5, start, params, events=drag, rtol=1e-5)
+    free = model.simulate(1.5, start, params, rtol=1e-9)
+    assert sol.status.code == "undecided"
+    assert 0.7 < sol.status.t < 0.8
+    np.testing.assert_allclose(sol.y[-1], free(sol.t[-1]), atol=1e-4)
+
+
+def test_near_misses_wide_enough_are_followed_with_friction(model):
+    params = {"l_3": 4.0 + 1e-3}
+    start = model.assemble({"theta_0": 1.5}, params=params)
+    drag = mechc.DryFriction("omega_0", mu=1e-11, normal="1")
+    sol = model.simulate(1.5, start, params, events=drag, rtol=1e-9)
+    assert sol.status.ok
+    free = model.simulate(1.5, start, params, rtol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], free.y[-1], atol=1e-7)
+
+
 @pytest.mark.parametrize("mu", [0.5, 0.2])
 def test_a_block_slides_up_a_slope_and_sticks_or_slides_back(block, mu):
     up, down = (G * (np.sin(0.3) + sign * mu * np.cos(0.3)) for sign in (1, -1))

@@ -14,7 +14,8 @@ def place_of(normal, tangent, u, friction, restitution):
     numbers = Numbers(
         none, normal @ u, none, normal, tangent @ u, none, tangent, restitution, friction, friction
     )
-    return Place(0.0, np.append(0.0 * u, u), u, numbers, np.eye(len(u)), normal, tangent, None), n
+    metric, y = np.eye(len(u)), np.append(0.0 * u, u)
+    return Place(0.0, y, u, numbers, metric, normal, tangent, None, metric[:0]), n
 
 
 @pytest.mark.parametrize("contacts", [1, 2, 3])

@@ -91,6 +91,7 @@ def softened(k, times):
     return np.stack([sign * np.cos(own * since), own**2, -sign * own * np.sin(own * since)], -1)
 
 
+@pytest.mark.slow
 def test_a_parameter_is_reset_as_a_state(tmp_path):
     model = softening()
     times, start = np.linspace(0.0, 9.0, 37), {"q": 1.0, "k": 4.0}

@@ -15,7 +15,7 @@
 
 #define MECHC_CLOSE_ITERATIONS 60
 #define MECHC_CLOSE_POLISHES 40
-#define MECHC_CLOSE_LEAST 500 /* steps to the least gap */
+#define MECHC_CLOSE_LEAST 3000 /* steps to the least gap */
 #ifndef MECHC_CLOSE_STEP
 #define MECHC_CLOSE_STEP 0.7 /* the longest, rad or lengths */
 #endif
@@ -52,6 +52,7 @@ typedef struct {
 typedef struct {
     double size, before; /* the square of the weighted gap: now and a step ago */
     double factor;       /* of the step tried */
+    double damping;      /* towards the least gap: of the usual one */
     int steps;           /* taken from this start */
 } mechc_seeker;
 
@@ -171,7 +172,8 @@ static void mechc_close_solve(const mechc_closing *job, mechc_closer *closer, in
 {
     const double square = closer->seeker[k].size / (closer->measure.size * closer->measure.size);
     /* a gap that stays bends the residual by its own size, not by its square: Fan & Yuan (2005) */
-    const double damping = closer->phase == MECHC_PHASE_LEAST ? sqrt(square) : square;
+    const double damping =
+        closer->phase == MECHC_PHASE_LEAST ? closer->seeker[k].damping * sqrt(square) : square;
     if (job->unknowns == 2 && job->rows == 2) /* one planar loop: sizes the compiler knows */
         mechc_close_solve_sized(job, closer, k, damping, 2, 2);
     else
@@ -207,7 +209,7 @@ static int mechc_close_begin(const mechc_closing *job, mechc_closer *closer, int
         closer->step[k * n + i] = 0.0;
     }
     if (closer->phase == MECHC_PHASE_LEAST) memcpy(x, closer->best, (size_t)n * sizeof *x);
-    closer->seeker[k] = (mechc_seeker){HUGE_VAL, HUGE_VAL, 1.0, 0};
+    closer->seeker[k] = (mechc_seeker){HUGE_VAL, HUGE_VAL, 1.0, 1.0, 0};
     mechc_close_try(job, closer, k);
     return 1;
 }
@@ -323,6 +325,7 @@ static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
     if (size < seeker->size) {
         seeker->before = seeker->size;
         seeker->size = size;
+        if (seeker->factor == 1.0) seeker->damping *= 0.5;
         seeker->factor = 1.0;
         for (int i = 0; i < n; i++) closer->x[k * n + i] = y[job->unknown[i]];
         if (mechc_close_is_known(job, closer, k)) {
@@ -332,8 +335,10 @@ static int mechc_close_take(mechc_closing *job, mechc_closer *closer, int k)
         over = seeker->steps++ && mechc_close_arrived(closer, k);
         if (!over) mechc_close_solve(job, closer, k);
     } else { /* cut the step until it lowers the gap */
+        const double least = closer->phase == MECHC_PHASE_LEAST ? 1e-4 : 0.05;
         seeker->factor *= 0.25;
-        over = seeker->steps == 0 || seeker->factor < 0.05;
+        seeker->damping *= 4.0;
+        over = seeker->steps == 0 || seeker->factor < least;
     }
     if (over) mechc_close_end(job, closer, k);
     else mechc_close_try(job, closer, k);

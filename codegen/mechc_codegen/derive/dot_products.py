@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
-from sympy import Add, Basic, Expr, S
+from sympy import Add, Basic, Expr, MatrixBase, S
 from sympy.physics.vector import Dyadic, ReferenceFrame, Vector
 
 INFINITE = (S.Infinity, S.NegativeInfinity, S.ComplexInfinity, S.NaN)
@@ -48,7 +49,12 @@ def _inner(one: Sequence[Expr], other: Sequence[Expr]) -> Expr:
 
 
 def _infinite(vector: Vector) -> bool:
-    return any(_holds_infinity(entry) for matrix, _ in vector.args for entry in matrix)
+    return any(_holds_infinity(entry) for matrix, _ in vector.args for entry in _entries(matrix))
+
+
+def _entries(matrix: Any) -> Sequence[Expr]:
+    """Of a vector times nan SymPy makes nan, not a matrix."""
+    return matrix.flat() if isinstance(matrix, MatrixBase) else [matrix]
 
 
 @lru_cache(maxsize=KNOWN)

@@ -81,9 +81,6 @@ class Status:
         return ". ".join([head.rstrip(". "), *self.warnings]) + ("." if self.warnings else "")
 
 
-# Ends of runs with contact that lasts, which compiled code does not know.
-CONTACT_INCONSISTENT, CONTACT_UNDECIDED, CONTACTS_TOO_MANY = 1001, 1002, 1003
-
 # Near critical configurations, where another method may do.
 AT_CROSSINGS = (
     codes.UNDECIDED,
@@ -177,8 +174,8 @@ CODES = {
         "the constraints become nearly dependent here: a change point, or a near miss of one, is "
         "near, and neither backend='numpy' nor a run with contacts that last or friction passes "
         "these",
-        "With backend='numpy' install a C compiler and compile without backend; with contacts end "
-        "the run before it; sol.stats['least_singular'] measures how near it is",
+        "Install a C compiler and compile without backend, or end a run with contacts before it; "
+        "sol.stats['least_singular'] measures how near it is",
     ),
     codes.STOPPED_BY_EVENT: ("stopped by an event", "", ""),
     codes.EVENT_FAILED: (
@@ -189,23 +186,24 @@ CODES = {
     codes.RESETS_ACCUMULATE: (
         "resets accumulate",
         "the times between the resets of an event became too short to be told apart (Zeno)",
-        "A contact that lasts is a mechc.Stop; in a batch, and with another event, end the run "
-        "before it, with terminal=n or a terminal event on the speed",
+        "A contact that lasts is a mechc.Stop; in a batch, with inputs given with the run, and "
+        "with another event, end the run before it, with terminal=n or a terminal event on the "
+        "speed",
     ),
-    CONTACT_INCONSISTENT: (
+    codes.CONTACT_INCONSISTENT: (
         "contact inconsistent",
         "no forces at the contacts satisfy Coulomb's law and keep the gaps from closing, whichever "
         "slide, stick or open (Painleve's paradox): rigid bodies with this friction have no motion "
         "from here on",
         "Lower the friction, or give the contact a stiffness of its own, as a load",
     ),
-    CONTACT_UNDECIDED: (
+    codes.CONTACT_UNDECIDED: (
         "contact undecided",
         "the laws of contact allow several motions from here on, or the contacts change without "
         "end at this instant: friction and rigid bodies do not decide which (Painleve)",
         "Lower the friction, start a little beside it, or give the contact a stiffness of its own",
     ),
-    CONTACTS_TOO_MANY: (
+    codes.CONTACTS_TOO_MANY: (
         "too many contacts",
         "so many contacts touch at once that their modes cannot all be tried",
         "Describe bodies by fewer points of contact",

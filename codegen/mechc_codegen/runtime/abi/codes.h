@@ -35,7 +35,10 @@ typedef enum {
     MECHC_INPUT_FAILED = 113, /* the function of an input */
     MECHC_MEMORY_LIMIT = 114, /* as many accepted states as were allowed */
     MECHC_DISCONTINUITY = 115, /* the rates jump where the steps shrank to nothing */
-    MECHC_RESETS_ACCUMULATE = 116 /* an event resets the state ever more often */
+    MECHC_RESETS_ACCUMULATE = 116, /* an event resets the state ever more often */
+    MECHC_CONTACT_INCONSISTENT = 117, /* no mode of contact satisfies the laws */
+    MECHC_CONTACT_UNDECIDED = 118, /* several do, or modes change without end at one instant */
+    MECHC_CONTACTS_TOO_MANY = 119 /* more modes than are tried */
 } mechc_driver_status;
 
 /* Integration methods: mechc_options.method. */

@@ -7,7 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from mechc.native._codes import RUNNING, STOPPED_BY_EVENT
+from mechc.native._codes import (
+    CONTACT_INCONSISTENT,
+    CONTACT_UNDECIDED,
+    CONTACTS_TOO_MANY,
+    RUNNING,
+    STOPPED_BY_EVENT,
+)
 from mechc.simulation.contact.finder import ModeEnd, ModeFinder, ends_of_mode, states_left
 from mechc.simulation.contact.impacts import after_impact
 from mechc.simulation.contact.laws import Laws, Mask, contact_laws
@@ -30,11 +36,6 @@ from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
-from mechc.simulation.status import (
-    CONTACT_INCONSISTENT,
-    CONTACT_UNDECIDED,
-    CONTACTS_TOO_MANY,
-)
 from mechc.system.parameters import Array
 from mechc.system.system import System
 

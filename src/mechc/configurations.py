@@ -6,7 +6,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from mechc.assembly import positions
-from mechc.assembly.initial_values import checked_numbers, filled_start
+from mechc.assembly.initial_values import (
+    checked_numbers,
+    closed_freedoms,
+    filled_start,
+    guess_of_start,
+)
 from mechc.errors import AssemblyError, UnknownNameError
 from mechc.outputs import Outputs
 from mechc.system.names import by_name, name_of
@@ -45,8 +50,9 @@ class Configurations(Outputs):
         guess
             Some coordinates near the configuration wanted; of several assemblies the nearest is
             taken, with angles within half a turn of the guess.  By default the mechanism's
-            preferred one: the elbow-up configuration of a planar loop.  At a change point also
-            some speeds, near those of the branch wanted.
+            preferred one (the elbow-up configuration of a planar loop), or the one nearest to the
+            start where none is preferred.  At a change point also some speeds, near those of the
+            branch wanted.
         params
             As in every output of the model; those that stand in no constraint need no value.
         t
@@ -67,6 +73,8 @@ class Configurations(Outputs):
         given, pace, near = self._named(coordinates, speeds, guess)
         if coordinates is None:
             given, pace, near = filled_start(self.system, {}, pace, near)
+        elif guess is None and len(given) >= closed_freedoms(self.system):
+            near = guess_of_start(self.system, given)
         given, pace = self._checked_start(given, pace)
         near = checked_numbers(near, (*self.coordinates, *self.speeds), "coordinate")
         if both := sorted(set(near) & set(given)):

@@ -27,17 +27,27 @@ def filled_start(
     """Coordinates, speeds and a guess to assemble from; the scene's defaults if none is given."""
     own = {n: v for n, v in system.start.items() if n in system.coordinates and n not in guess}
     own_speeds = {n: v for n, v in system.start.items() if n in system.speeds}
-    freedoms = len(system.coordinates) - len(system.states) - system.scene.holonomic
     chosen, chosen_guess = dict(coordinates), dict(guess)
     if not coordinates and not guess:
         chosen = own
     elif coordinates:
-        chosen = _together(own, coordinates, freedoms)
-        if "preference" not in system.scene.outputs:
-            chosen_guess = {n: v for n, v in own.items() if n not in chosen} | chosen_guess
+        chosen = _together(own, coordinates, closed_freedoms(system))
+        chosen_guess = guess_of_start(system, chosen) | chosen_guess
     freedoms = len(system.speeds) - len(system.constraint_names)
     chosen_speeds = _together(own_speeds, speeds, freedoms) if speeds else own_speeds
     return chosen, chosen_speeds, chosen_guess
+
+
+def closed_freedoms(system: System) -> int:
+    """How many coordinates can be given before closing the loops settles the others."""
+    return len(system.coordinates) - len(system.states) - system.scene.holonomic
+
+
+def guess_of_start(system: System, given: Values) -> dict[str, Any]:
+    """The coordinates of the default start as a guess, where no assembly is preferred."""
+    if "preference" in system.scene.outputs:
+        return {}
+    return {n: v for n, v in system.start.items() if n in system.coordinates and n not in given}
 
 
 def _together(own: Values, given: Values, freedoms: int) -> dict[str, Any]:

@@ -14,14 +14,14 @@ POOR = 1e-3  # of the conditioning at ordinary configurations: below it doubles 
 FADING = 0.03
 HIDING = 0.5  # of the change over a step: a smaller value may have been zero between the stages
 BESIDE = 0.1  # rad, or units of the speeds: distance of the ordinary configurations
-OF_ORDINARY = 0.1  # of the largest singular value there: all rows may vanish together
 
 
 class Conditioning:
-    """The least singular value over the largest, here or elsewhere, along a run.
+    """The least singular value along a run, over the largest near its start.
 
-    Rows that are redundant at every configuration do not count.  ``status`` is 0 unless the start
-    itself is at or near a change point.
+    Not over the largest of the same configuration: all rows may vanish together.  Rows that are
+    redundant at every configuration do not count.  ``status`` is 0 unless the start itself is at or
+    near a change point.
     """
 
     def __init__(self, manifold: Manifold, t: float, y: Array) -> None:
@@ -41,9 +41,9 @@ class Conditioning:
         closed = beside.status == RUNNING
         if not closed[-1]:
             return  # the first stage reports the error
-        self.ordinary = OF_ORDINARY * float(np.median(beside.rows.singular[closed, 0]))
+        self.ordinary = float(np.median(beside.rows.singular[closed, 0]))
         found = self._values(beside.rows)[closed]
-        self.rank = int((found > DEPENDENT).sum(axis=1).max())
+        self.rank = int((found > DEPENDENT * found[:, :1]).sum(axis=1).max())
         if not self.rank:
             return
         self.usual = float(np.median(found[:, self.rank - 1]))
@@ -54,8 +54,7 @@ class Conditioning:
             self.status = NEARLY_DEPENDENT
 
     def _values(self, rows: Rows) -> Array:
-        largest = np.maximum(rows.singular[:, :1], self.ordinary)
-        values: Array = rows.singular / np.where(largest > 0, largest, 1.0)
+        values: Array = rows.singular / (self.ordinary or 1.0)
         return values
 
     def meet(self, t: float, rows: Rows | None) -> None:

@@ -13,6 +13,8 @@ from mechc.numpy_backend.linear import EPS, Rows, diagonal, times
 from mechc.system.parameters import Array
 
 ITERATIONS = 20
+TURN = 1e-3  # rad
+OF_A_RADIAN = 0.1  # of the change of a row by a radian: an ordinary row is no shorter
 
 
 class Closed(NamedTuple):
@@ -32,6 +34,22 @@ class Manifold:
         self.equations, self.listing = equations, equations.listing
         self.p = np.array(p, dtype=np.float64).reshape(1, -1)
         self.k = equations.constants(self.p)
+        self.ordinary_sum = 0.0
+
+    def measured_at(self, t: float, q: Array, angles: Array) -> Manifold:
+        """The same constraints, with the least sum of the entries of an ordinary row.
+
+        Where links come in line a row may vanish, but not the rounding of its gap: see
+        ``dynamics/ordinary_rows.h`` of the compiled run.
+        """
+        if not len(angles) or not self.listing.holonomic:
+            return self
+        turned = q + TURN * np.eye(len(q))[angles]
+        rows = self.equations.place(np.array([t]), np.vstack([q, turned]), self.p, self.k).jacobian
+        sums = np.abs(rows[1:] - rows[0])[:, : self.listing.holonomic].sum(axis=2) / TURN
+        other = copy(self)
+        other.ordinary_sum = OF_A_RADIAN * float(sums[np.isfinite(sums)].max(initial=0.0))
+        return other
 
     def with_inputs(self, inputs: Any) -> Manifold:
         """The same constraints with these values of the inputs."""
@@ -52,7 +70,7 @@ class Manifold:
             if not self.listing.holonomic or rows is None:
                 status = np.where(heavy, RUNNING, SINGULAR_MASS)
                 return Closed(q, place, rows, status, iteration)
-            gap, rounding = _gap(place, q)
+            gap, rounding = self._gap(place, q)
             near = (gap <= 16 * rounding) & (gap >= 0.25 * before)
             settled = (gap <= rounding) | near | ~np.isfinite(gap) | ~heavy
             if settled.all() or iteration == ITERATIONS:
@@ -104,6 +122,14 @@ class Manifold:
         time = np.array([t])
         return self.close(time, rows + self._displacement(time, rows, changes))
 
+    def _gap(self, place: Place, q: Array) -> tuple[Array, Array]:
+        """The largest gap (n,), and the rounding that it is compared with."""
+        size = place.gap.shape[1]
+        sums = np.abs(place.jacobian[:, :size]).sum(axis=2).max(axis=1)
+        terms = np.maximum(sums, self.ordinary_sum)
+        turn = np.maximum(1.0, np.abs(q).max(axis=1))
+        return np.abs(place.gap).max(axis=1), 2 * EPS * terms * turn
+
     def _gap_values(self, place: Place) -> Array:
         """The changes of the rows; velocity constraints do not take part in closing."""
         values = np.zeros((len(place.gap), self.listing.rows))
@@ -122,11 +148,3 @@ class Manifold:
 def residual(place: Place, u: Array) -> Array:
     """J u + b (n, nc)."""
     return np.asarray(place.bias + times(place.jacobian, u))
-
-
-def _gap(place: Place, q: Array) -> tuple[Array, Array]:
-    """The largest gap (n,), and the rounding that it is compared with."""
-    size = place.gap.shape[1]
-    terms = np.abs(place.jacobian[:, :size]).sum(axis=2).max(axis=1)
-    turn = np.maximum(1.0, np.abs(q).max(axis=1))
-    return np.abs(place.gap).max(axis=1), 2 * EPS * terms * turn

@@ -6,6 +6,7 @@ integration.  It does not pass change points: see :mod:`mechc.numpy_backend.inte
 
 from __future__ import annotations
 
+import json
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,6 +15,7 @@ from mechc.errors import MechcError
 from mechc.numpy_backend.equations import ArrayEquations, accelerations
 from mechc.numpy_backend.jacobian import jacobian
 from mechc.numpy_backend.projection import Manifold
+from mechc.system.kinds import Kind
 from mechc.system.parameters import Array
 
 BLOCK = 1024  # states at a time: what is computed on the way stays in the processor's cache
@@ -45,6 +47,8 @@ class NumpyScene:
         written = {
             listing.names.get(name, name): listing.written[name][1] for name in listing.outputs
         }
+        kinds = [each["kind"] for each in json.loads(listing.metadata)["coordinates"]]
+        self._angles = np.flatnonzero([kind == Kind.ANGLE for kind in kinds])
         self._labels = {name: label for label, name in listing.names.items()}
         self.outputs = written | {name: size[name] for name in listing.solved}
 
@@ -116,8 +120,11 @@ class NumpyScene:
         """The nearest state on the constraints: status, state, gap and velocity residual before."""
         if len(y) != self.width:
             raise ValueError(f"a state has {self.width} components")
+        return self._manifold(t, y, p, inputs).project(t, np.array(y, dtype=np.float64))
+
+    def _manifold(self, t: float, y: Array, p: Array, inputs: Any) -> Manifold:
         manifold = Manifold(self.equations.with_inputs(inputs), p)
-        return manifold.project(t, np.array(y, dtype=np.float64))
+        return manifold.measured_at(t, np.asarray(y)[: self.coordinates], self._angles)
 
     def start(
         self, t0: float, t1: float, y0: Array, p: Array, rtol: float, atol: Array | None,
@@ -129,5 +136,5 @@ class NumpyScene:
         from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
         limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense, max_bytes)
-        manifold = Manifold(self.equations.with_inputs(inputs), p)
+        manifold = self._manifold(t0, y0, p, inputs)
         return NumpyRun(manifold, t0, y0, scale, first_step, limits)

@@ -249,6 +249,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
         mechc_max(span->horizon * mechc_reach(span, place.mass), mechc_beside(&after, place.mass));
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (mechc_scalar_stopped(span->given)) return;
+    const int knew = mechc_knows_crossing(monitor);
     if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) mechc_give_up(out, MECHC_BRANCH_IN_DOUBT, HUGE_VAL);
@@ -267,6 +268,10 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
             && mechc_ends_beside(span, &critical, before.ratio)) {
             mechc_retry(out, span->left / fabs(span->h), 0);
             out->to_collocation = 1;
+            break;
+        }
+        if (!knew && after.ratio < MECHC_TOO_NEAR && mechc_ends_run(span)) {
+            mechc_retry(out, 1.0, 0); /* the speeds of this end were decided by rounding */
             break;
         }
         mechc_examine_crossing(span, monitor, &critical, between, turned,

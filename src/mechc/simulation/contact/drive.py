@@ -30,8 +30,9 @@ from mechc.simulation.contact.modes import (
 )
 from mechc.simulation.contact.place import EPS, Contacts, Free, Place
 from mechc.simulation.events.compiled import CompiledFinder, CompiledResets
-from mechc.simulation.events.event import EventFinder, FunctionFailedError, located
-from mechc.simulation.events.resets import CHANGE, SHORTEST, TOUCHING, Resets
+from mechc.simulation.events.event import EventFinder, FunctionFailedError, Side, located
+from mechc.simulation.events.expressions import rounding_of
+from mechc.simulation.events.resets import CHANGE, FLIGHT, SHORTEST, TOUCHING, Resets
 from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
@@ -189,8 +190,11 @@ class ContactResets(CompiledResets):
         """What gaps (n,) may be where they are 0 as far as the motion is known."""
         scale = self.system.scale(self.values)[: self.contacts.split]
         met = np.array([self.finder.sizes[number] for number in self.numbers_of])
-        reach = np.abs(place.numbers.slopes) @ np.maximum(scale, np.abs(place.y[: len(scale)]))
-        return np.asarray(TOUCHING * self.policy.rtol * np.maximum(met, reach))
+        slopes, q = np.abs(place.numbers.slopes), np.abs(place.y[: len(scale)])
+        rtol, atol = self.policy.rtol, self.policy.atol
+        asked = rtol * scale if atol is None else atol[: len(scale)] + rtol * q
+        allowed = np.maximum(rtol * met, slopes @ asked)
+        return np.asarray(TOUCHING * (allowed + place.rounding))
 
     def _touching(self, place: Place, hit: Collection[int]) -> Mask:
         touching: Mask = np.abs(place.numbers.gap) <= self._zero_gaps(place)
@@ -205,8 +209,10 @@ class ContactResets(CompiledResets):
         numbers, speeds = place.numbers, np.abs(place.y[self.contacts.split :])
         gaps, slips = (64 * EPS * (np.abs(rows) @ speeds)
                        for rows in (self._gap_rows(place), numbers.rows))  # fmt: skip
-        flight = FEW * SHORTEST * located(place.t)
-        gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight * np.abs(free.normal)))
+        fall = FEW * np.abs(free.normal)
+        flight = np.maximum(SHORTEST * located(place.t) * fall,
+                            np.sqrt(0.5 * FLIGHT * place.rounding * fall))  # fmt: skip
+        gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight))
         return gaps, np.maximum(slips, SLOW * self.fastest_slip)
 
     def _gap_rows(self, place: Place) -> Array:
@@ -301,9 +307,12 @@ class ContactResets(CompiledResets):
         idle = {self.numbers_of[k] for k in np.flatnonzero(manifold.closed | leaving)}
         rates = self._user_rates(t, y, manifold, place)
         sides = [
-            np.sign(rate) if rate and number not in idle and self._touches(t, y, number, rate)
-            else 0.0 for number, rate in enumerate(rates)
-        ]  # fmt: skip
+            Side() if number in idle else self._side(t, y, number, rate)
+            for number, rate in enumerate(rates)
+        ]
+        for number in self.numbers_of:
+            if self.last.get(number) == t:
+                self._told_from(t, y, number, rates[number])
         self.finder.enter_mode(piece, ends, idle, sides)
 
     def _clear_of(self, k: int, zero: float) -> list[ModeEnd]:
@@ -336,6 +345,10 @@ class ContactResets(CompiledResets):
             return super()._rates_of_events(t, state)
         manifold = ContactManifold(self.contacts, self.mode)
         return np.array(self._user_rates(t, state, manifold, self.contacts.place(t, state)))
+
+    def _rounding(self, t: float, state: Array, number: int) -> float:
+        events = self.finder.every if self.lasting else self.finder.events
+        return rounding_of(events[number].function, t, state)
 
     def _value(self, t: float, state: Array, number: int) -> float:
         """Of a run's event, as it is given."""

@@ -18,9 +18,11 @@ from mechc.simulation.events.event import (
     Event,
     EventFinder,
     FunctionFailedError,
+    Side,
     evaluated,
     located,
 )
+from mechc.simulation.events.expressions import rounding_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
@@ -34,6 +36,9 @@ PLASTIC = 1e-9  # of the rate before: what is left after a reset that does not t
 TOUCHING = 10.0  # times rtol of an event's largest value: it may be zero
 SHORTEST = 64.0  # times the exactness of an event's time: resets nearer to each other accumulate
 MOST_AT_ONCE = 1000  # resets at one instant
+ROUNDS = 4.0  # times the rounding of an event's terms: its value may be zero
+NEAR = 16.0  # times it: a value that tells its sign
+FLIGHT = 64.0  # times it: how far it goes where a zero is told from the last
 LEAST_STATES, ROWS_A_STEP = 64, 12  # room of a piece: states; rows of the dense output a step
 
 
@@ -55,6 +60,7 @@ class Resets:
         self.system, self.values, self.policy, self.t_end = system, values, policy, t_end
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
+        self.shortest: dict[int, float] = {}  # event: zeros nearer to that are rounding, s
         self.passed: dict[int, float] = {}  # the same, of a reset that let the zero be crossed
         self.caused_by: list[int] = []  # the events whose resets made the last jump, in order
         self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
@@ -130,6 +136,7 @@ class Resets:
             self.fastest = np.maximum(self.fastest, np.abs(rates))
             state = self._changed(t, state, number)
             later = self._rates_of_events(t, state)
+            self._told_from(t, state, number, later[number])
             largest = max(largest, float(np.abs([rates, later]).max()))
             if self._stays(t, state, number, rates[number], later[number]):
                 return state, True
@@ -146,7 +153,14 @@ class Resets:
         return state, True
 
     def _is_now(self, times: dict[int, float], number: int, t: float) -> bool:
-        return abs(t - times.get(number, -math.inf)) <= SHORTEST * located(t)
+        shortest = max(SHORTEST * located(t), self.shortest.get(number, 0.0))
+        return abs(t - times.get(number, -math.inf)) <= shortest
+
+    def _told_from(self, t: float, state: Array, number: int, rate: float) -> None:
+        """From when on another zero is told from that of this reset."""
+        self.shortest[number] = 0.0
+        if rate:
+            self.shortest[number] = FLIGHT * self._rounding(t, state, number) / abs(rate)
 
     def _stays(self, t: float, state: Array, number: int, before: float, after: float) -> bool:
         """Whether a reset ends the motion towards the zero and leaves the state there."""
@@ -177,23 +191,29 @@ class Resets:
         """Whether an event is zero as far as the motion is known; what is clearly still to come is
         found later."""
         value, allowed = self._value(t, state, number), self._zero(number)
-        soon = 2.0 * located(t) * abs(rate)
+        soon = 2.0 * located(t) * abs(rate) + ROUNDS * self._rounding(t, state, number)
         return abs(value) <= soon or (value * rate > 0.0 and abs(value) <= allowed)
 
     def _value(self, t: float, state: Array, number: int) -> float:
         return evaluated(self.finder.events[number], t, state)
 
+    def _rounding(self, t: float, state: Array, number: int) -> float:
+        return rounding_of(self.finder.events[number].function, t, state)
+
     def _zero(self, number: int) -> float:
         """What an event may be where it is zero as far as the motion is known."""
         return TOUCHING * self.policy.rtol * self.finder.sizes[number]
 
-    def _sides(self, t: float, state: Array) -> list[float]:
-        """For each event the side on which its motion begins: +-1, or 0 where it is not zero."""
+    def _sides(self, t: float, state: Array) -> list[Side]:
+        """For each event how its motion begins."""
         rates = self._rates_of_events(t, state)
-        return [
-            math.copysign(1.0, rate) if rate != 0.0 and self._touches(t, state, k, rate) else 0.0
-            for k, rate in enumerate(rates)
-        ]
+        return [self._side(t, state, k, rate) for k, rate in enumerate(rates)]
+
+    def _side(self, t: float, state: Array, number: int, rate: float) -> Side:
+        if rate == 0.0 or not self._touches(t, state, number, rate):
+            return Side()
+        near = NEAR * self._rounding(t, state, number) / abs(rate)
+        return Side(math.copysign(1.0, rate), near)
 
     def _rates_of_events(self, t: float, state: Array) -> Array:
         """g' of every event with a reset, in the run's direction; 0 for others.

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
@@ -41,6 +42,76 @@ def test_a_ball_bounces_ever_less_and_then_rests(ball):
     assert np.abs(sol(np.linspace(rest.t0, 20.0, 50))).max() < 1e-15
     assert sol.energy_drift < 1e-12
     assert sol.work[-1] == pytest.approx(-G, rel=1e-12)
+
+
+@pytest.mark.parametrize("height", [1.0, 1e4])
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "v_x"}])
+def test_far_from_the_origin_a_ball_rests_no_earlier(block, height, friction):
+    """There a gap is a difference of large numbers: what is rounding of it is no impact."""
+    stop, e, upright = mechc.Stop(f"y - {height}", 0.5, **friction), 0.5, {"a": 0.0}
+    sol = block.simulate(2.0, [0, height + 1, 0, 0], upright, events=stop, rtol=1e-12)
+    assert not sol.status.warnings
+    assert words(sol)[-1][0] in ("held", "sticks")
+    shortest = np.sqrt(256 * np.finfo(float).eps * height / G)  # s, of flights told from none
+    assert sol.segments[-1].t0 == pytest.approx(np.sqrt(2 / G) * 3.0, abs=2 * shortest / (1 - e))
+    count = len(sol.events[0].t)
+    assert count >= (22 if height == 1.0 else 16)
+    np.testing.assert_allclose(sol.events[0].t, impacts(e, count), atol=2 * shortest)
+
+
+def between_stops(low, high, e, omega):
+    """Times of the impacts of a pendulum of 1 m that leaves its lower stop upwards, and of its
+    rest, in elliptic integrals; angles from the vertical."""
+    w, t, hits = sqrt(mpf(G)), mpf(0), ([], [])
+    ends = [sin(x / 2) ** 2 for x in (low, high)]
+
+    def way(number, k2):
+        """From the lower stop to the upper one, or to where it turns."""
+        top = asin(sqrt(ends[1] / k2)) if number else pi / 2
+        return (ellipf(top, k2) - ellipf(asin(sqrt(ends[0] / k2)), k2)) / w
+
+    while omega > mpf(10) ** -12:
+        k2 = ends[0] + (omega / (2 * w)) ** 2
+        reaches = ends[1] < k2
+        t += way(reaches, k2)
+        if reaches:
+            hits[1].append(t)
+            k2 = ends[1] + e**2 * (k2 - ends[1])
+        t += way(reaches, k2)
+        hits[0].append(t)
+        omega = e * 2 * w * sqrt(k2 - ends[0])
+    return hits, t
+
+
+def test_a_pendulum_between_two_stops_comes_to_rest():
+    stops = [mechc.Stop("theta_0 - 0.2", 0.8), mechc.Stop("0.6 - theta_0", 0.8)]
+    model = mechc.load("pendulum")
+    sol = model.simulate(8.0, [0.2, 5.0], events=stops, rtol=1e-12)
+    with workdps(25):
+        hits, rest = between_stops(mpf(0.2), mpf(0.6), mpf(0.8), mpf(5))
+    assert sol.status.ok
+    assert not sol.status.warnings
+    assert len(sol.events[1].t) == len(hits[1]) == 3
+    np.testing.assert_allclose(sol.events[1].t, np.array(hits[1], float), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        sol.events[0].t[:30], np.array(hits[0][:30], float), rtol=0, atol=1e-12
+    )
+    assert sol.segments[-1].contacts == ("held", "open")
+    assert sol.segments[-1].t0 == pytest.approx(float(rest), abs=1e-6)
+    assert np.diff(sol.energy).max() < 1e-12
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+@pytest.mark.parametrize("e", [0.0, 0.8])
+def test_a_grazing_impact_is_one_or_none_and_flagged(five_springs, e, friction):
+    """An oscillator of amplitude 1 + d and a wall at 1 m."""
+    stop = mechc.Stop("q_0 + 1", e, **friction)
+    for d in (1e-4, 1e-8, 1e-10, 1e-13, 0.0, -1e-13, -1e-10, -1e-8, -1e-4):
+        sol = five_springs.simulate(4.0, [1.0 + d, *np.zeros(9)], events=stop, rtol=1e-9)
+        assert sol.status.ok
+        assert ("grazing" in str(sol.status)) == (abs(d) < 1e-6)
+        if abs(d) > 1e-12:  # beyond the rounding of the place, not of its time
+            assert len(sol.events[0].t) == (d > 0)
 
 
 def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):

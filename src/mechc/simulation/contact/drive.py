@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -115,7 +115,7 @@ class ContactResets(CompiledResets):
         state, accumulate = Resets._reset(self, t, before, number)
         if accumulate:
             return Resets._go_on(self, t, number, state, accumulate)
-        return self._enter(t, state, causes=tuple(self.caused_by))
+        return self._enter(t, state, causes=tuple(self.caused_by), reset=True)
 
     def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
         """Contact instead of ever more impacts."""
@@ -146,13 +146,14 @@ class ContactResets(CompiledResets):
     def _enter(
         self, t: float, y: Array, *, hit: Collection[int] = (), still: Collection[int] = (),
         left: Collection[tuple[int, State]] = (), causes: tuple[int, ...] = (),
-        first: bool = False, noted: bool = False,
+        first: bool = False, noted: bool = False, reset: bool = False,
     ) -> int:  # fmt: skip
         """Go on from a state, after the impacts there, in the mode that follows.
 
         ``hit``: contacts whose gaps have just closed, and rest where they did so just before;
         ``still``: whose slip has just come to 0; ``left``: states that have come to their
-        limits; ``noted``: the impacts are recorded.
+        limits; ``noted``: the impacts are recorded; ``reset``: the state is not the one that the
+        last mode has led to.
         """
         self.changes = self.changes + 1 if self._is_soon(t) else 0
         self.changed_at = t
@@ -162,6 +163,7 @@ class ContactResets(CompiledResets):
         self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
         try:
             struck, more = self._struck(t, y, hit, again, noted)
+            still = set() if more or reset else {*still, *self._stuck()}
             mode, leaving, rests = self._decided(t, struck, hit, still, left, again)
         except Inconsistent as error:
             return CONTACT_UNDECIDED if error.several else CONTACT_INCONSISTENT
@@ -187,6 +189,10 @@ class ContactResets(CompiledResets):
             k for k in hit
             if self._is_now(self.last, self.numbers_of[k], t, float(rates[k]), float(rounding[k]))
         }  # fmt: skip
+
+    def _stuck(self) -> Iterator[int]:
+        """Contacts that have no slip by the mode that has been, whatever its rounding."""
+        return (k for k, state in enumerate(self.mode) if state is State.STICKS)
 
     def _is_soon(self, t: float) -> bool:
         return bool(abs(t - self.changed_at) <= SHORTEST * located(t))

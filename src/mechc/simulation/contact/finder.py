@@ -99,13 +99,16 @@ def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEn
         for k, state in enumerate(answer.mode)
         if state.way
     ]
+    limits: list[tuple[str, int, Callable[[float, Array], float]]]
     if answer.is_redundant:
-        found.append(ModeEnd("margin", -1, lambda s, x: forces(s, x)[1].margin()))
+        limits = [("margin", -1, lambda s, x: forces(s, x)[1].margin())]
     else:
-        found += [
-            ModeEnd(kind, k, _limit(forces, number))
+        limits = [
+            (kind, k, _limit(forces, number))
             for number, (kind, k, _, _) in enumerate(answer.limits())
         ]
+    # at its limit, as far as that is known, a mode may begin: it ends at once where it goes beyond
+    found += [ModeEnd(kind, k, left, float(left(t, y) <= 0.0)) for kind, k, left in limits]
     slides = any(state.way and forces.manifold.has_gap[k] for k, state in enumerate(answer.mode))
     if slides:
         found.append(ModeEnd("paradox", -1, lambda s, x: forces(s, x)[1].stiffness))

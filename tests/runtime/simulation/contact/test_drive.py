@@ -261,6 +261,32 @@ def test_stick_and_slip_on_a_belt(five_springs):
     assert len(sol.events[0].t) == len(sol.segments) - 1
 
 
+def test_a_mass_at_rest_slides_once_its_friction_has_faded(five_springs):
+    """0.3 m from its spring's rest and held by up to 2 - t, it starts at 0.8 s, slides at a quarter
+    of that and takes along the one that sticks to it; nothing moves before, so that speeds are
+    rounding and no faster one is known."""
+    ground = mechc.DryFriction("u_0", 0.25, normal="2 - t", static=1.0)
+    other = mechc.DryFriction("u_1 - u_0", 0.5)
+    sol = five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=[ground, other], rtol=1e-12)
+    assert words(sol) == [("sticks", "sticks"), ("slides -", "sticks")]
+    assert sol.events[0].t == pytest.approx([0.8], abs=1e-12)
+    s = sol.t[sol.t > 0.8] - 0.8  # 2 x'' + 8 (x - 0.3) = -1.2 + 0.25 (1.2 - s)
+    moved = (-0.9 - 0.25 * s + 0.9 * np.cos(2 * s) + 0.125 * np.sin(2 * s)) / 8
+    np.testing.assert_allclose(
+        sol.y[sol.t > 0.8][:, :2] - [0.3, 0.0], moved[:, None] * [1, 1], atol=1e-11
+    )
+
+
+def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_springs):
+    """Held by 1.2 N less 1e-10 that fades, against a spring's 1.2 N."""
+    ground = mechc.DryFriction("u_0", 1.0, normal="1.2 - 1e-10 - t")
+    sol = five_springs.simulate(0.5, np.eye(10)[0] * 0.3, events=ground, rtol=1e-12)
+    t = sol.t  # x'' + 4 (x - 0.3) = -t
+    moved = -(t - np.sin(2 * t) / 2) / 4
+    np.testing.assert_allclose(sol["q_0"], 0.3 + moved, atol=1e-9)
+    assert sol["q_0"][-1] < 0.29
+
+
 def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):
     """Four forces on three freedoms: they are not unique, the motion is."""
     other = mechc.Stop("y + l*sin(theta)", friction=0.4, slip="v_x - l*sin(theta)*omega")

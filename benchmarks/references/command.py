@@ -6,8 +6,8 @@ Each motion is computed in two ways that share nothing (motions.py), or by two m
 curve that leaves no constraint (closed_loops.py), or, of the four-bar that nearly has a change
 point, on a form that is regular there (near_misses.py); this takes from minutes to hours.
 ``sensitivities``, derivatives of seven motions, takes minutes of processor time with gmpy2 (``pip
-install gmpy2``), a quarter of an hour without; ``sensitivities.FAMILY`` compares one family, as it is
-written, with its second way.  Fewer than 30 digits on which both ways agree are an error.
+install gmpy2``), a quarter of an hour without; ``sensitivities.FAMILY`` compares one family, as it
+is written, with its second way.  Fewer than 30 digits on which both ways agree are an error.
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ OPTIONAL = (*USUAL, "accelerations", "reactions", *JACOBIANS, "sensitivities")
 DIFFERENTIATED = (  # with the motion, for sensitivities
     *("kinetic_energy", "potential_energy", "linear_momenta", "angular_momenta", "points"),
     *("point_velocities", "point_accelerations", "reaction_forces", "reaction_torques"),
+    "multipliers",
 )
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -66,6 +67,7 @@ class OutputRequest:
         if not self.includes("sensitivities"):
             return ()
         found = {*present} - {*self.expressions}
+        found -= set() if self.includes("multipliers") else {"multipliers"}
         return tuple(name for name in DIFFERENTIATED if name in found)
 
     @property

@@ -369,6 +369,48 @@ class Model(Fits):
             sol.differentiate(by, given, params)
         return sol
 
+    def widget(
+        self,
+        t_span: Any,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        sliders: Mapping[Any, tuple[float, float]],
+        fps: float = 60.0,
+        **policy: Any,
+    ) -> Any:
+        """The motion in space with sliders, in a notebook: values are simulated while dragged.
+
+        ``model.widget(5, {"theta_0": 1.5}, sliders={"l_3": (3.2, 3.9), "theta_0": (1.2, 2.0)})``
+
+        Parameters
+        ----------
+        t_span, y0, params, **policy
+            As of :meth:`simulate`.  With loops, give y0 as a mapping: it is assembled anew.
+        sliders
+            Name or symbol -> (lowest, highest), SI units: parameters, coordinates and speeds of
+            the start, inputs that are numbers.  Sliders show angles in degrees.
+        fps
+            Frames per second of simulated time, as of ``sol.view``.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            ``values``, a mapping that can be set too; ``solution``, that which is shown; ``note``,
+            why there is no motion for the values: the last one that there was then stays.
+
+        Raises
+        ------
+        MissingPackageError
+            Without anywidget or three.js: ``pip install 'mechc[notebook,view]'``.
+        UnknownNameError, ValueOutOfBoundsError
+            For a slider that there cannot be, and a first value outside its range.
+        """
+        from mechc.results.view.variation import variation
+        from mechc.results.view.widget import MotionWidget
+
+        return MotionWidget(variation(self, t_span, y0, params, sliders, policy), fps)
+
     def stepper(
         self,
         y0: Array | Mapping[Any, float],

@@ -59,9 +59,13 @@ static void mechc_watch_enter(mechc_watch *watch, double t, const double *y)
     }
 }
 
+/* Whether a zero at t, with the rate event->later there, is told from the last one by neither its
+ * time nor the way between them. */
 static int mechc_is_now(const mechc_event *event, double last, double t)
 {
-    return fabs(t - last) <= fmax(MECHC_RESET_SHORTEST * mechc_located(t), event->shortest);
+    const double way = fabs(t - last) * fmax(fabs(event->after), fabs(event->later));
+    return fabs(t - last) <= MECHC_RESET_SHORTEST * mechc_located(t)
+        || way <= MECHC_RESET_FLIGHT * event->rounding;
 }
 
 /* Whether a reset ends the motion towards the zero and leaves the state there. */
@@ -120,9 +124,7 @@ static int mechc_reset_one(mechc_watch *watch, int number, double t, double *y, 
     mechc_event_rates(watch, t, y);
     for (int k = 0; k < watch->count; k++)
         *largest = fmax(*largest, fmax(fabs(watch->event[k].rate), fabs(watch->event[k].later)));
-    event->shortest = 0.0;
-    if (event->later != 0.0)
-        event->shortest = MECHC_RESET_FLIGHT * event->rounding / fabs(event->later);
+    event->after = event->later;
     if (mechc_reset_stays(watch, number, t, y)) return MECHC_RESETS_ACCUMULATE;
     event->passed = event->rate * event->later > 0.0 ? t : NAN;
     return MECHC_RUNNING;

@@ -32,7 +32,7 @@ typedef struct {
     double rounding;  /* of its value where its rates were taken last */
     double near;      /* so long after the start its value may be rounding, s */
     double last, passed; /* times of its last reset, and of one that let it be crossed, or NaN */
-    double shortest;  /* zeros nearer to its last reset are rounding, s */
+    double after;     /* its rate after its last reset */
     double fastest;   /* largest rate at a reset */
     double rate, later; /* before and after the reset at hand */
     int done;         /* whether it has reset the state at this instant */

@@ -179,7 +179,7 @@ class ContactResets(CompiledResets):
         self.changed_at = t
         if self.changes > MOST_CHANGES:
             return CONTACT_UNDECIDED
-        again = {k for k in hit if self._is_now(self.last, self.numbers_of[k], t)}
+        again = self._again(t, y, hit)
         self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
         try:
             struck, more = self._struck(t, y, hit, again, noted)
@@ -198,6 +198,17 @@ class ContactResets(CompiledResets):
             return int(code)
         given = (*causes, *(n for n in more if n not in causes))
         return self._continue(t, state, mode, given, leaving, rests, first=first)
+
+    def _again(self, t: float, y: Array, hit: Collection[int]) -> set[int]:
+        """Those of the contacts that were hit just before."""
+        if not hit:
+            return set()
+        place = self.contacts.place(t, y)
+        rates, rounding = place.numbers.rate, place.rounding
+        return {
+            k for k in hit
+            if self._is_now(self.last, self.numbers_of[k], t, float(rates[k]), float(rounding[k]))
+        }  # fmt: skip
 
     def _stuck(self) -> Iterator[int]:
         """Contacts that have no slip by the mode that has been, whatever its rounding."""
@@ -332,7 +343,7 @@ class ContactResets(CompiledResets):
         ]
         for number in self.numbers_of:
             if self.last.get(number) == t:
-                self._told_from(t, y, number, rates[number])
+                self.rate_after[number] = rates[number]
         self.finder.enter_mode(piece, ends, idle, sides)
 
     def _clear_of(self, k: int, zero: float) -> list[ModeEnd]:

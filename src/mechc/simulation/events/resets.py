@@ -60,7 +60,7 @@ class Resets:
         self.system, self.values, self.policy, self.t_end = system, values, policy, t_end
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
-        self.shortest: dict[int, float] = {}  # event: zeros nearer to that are rounding, s
+        self.rate_after: dict[int, float] = {}  # event: its rate after that
         self.passed: dict[int, float] = {}  # the same, of a reset that let the zero be crossed
         self.caused_by: list[int] = []  # the events whose resets made the last jump, in order
         self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
@@ -128,15 +128,16 @@ class Resets:
     def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:
         """The state after an event's reset and those that it causes at the same instant; whether
         the resets accumulate."""
-        accumulate = self._is_now(self.last, number, t)
         rates = self._rates_of_events(t, state)
+        rounding = self._rounding(t, state, number)
+        accumulate = self._is_now(self.last, number, t, rates[number], rounding)
         largest, done, self.caused_by = 0.0, {number}, [number]
         for _ in range(MOST_AT_ONCE):
             self.last[number] = t
             self.fastest = np.maximum(self.fastest, np.abs(rates))
             state = self._changed(t, state, number)
             later = self._rates_of_events(t, state)
-            self._told_from(t, state, number, later[number])
+            self.rate_after[number] = later[number]
             largest = max(largest, float(np.abs([rates, later]).max()))
             if self._stays(t, state, number, rates[number], later[number]):
                 return state, True
@@ -152,15 +153,13 @@ class Resets:
             self.finder.add(number, t, state)
         return state, True
 
-    def _is_now(self, times: dict[int, float], number: int, t: float) -> bool:
-        shortest = max(SHORTEST * located(t), self.shortest.get(number, 0.0))
-        return abs(t - times.get(number, -math.inf)) <= shortest
-
-    def _told_from(self, t: float, state: Array, number: int, rate: float) -> None:
-        """From when on another zero is told from that of this reset."""
-        self.shortest[number] = 0.0
-        if rate:
-            self.shortest[number] = FLIGHT * self._rounding(t, state, number) / abs(rate)
+    def _is_now(
+        self, times: dict[int, float], number: int, t: float, rate: float, rounding: float
+    ) -> bool:
+        """Whether a zero is told from an earlier one by neither its time nor the way between."""
+        since = abs(t - times.get(number, -math.inf))
+        fastest = max(abs(rate), abs(self.rate_after.get(number, math.inf)))
+        return since <= SHORTEST * located(t) or since * fastest <= FLIGHT * rounding
 
     def _stays(self, t: float, state: Array, number: int, before: float, after: float) -> bool:
         """Whether a reset ends the motion towards the zero and leaves the state there."""
@@ -181,11 +180,16 @@ class Resets:
                 crosses = number not in done and before[number] * after[number] > 0.0
             if (
                 crosses
-                and not self._is_now(self.passed, number, t)
+                and not self._is_passed(t, state, number, after[number])
                 and self._touches(t, state, number, after[number])
             ):
                 return number
         return None
+
+    def _is_passed(self, t: float, state: Array, number: int, rate: float) -> bool:
+        """Whether it is a zero that a reset has just let be crossed."""
+        rounding = self._rounding(t, state, number) if number in self.passed else 0.0
+        return self._is_now(self.passed, number, t, rate, rounding)
 
     def _touches(self, t: float, state: Array, number: int, rate: float) -> bool:
         """Whether an event is zero as far as the motion is known; what is clearly still to come is

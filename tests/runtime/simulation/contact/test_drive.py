@@ -147,6 +147,16 @@ def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_g
         np.testing.assert_allclose(sol(t)[:, 0], A * np.sin(w * t), atol=1e-12)
 
 
+def test_what_has_rested_on_a_table_bounces_again(ball):
+    stop = mechc.Stop("q_0 - 1 - sin(10*t)/5", 0.3)
+    sol = ball.simulate(0.6, [1.0, 2.0], events=stop, rtol=1e-11)
+    assert [word[0] for word in words(sol)][:3] == ["held", "open", "open"]
+    flight, after = sol.segments[1:3]
+    table = 2.0 * np.cos(10 * flight.t1)
+    assert flight.t1 - flight.t0 > 0.2
+    assert after.y0[1] - table == pytest.approx(-0.3 * (flight.y1[1] - table), rel=1e-12)
+
+
 def test_several_contacts_last_and_open_one_by_one(five_springs):
     """Masses on springs with rests at 0, on walls that move away: each lifts off by itself."""
     stops = [mechc.Stop(f"q_{k} + {k + 1}/10 - cos(t)", 0.0) for k in range(2)]

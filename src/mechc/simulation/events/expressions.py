@@ -17,6 +17,7 @@ from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+EPS = float(np.finfo(float).eps)
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
@@ -377,6 +378,14 @@ class ValueExpression:
         """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
         by_time, by_state, by_parameters = self._derivatives(t, y, self.p if p is None else p)
         return float(by_time[0]), by_state[0], by_parameters[0]
+
+
+def rounding_of(function: Any, t: float, y: Array) -> float:
+    """Of the value of an expression: that of its largest terms; 0 of functions of Python."""
+    if not isinstance(function, ValueExpression):
+        return 0.0
+    by_time, by_state, _ = function.slopes(t, y)
+    return float(EPS * (abs(by_time * t) + np.abs(by_state) @ np.abs(y)))
 
 
 class ResetExpressions:

@@ -41,6 +41,13 @@ class Place(NamedTuple):
     kinematic: Array | None
     jacobian: Array
 
+    @property
+    def rounding(self) -> Array:
+        """Of the values of the gaps (n,): that of their terms."""
+        slopes, q = self.numbers.slopes, self.y[: len(self.v)]
+        by_time = (self.numbers.rate - slopes @ self.v) * self.t
+        return np.asarray(EPS * (np.abs(by_time) + np.abs(slopes) @ np.abs(q)))
+
     def speeds(self, change: Array) -> Array:
         """Speeds (nu,) for a change along rows R."""
         return np.asarray(np.linalg.solve(self.root.T, change))

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+import sympy
+from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
@@ -43,6 +45,76 @@ def test_a_ball_bounces_ever_less_and_then_rests(ball):
     assert sol.work[-1] == pytest.approx(-G, rel=1e-12)
 
 
+@pytest.mark.parametrize("height", [1.0, 1e4])
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "v_x"}])
+def test_far_from_the_origin_a_ball_rests_no_earlier(block, height, friction):
+    """There a gap is a difference of large numbers: what is rounding of it is no impact."""
+    stop, e, upright = mechc.Stop(f"y - {height}", 0.5, **friction), 0.5, {"a": 0.0}
+    sol = block.simulate(2.0, [0, height + 1, 0, 0], upright, events=stop, rtol=1e-12)
+    assert not sol.status.warnings
+    assert words(sol)[-1][0] in ("held", "sticks")
+    shortest = np.sqrt(256 * np.finfo(float).eps * height / G)  # s, of flights told from none
+    assert sol.segments[-1].t0 == pytest.approx(np.sqrt(2 / G) * 3.0, abs=2 * shortest / (1 - e))
+    count = len(sol.events[0].t)
+    assert count >= (22 if height == 1.0 else 16)
+    np.testing.assert_allclose(sol.events[0].t, impacts(e, count), atol=2 * shortest)
+
+
+def between_stops(low, high, e, omega):
+    """Times of the impacts of a pendulum of 1 m that leaves its lower stop upwards, and of its
+    rest, in elliptic integrals; angles from the vertical."""
+    w, t, hits = sqrt(mpf(G)), mpf(0), ([], [])
+    ends = [sin(x / 2) ** 2 for x in (low, high)]
+
+    def way(number, k2):
+        """From the lower stop to the upper one, or to where it turns."""
+        top = asin(sqrt(ends[1] / k2)) if number else pi / 2
+        return (ellipf(top, k2) - ellipf(asin(sqrt(ends[0] / k2)), k2)) / w
+
+    while omega > mpf(10) ** -12:
+        k2 = ends[0] + (omega / (2 * w)) ** 2
+        reaches = ends[1] < k2
+        t += way(reaches, k2)
+        if reaches:
+            hits[1].append(t)
+            k2 = ends[1] + e**2 * (k2 - ends[1])
+        t += way(reaches, k2)
+        hits[0].append(t)
+        omega = e * 2 * w * sqrt(k2 - ends[0])
+    return hits, t
+
+
+def test_a_pendulum_between_two_stops_comes_to_rest():
+    stops = [mechc.Stop("theta_0 - 0.2", 0.8), mechc.Stop("0.6 - theta_0", 0.8)]
+    model = mechc.load("pendulum")
+    sol = model.simulate(8.0, [0.2, 5.0], events=stops, rtol=1e-12)
+    with workdps(25):
+        hits, rest = between_stops(mpf(0.2), mpf(0.6), mpf(0.8), mpf(5))
+    assert sol.status.ok
+    assert not sol.status.warnings
+    assert len(sol.events[1].t) == len(hits[1]) == 3
+    np.testing.assert_allclose(sol.events[1].t, np.array(hits[1], float), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        sol.events[0].t[:30], np.array(hits[0][:30], float), rtol=0, atol=1e-12
+    )
+    assert sol.segments[-1].contacts == ("held", "open")
+    assert sol.segments[-1].t0 == pytest.approx(float(rest), abs=1e-6)
+    assert np.diff(sol.energy).max() < 1e-12
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+@pytest.mark.parametrize("e", [0.0, 0.8])
+def test_a_grazing_impact_is_one_or_none_and_flagged(five_springs, e, friction):
+    """An oscillator of amplitude 1 + d and a wall at 1 m."""
+    stop = mechc.Stop("q_0 + 1", e, **friction)
+    for d in (1e-4, 1e-8, 1e-10, 1e-13, 0.0, -1e-13, -1e-10, -1e-8, -1e-4):
+        sol = five_springs.simulate(4.0, [1.0 + d, *np.zeros(9)], events=stop, rtol=1e-9)
+        assert sol.status.ok
+        assert ("grazing" in str(sol.status)) == (abs(d) < 1e-6)
+        if abs(d) > 1e-12:  # beyond the rounding of the place, not of its time
+            assert len(sol.events[0].t) == (d > 0)
+
+
 def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):
     for height, impacts_there in ((1.0, 1), (0.0, 0)):
         sol = ball.simulate(2.0, [height, 0.0], events=mechc.Stop("q_0"))
@@ -73,6 +145,16 @@ def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_g
     for part in held:
         t = np.linspace(part.t0, part.t1, 9)[:-1]
         np.testing.assert_allclose(sol(t)[:, 0], A * np.sin(w * t), atol=1e-12)
+
+
+def test_what_has_rested_on_a_table_bounces_again(ball):
+    stop = mechc.Stop("q_0 - 1 - sin(10*t)/5", 0.3)
+    sol = ball.simulate(0.6, [1.0, 2.0], events=stop, rtol=1e-11)
+    assert [word[0] for word in words(sol)][:3] == ["held", "open", "open"]
+    flight, after = sol.segments[1:3]
+    table = 2.0 * np.cos(10 * flight.t1)
+    assert flight.t1 - flight.t0 > 0.2
+    assert after.y0[1] - table == pytest.approx(-0.3 * (flight.y1[1] - table), rel=1e-12)
 
 
 def test_several_contacts_last_and_open_one_by_one(five_springs):
@@ -178,6 +260,48 @@ def test_stick_and_slip_on_a_belt(five_springs):
     for part in sticks[1:-1]:
         assert part.t1 - part.t0 == pytest.approx(2 * d / v, abs=1e-11)
     assert len(sol.events[0].t) == len(sol.segments) - 1
+
+
+def test_a_mass_at_rest_slides_once_its_friction_has_faded(five_springs):
+    """0.3 m from its spring's rest and held by up to 2 - t, it starts at 0.8 s, slides at a quarter
+    of that and takes along the one that sticks to it; nothing moves before, so that speeds are
+    rounding and no faster one is known."""
+    ground = mechc.DryFriction("u_0", 0.25, normal="2 - t", static=1.0)
+    other = mechc.DryFriction("u_1 - u_0", 0.5)
+    sol = five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=[ground, other], rtol=1e-12)
+    assert words(sol) == [("sticks", "sticks"), ("slides -", "sticks")]
+    assert sol.events[0].t == pytest.approx([0.8], abs=1e-12)
+    s = sol.t[sol.t > 0.8] - 0.8  # 2 x'' + 8 (x - 0.3) = -1.2 + 0.25 (1.2 - s)
+    moved = (-0.9 - 0.25 * s + 0.9 * np.cos(2 * s) + 0.125 * np.sin(2 * s)) / 8
+    np.testing.assert_allclose(
+        sol.y[sol.t > 0.8][:, :2] - [0.3, 0.0], moved[:, None] * [1, 1], atol=1e-11
+    )
+
+
+def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_springs):
+    """Held by 1.2 N less 1e-10 that fades, against a spring's 1.2 N."""
+    ground = mechc.DryFriction("u_0", 1.0, normal="1.2 - 1e-10 - t")
+    sol = five_springs.simulate(0.5, np.eye(10)[0] * 0.3, events=ground, rtol=1e-12)
+    t = sol.t  # x'' + 4 (x - 0.3) = -t
+    moved = -(t - np.sin(2 * t) / 2) / 4
+    np.testing.assert_allclose(sol["q_0"], 0.3 + moved, atol=1e-9)
+    assert sol["q_0"][-1] < 0.29
+
+
+def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
+    """It would push what slides; from where it is 0 nothing rubs."""
+    fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")
+    with pytest.raises(mechc.EventError, match=r"negative from t = 0.5 s") as error:
+        five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=fading)
+    assert error.value.solution.t[-1] == pytest.approx(0.5, abs=1e-9)
+    none = mechc.DryFriction("u_0", 0.1, normal=sympy.Max(1 - 2 * sympy.Symbol("t"), 0))
+    assert five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=none).status.ok
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+def test_a_start_at_which_parts_overlap_is_refused(five_springs, friction):
+    with pytest.raises(ValueOutOfBoundsError, match=r"event 0: the gap q_0 is -0.001"):
+        five_springs.simulate(1.0, np.eye(10)[0] * -1e-3, events=mechc.Stop("q_0", **friction))
 
 
 def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):

@@ -12,7 +12,7 @@ from itertools import accumulate
 
 from mechc_codegen.derive.equations import Equations, Tree
 from mechc_codegen.emit.elimination_order import RowPlan, plan_rows
-from mechc_codegen.ir.switching import SWITCHING
+from mechc_codegen.ir.program import SWITCHING
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 # Jacobian -> arrays it is solved from: of the motion, of user-defined outputs, of q'.

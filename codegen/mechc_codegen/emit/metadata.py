@@ -19,8 +19,15 @@ from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
-from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
-from mechc_codegen.ir.switching import SWITCHING, equation_values
+from mechc_codegen.ir.program import (
+    SWITCHING,
+    Program,
+    equation_values,
+    operations,
+    slice_statements,
+    symbols_of,
+    targets_of,
+)
 
 
 def scene_metadata(
@@ -124,7 +131,7 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
 
 def _smooth(program: Program, request: OutputRequest) -> bool:
     """Whether no equation has a corner or a jump; user-defined outputs may."""
-    values = equation_values(program, request)
+    values = equation_values(program, request.expressions)
     return not any(value.has(Abs, Step, Floor, Lookup) for value in values)
 
 

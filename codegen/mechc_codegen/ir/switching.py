@@ -8,7 +8,7 @@ has corners that no function of these shows.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import replace
 
 from sympy import Abs, Expr, pi, sin
@@ -17,14 +17,12 @@ from mechc_codegen.derive.equations import Output
 from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.description.tables import Lookup
-from mechc_codegen.ir.program import Program, slice_statements, symbols_of, targets_of
-
-SWITCHING = "switching"
+from mechc_codegen.ir.program import SWITCHING, Program, equation_values, targets_of
 
 
 def add_switching(program: Program, request: OutputRequest) -> Program:
     """Add the output of the switching functions; user-defined outputs are not looked at."""
-    values = list(equation_values(program, request))
+    values = list(equation_values(program, request.expressions))
     found = switching_functions(program, values)
     if not found or any(value.has(Lookup) for value in values):
         return program
@@ -32,13 +30,6 @@ def add_switching(program: Program, request: OutputRequest) -> Program:
     equation = "functions at whose zeros the equations change their form"
     output = Output(SWITCHING, equation, found, (len(found),), labels)
     return replace(program, outputs=(*program.outputs, output)).verify()
-
-
-def equation_values(program: Program, request: OutputRequest) -> Iterator[Expr]:
-    """Every expression of the equations, of the statements that they need first."""
-    elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
-    yield from (s.value for s in slice_statements(program.body, symbols_of(elements)))
-    yield from elements
 
 
 def switching_functions(program: Program, values: Iterable[Expr]) -> tuple[Expr, ...]:

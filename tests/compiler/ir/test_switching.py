@@ -8,8 +8,7 @@ import mpmath
 import pytest
 from mechc_codegen.compiler import Stopwatch, optimised
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.ir.program import Program, slice_statements, symbols_of
-from mechc_codegen.ir.switching import SWITCHING
+from mechc_codegen.ir.program import SWITCHING, Program, slice_statements, symbols_of
 from sympy import (
     Abs,
     Expr,

@@ -16,8 +16,7 @@ from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.ir.program import SineCosine
-from mechc_codegen.ir.switching import SWITCHING
+from mechc_codegen.ir.program import SWITCHING, SineCosine
 
 VARIATIONAL = {
     "constraint_gradient": "MECHC_GRADIENT",

@@ -16,13 +16,9 @@
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
-<<<<<<< HEAD
-    const double left = fabs(run->t1 - run->head.t), step = mechc_min(run->step, run->max_step);
-    if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
-=======
     const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
     const double step = run->limits ? mechc_within_limits(run, free) : free;
->>>>>>> main
+    if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
     if (run->current->reach) {
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;

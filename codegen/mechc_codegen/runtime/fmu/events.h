@@ -21,6 +21,13 @@ MECHC_STATIC void mechc_fmu_watch(mechc_fmu *fmu)
     mechc_watch_enter(&fmu->watch, fmu->now.t, fmu->now.y);
 }
 
+/* A motion begins: nothing has happened yet. */
+MECHC_STATIC void mechc_fmu_begin_events(mechc_fmu *fmu)
+{
+    const mechc_options options = {.t0 = 0.0, .t1 = 1.0, .rtol = fmu->now.rtol};
+    mechc_watch_begin(&fmu->watch, &options);
+}
+
 /* The sign that an event has from now on: where it is zero, that of its rate. */
 MECHC_STATIC double mechc_fmu_side(const mechc_fmu *fmu, int number)
 {
@@ -103,5 +110,6 @@ MECHC_STATIC int mechc_fmu_reset_at_stop(mechc_fmu *fmu)
     return mechc_fmu_apply(fmu, fmu->watch.stopped_by, crossed);
 }
 #else
+MECHC_STATIC void mechc_fmu_begin_events(mechc_fmu *fmu) { (void)fmu; }
 MECHC_STATIC void mechc_fmu_take_sides(mechc_fmu *fmu) { (void)fmu; }
 #endif

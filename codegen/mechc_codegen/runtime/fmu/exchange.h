@@ -112,6 +112,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
     if (mechc_fmu_close(fmu) != MECHC_RUNNING)
         return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
     fmu->moved = 0;
+    mechc_fmu_begin_events(fmu);
     mechc_fmu_take_sides(fmu);
     return MECHC_FMU_OK;
 }

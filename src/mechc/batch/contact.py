@@ -73,13 +73,13 @@ def _in_contact(system: System, recipe: Recipe, values: Array, found: Found) -> 
 
 
 def _near(system: System, recipe: Recipe, values: Array, y0: Array) -> Any:
-    """Whether any gap of a start (n, nq + nu) is nearly closed."""
+    """Whether any gap of a start (n, nq + nu) is nearly closed, or not open."""
     assert recipe.events is not None
     laws = contact_laws(recipe.events.read(system, values[0]))
     gaps = function_of([law.gap for law in laws])
     least = [NEAR_START * system.scale(p).max(initial=0.0) for p in values]
     found = [gaps(recipe.span[0], y, p) for y, p in zip(y0, values, strict=True)]
-    return (np.abs(np.array(found, dtype=float)) <= np.array(least)[:, None]).any(axis=1)
+    return (np.array(found, dtype=float) <= np.array(least)[:, None]).any(axis=1)
 
 
 def _stopped_at_start(recipe: Recipe, found: Found, member: int) -> None:

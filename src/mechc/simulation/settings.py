@@ -32,6 +32,13 @@ class Policy(NamedTuple):
     on_change_point: str
     stiff_switch: bool
     max_bytes: float = LARGEST_TRAJECTORY
+    limits: tuple[Array, Array] | None = None  # times (n + 1,), the longest steps between them (n,)
+
+    def asked(self) -> dict[str, Any]:
+        """What decides the motion besides its limits, which follow from it, by name."""
+        told = self._asdict()
+        del told["limits"]
+        return told
 
 
 def checked_policy(

@@ -38,6 +38,8 @@ def test_balls_rest_and_begin_at_rest_beside_those_that_fly(ball):
     batch = members_are_those_of_simulate(ball, starts, REST)
     np.testing.assert_allclose(batch.y[:6], 0.0, atol=1e-12)
     assert batch.y[6, 0] == pytest.approx(50 - 9.81 / 2 * 1.5**2)
+    within = ball.simulate_batch(1.5, [[1, 0], [-0.1, 0.0]], events=REST, progress=False)
+    assert [within.status(k).code for k in range(2)] == ["finished", "open at the start"]
 
 
 def test_with_numbers_of_the_whole_motion_members_end_where_contact_begins(ball):

@@ -22,6 +22,7 @@ typedef struct {
     int missed;                  /* crossings in a row that the method could not step over */
     int has_tolerances;
     double t1, rtol, max_step, step, direction;
+    const mechc_step_limits *limits; /* or NULL */
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
     int failure; /* why a stage of it could not be taken; 0 */

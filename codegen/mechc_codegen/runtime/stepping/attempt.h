@@ -15,7 +15,8 @@
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
-    const double left = fabs(run->t1 - run->head.t), step = mechc_min(run->step, run->max_step);
+    const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
+    const double step = run->limits ? mechc_within_limits(run, free) : free;
     if (run->current->reach) {
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;

@@ -79,6 +79,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->rtol = options->rtol;
     run->has_tolerances = options->atol != 0;
     run->max_step = options->max_step;
+    run->limits = options->limits;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;

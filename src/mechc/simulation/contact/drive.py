@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mechc.errors import ValueOutOfBoundsError
 from mechc.native._codes import (
     CONTACT_INCONSISTENT,
     CONTACT_UNDECIDED,
@@ -75,6 +76,7 @@ class ContactResets(CompiledResets):
     def begin(self) -> int:
         times, states = self.chain.tail(1)
         t, y = float(times[-1]), states[-1]
+        self._refuse_overlap(t, y)
         if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
             return RUNNING
         if self.controlled:
@@ -82,6 +84,18 @@ class ContactResets(CompiledResets):
         self._watch_modes()
         self._see_until_kink(t)
         return self._enter(t, y, first=True)
+
+    def _refuse_overlap(self, t: float, y: Array) -> None:
+        gaps = [self.finder.events[law.number].function for law in self.laws.laws]
+        found = np.array([gap(t, y) for gap in gaps])  # 1 of what has none
+        overlaps = found < 0.0
+        if overlaps.any():
+            overlaps &= found < -self._zero_gaps(self.contacts.place(t, y))
+        for k in np.flatnonzero(overlaps):
+            raise ValueOutOfBoundsError(
+                f"event {self.numbers_of[k]}: the gap {gaps[k].title} is {found[k]:.6g} at the "
+                "start, so the parts overlap: a gap is positive where they are apart"
+            )
 
     def _is_free(self, t: float, y: Array) -> bool:
         """Whether a run may begin in compiled code: what touches opens."""
@@ -153,6 +167,12 @@ class ContactResets(CompiledResets):
         k = end.contact
         if end.kind == "paradox":
             return CONTACT_INCONSISTENT
+        if end.kind == "negative":
+            raise FunctionFailedError(
+                f"the friction of event {self.numbers_of[k]} is negative from t = {t:.9g} s on, "
+                "and would push: write the force that presses as one that is not negative, "
+                "Abs(N), or Max(N, 0) of SymPy"
+            )
         if end.kind == "clear":
             code = self._continue(t, before, self.mode, jump=False)
             number = self.numbers_of[k]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
@@ -109,11 +109,64 @@ def as_written(given: Any) -> str:
     return " ".join(str(given).replace("(t)", "").split())
 
 
+@dataclass(frozen=True)
+class StateNames:
+    """The names that events of a description may contain, before there is a system."""
+
+    coordinates: Sequence[str]
+    speeds: Sequence[str]
+    parameters: Sequence[str]
+    states: Sequence[str] = ()
+
+
+class PlainEvent(NamedTuple):
+    """An event over the symbols t, y0, y1, ..., p0, p1, ...; ``changes`` as of its reset."""
+
+    title: str
+    direction: float
+    value: Any
+    changes: Mapping[int, Any] | None
+
+
+def plain_events(given: Any, names: StateNames, parse: Callable[..., Any]) -> list[PlainEvent]:
+    """Events of expressions, or one by itself, for a program that is no run of mechc.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError, ExpressionError
+        As :func:`checked_events`, and for events that are no expressions, stops, friction, and
+        events that end a run.
+    """
+    if not isinstance(given, (tuple, list)) and _is_one(given):
+        given = [given]
+    reader = _Reader(names, np.zeros(len(names.parameters)), parse)
+    return [_plain_event(event, reader) for event in given]
+
+
+def _plain_event(given: Any, reader: _Reader) -> PlainEvent:
+    if isinstance(given, (Stop, DryFriction)):
+        raise ValueOutOfBoundsError(f"a {type(given).__name__} is not exported: give its reset")
+    event = reader.event(given)
+    if not is_compilable(event):
+        raise ValueOutOfBoundsError(
+            f"events and resets are exported as expressions, not as {brief(given)}"
+        )
+    if event.terminal:
+        raise ValueOutOfBoundsError(
+            "a terminal event is not exported: the importer decides when a simulation ends"
+        )
+    changes = getattr(event.reset, "changes", None)
+    return PlainEvent(
+        event.function.title, float(event.direction), event.function.expression, changes
+    )
+
+
 class _Reader:
     """Reads the events of one model with parameters p (np,)."""
 
-    def __init__(self, system: System, p: Array, parse: Callable[..., Any]) -> None:
+    def __init__(self, system: Any, p: Array, parse: Callable[..., Any]) -> None:
         self.system, self.p, self.parse = system, p, parse
+        self.width = len(system.coordinates) + len(system.speeds)
 
     @cached_property
     def names(self) -> dict[str, Any]:
@@ -136,7 +189,7 @@ class _Reader:
             return given
         if is_expression(given.function):
             expression, direction = self._difference(given.function)
-            function = ValueExpression(expression, self.p, self.system.scene.width)
+            function = ValueExpression(expression, self.p, self.width)
             function.title = as_written(given.function)
             given = replace(given, function=function, direction=given.direction or direction)
         if isinstance(given.reset, Mapping):
@@ -164,16 +217,16 @@ class _Reader:
                 "a gap is an expression of coordinates, of SymPy or as text, not "
                 f"{brief(given.gap)}"
             )
-        gap = ValueExpression(self._plain(given.gap), self.p, system.scene.width)
+        gap = ValueExpression(self._plain(given.gap), self.p, self.width)
         gap.title = as_written(given.gap)
-        kept = ValueExpression(self._plain(given.restitution), self.p, system.scene.width)
+        kept = ValueExpression(self._plain(given.restitution), self.p, self.width)
         for name in (*system.speeds, *system.states):
             symbol = self.names[name]
             if gap.expression.has(symbol) or kept.expression.has(symbol):
                 raise ValueOutOfBoundsError(
                     f"a gap and its restitution depend on coordinates, not on {name}"
                 )
-        if not 0.0 <= kept(0.0, np.zeros(system.scene.width)) <= 1.0:
+        if not 0.0 <= kept(0.0, np.zeros(self.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
         reset = StopReset(gap, kept, system, self.p, self._friction_of_stop(given))
         return Event(gap, -1.0, given.terminal, reset)

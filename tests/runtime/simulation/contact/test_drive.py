@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import sympy
 from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
 
 import mechc
@@ -292,6 +293,22 @@ def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_sprin
     moved = -(t - np.sin(2 * t) / 2) / 4
     np.testing.assert_allclose(sol["q_0"], 0.3 + moved, atol=1e-9)
     assert sol["q_0"][-1] < 0.29
+
+
+def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
+    """It would push what slides; from where it is 0 nothing rubs."""
+    fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")
+    with pytest.raises(mechc.EventError, match=r"negative from t = 0.5 s") as error:
+        five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=fading)
+    assert error.value.solution.t[-1] == pytest.approx(0.5, abs=1e-9)
+    none = mechc.DryFriction("u_0", 0.1, normal=sympy.Max(1 - 2 * sympy.Symbol("t"), 0))
+    assert five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=none).status.ok
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+def test_a_start_at_which_parts_overlap_is_refused(five_springs, friction):
+    with pytest.raises(ValueOutOfBoundsError, match=r"event 0: the gap q_0 is -0.001"):
+        five_springs.simulate(1.0, np.eye(10)[0] * -1e-3, events=mechc.Stop("q_0", **friction))
 
 
 def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):

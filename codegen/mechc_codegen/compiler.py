@@ -33,6 +33,7 @@ from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
 from mechc_codegen.ir.program import Program
 from mechc_codegen.ir.sensitivity import add_sensitivities
+from mechc_codegen.ir.switching import add_switching
 
 T = TypeVar("T")
 
@@ -93,7 +94,7 @@ def optimised(
     equations = clock.time("differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
-    program = clock.time("optimize", lambda: optimize(lowered))
+    program = clock.time("optimize", lambda: add_switching(optimize(lowered), request))
     defaults = equations.parameter_defaults
     program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
     if adjoint and request.includes("sensitivities"):

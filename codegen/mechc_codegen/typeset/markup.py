@@ -108,11 +108,8 @@ def mathml(box: Box) -> str:
         case Fence(Table(rows), "[]"):
             return _mathml_table(rows, ' class="matrix" displaystyle="true"')
         case Fence(body, brackets):
-            left, right = (
-                f'<mo fence="true" form="{form}">{sign}</mo>'
-                for form, sign in zip(("prefix", "postfix"), brackets, strict=True)
-            )
-            return f"<mrow>{left}{mathml(body)}{right}</mrow>"
+            left, right = brackets  # that they are fences follows from their places in the row
+            return f"<mrow><mo>{left}</mo>{mathml(body)}<mo>{right}</mo></mrow>"
         case Table(rows):
             return _mathml_table(rows)
 

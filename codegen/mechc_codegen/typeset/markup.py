@@ -108,8 +108,8 @@ def mathml(box: Box) -> str:
         case Fence(Table(rows), "[]"):
             return _mathml_table(rows, ' class="matrix" displaystyle="true"')
         case Fence(body, brackets):
-            left, right = brackets  # that they are fences follows from their places in the row
-            return f"<mrow><mo>{left}</mo>{mathml(body)}<mo>{right}</mo></mrow>"
+            # That they are fences follows from their places in the row.
+            return f"<mrow><mo>{brackets[0]}</mo>{mathml(body)}<mo>{brackets[1]}</mo></mrow>"
         case Table(rows):
             return _mathml_table(rows)
 

@@ -116,13 +116,20 @@ class ContactRun(NumpyRun):
     def __init__(
         self, manifold: ContactManifold, span: tuple[float, float], y0: Array, policy: Policy
     ) -> None:
-        contacts = manifold.contacts
+        contacts, self.forces = manifold.contacts, manifold
         limits = RunLimits(
             span[1], policy.rtol, policy.atol, policy.max_step, policy.max_steps, True,
             policy.max_bytes,
         )  # fmt: skip
         scale = contacts.system.scale(contacts.p)
         super().__init__(manifold, span[0], y0, scale, policy.first_step, limits)  # type: ignore[arg-type]
+
+    def _first_accelerations(self) -> Array:
+        """Also of those that contacts cancel: the rest is rounding where everything sticks."""
+        place, answer = self.forces.answer(self.t, self.y)
+        sizes = np.abs(self.forces.contacts.free(place).rates)
+        sizes[self.width :] += np.abs(place.speeds(answer.given))
+        return np.asarray(np.maximum(super()._first_accelerations(), sizes))
 
     def record(self) -> dict[str, Any]:
         """Its steps as JSON data."""

@@ -369,6 +369,14 @@ def test_events_are_indicators_and_resets_are_made(ball, version, tmp_path):
         assert abs(times[:, None] - sol.events[0].t).min() > 1e-5  # none of them is at a jump
         np.testing.assert_allclose(states, sol(np.minimum(times, 2.0)), atol=near)
         np.testing.assert_array_equal(record["mechc.event[0]"], record["q"])
+    rest = np.sqrt(2.0 / 9.81) * (1.0 + 0.8) / (1.0 - 0.8)  # when it bounces no more
+    stepped = fmpy.simulate_fmu(
+        str(file), fmi_type="ModelExchange", stop_time=9.0, output_interval=0.01,
+        relative_tolerance=1e-9, record_events=False,
+    )  # fmt: skip
+    assert abs(stepped["time"][-1] - rest) < 0.02  # it is sampled each 10 ms
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        fmpy.simulate_fmu(str(file), fmi_type="CoSimulation", stop_time=9.0)
 
 
 def test_resets_of_a_linkage_keep_its_loop(start, tmp_path):

@@ -28,12 +28,46 @@ MECHC_STATIC void mechc_fmu_begin_events(mechc_fmu *fmu)
     mechc_watch_begin(&fmu->watch, &options);
 }
 
-/* The sign that an event has from now on: where it is zero, that of its rate. */
+/* The sign that an event has from now on: where it is zero, that of its rate.  After a reset beyond
+ * the zero, where an importer has stepped over it, it stays on the side to which it returns. */
 MECHC_STATIC double mechc_fmu_side(const mechc_fmu *fmu, int number)
 {
-    const double side = fmu->watch.event[number].side;
+    const mechc_event *event = fmu->watch.event + number;
+    const double before = fmu->now.side[number];
     const double value = mechc_event_value(&fmu->watch, number, fmu->now.t, fmu->now.y);
-    return side != 0.0 ? side : copysign(1.0, value);
+    if (event->side != 0.0) return event->side;
+    if (before * value < 0.0 && event->later * value < 0.0) return before;
+    return copysign(1.0, value);
+}
+
+/* Whether an event with a reset has come to the other side of its zero in its direction. */
+MECHC_STATIC int mechc_fmu_is_crossed(const mechc_fmu *fmu, int number)
+{
+    const double side = mechc_fmu_side(fmu, number);
+    return side != fmu->now.side[number] && side * mechc_fmu_scene.directions[number] >= 0.0
+        && mechc_event_resets(&fmu->watch, number);
+}
+
+/* Whether one was crossed that the importer has not found. */
+MECHC_STATIC int mechc_fmu_missed(mechc_fmu *fmu)
+{
+    int missed = 0;
+    if (!MECHC_FMU_RESETS) return 0;
+    mechc_fmu_current(fmu);
+    mechc_fmu_watch(fmu);
+    for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
+        const double value = mechc_event_value(&fmu->watch, k, fmu->now.t, fmu->now.y);
+        missed |= mechc_fmu_is_crossed(fmu, k);
+        if (value * fmu->now.side[k] > 0.0) fmu->now.away[k] = 0;
+    }
+    return missed;
+}
+
+/* Whether an event that was crossed is far from its zero and has not been back on its side since
+ * its last reset: the importer's steps do not tell its resets apart. */
+MECHC_STATIC int mechc_fmu_is_too_fast(const mechc_fmu *fmu, int number)
+{
+    return fmu->now.away[number] && fmu->watch.event[number].side == 0.0;
 }
 
 MECHC_STATIC void mechc_fmu_take_sides(mechc_fmu *fmu)
@@ -55,6 +89,7 @@ MECHC_STATIC int mechc_fmu_apply(mechc_fmu *fmu, int number, unsigned char *cros
         const int cause = watch->cause[i];
         const double later = watch->event[cause].later;
         crossed[cause] = 0;
+        fmu->now.away[cause] = 1;
         if (later != 0.0) fmu->now.side[cause] = copysign(1.0, later);
     }
     return status;
@@ -68,10 +103,9 @@ MECHC_STATIC int mechc_fmu_cross(mechc_fmu *fmu, int *changed)
     mechc_fmu_current(fmu);
     mechc_fmu_watch(fmu);
     for (int k = 0; k < MECHC_FMU_EVENTS; k++) {
-        const double side = mechc_fmu_side(fmu, k), direction = mechc_fmu_scene.directions[k];
-        crossed[k] = side != fmu->now.side[k] && side * direction >= 0.0
-            && mechc_event_resets(&fmu->watch, k);
-        fmu->now.side[k] = side;
+        crossed[k] = (unsigned char)mechc_fmu_is_crossed(fmu, k);
+        if (crossed[k] && mechc_fmu_is_too_fast(fmu, k)) status = MECHC_RESETS_ACCUMULATE;
+        fmu->now.side[k] = mechc_fmu_side(fmu, k);
     }
     *changed = 0;
     for (int k = 0; k < MECHC_FMU_EVENTS && status == MECHC_RUNNING; k++)
@@ -112,4 +146,5 @@ MECHC_STATIC int mechc_fmu_reset_at_stop(mechc_fmu *fmu)
 #else
 MECHC_STATIC void mechc_fmu_begin_events(mechc_fmu *fmu) { (void)fmu; }
 MECHC_STATIC void mechc_fmu_take_sides(mechc_fmu *fmu) { (void)fmu; }
+MECHC_STATIC int mechc_fmu_missed(mechc_fmu *fmu) { return (void)fmu, 0; }
 #endif

@@ -55,10 +55,16 @@ MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
     return farthest;
 }
 
+/* Are the loops to be closed in event mode? */
+MECHC_STATIC int mechc_fmu_has_drifted(mechc_fmu *fmu)
+{
+    return MECHC_NC > 0 && fmu->now.drift > 0.0 && mechc_fmu_drift(fmu) > fmu->now.drift;
+}
+
 /* Does a completed step of the importer's ask for event mode? */
 MECHC_STATIC int mechc_fmu_asks_for_event(mechc_fmu *fmu)
 {
-    return MECHC_NC > 0 && fmu->now.drift > 0.0 && mechc_fmu_drift(fmu) > fmu->now.drift;
+    return mechc_fmu_has_drifted(fmu) || mechc_fmu_missed(fmu);
 }
 
 MECHC_STATIC mechc_fmu_status mechc_fmu_indicators(mechc_fmu *fmu, double *values, size_t count)
@@ -73,7 +79,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_indicators(mechc_fmu *fmu, double *value
 /* Loops are closed where they drifted open or values were given; whether a state changed. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_close_again(mechc_fmu *fmu, int *changed)
 {
-    const int asked = fmu->moved || mechc_fmu_asks_for_event(fmu);
+    const int asked = fmu->moved || mechc_fmu_has_drifted(fmu);
     double before[MECHC_NX];
     *changed = 0;
     if (MECHC_NC == 0 || !asked) return MECHC_FMU_OK;

@@ -34,6 +34,7 @@ typedef struct {
     double t, rtol, drift;
     double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
     double side[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* the sign that each event has after it */
+    unsigned char away[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* not seen there since its reset */
 } mechc_moment;
 
 typedef void mechc_fmu_logger(void);

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from mechc.simulation.events.event import Event
-from mechc.simulation.events.expressions import function_of
+from mechc.simulation.events.expressions import MOST_KEPT, function_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import StopReset
 from mechc.system.parameters import Array
@@ -101,29 +101,32 @@ class Laws:
 
     @cached_property
     def _function(self) -> Any:
-        return function_of([entry for law in self.laws for entry in self._entries(law)])
+        sizes = len(self.system.coordinates), len(self.system.speeds)
+        return function_of([entry for law in self.laws for entry in _entries(law, *sizes)])
 
-    def _entries(self, law: ContactLaw) -> list[Any]:
-        from sympy import Integer, Symbol, diff, sympify
 
-        nq, nu = len(self.system.coordinates), len(self.system.speeds)
-        t = Symbol("t", real=True)
-        q, u, v = (
-            [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
-            for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
-        )
+@lru_cache(MOST_KEPT)
+def _entries(law: ContactLaw, nq: int, nu: int) -> list[Any]:
+    """The columns of :meth:`Laws.at`."""
+    from sympy import Integer, Symbol, diff, sympify
 
-        def along(value: Any) -> Any:
-            return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))
+    t = Symbol("t", real=True)
+    q, u, v = (
+        [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
+        for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
+    )
 
-        gap = Integer(0) if law.gap is None else law.gap
-        slip = Integer(0) if law.slip is None else law.slip
-        rate = along(gap)
-        coefficients = map(sympify, (law.restitution, law.friction, law.static))
-        return [
-            gap, rate, along(rate), slip, along(slip), *coefficients,
-            *(diff(gap, x) for x in q), *(diff(slip, x) for x in u),
-        ]  # fmt: skip
+    def along(value: Any) -> Any:
+        return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))
+
+    gap = Integer(0) if law.gap is None else law.gap
+    slip = Integer(0) if law.slip is None else law.slip
+    rate = along(gap)
+    coefficients = map(sympify, (law.restitution, law.friction, law.static))
+    return [
+        gap, rate, along(rate), slip, along(slip), *coefficients,
+        *(diff(gap, x) for x in q), *(diff(slip, x) for x in u),
+    ]  # fmt: skip
 
 
 def has_plain_kinematics(system: System, p: Array) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 EPS = float(np.finfo(float).eps)
+MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
@@ -311,18 +312,26 @@ class _Reader:
 
 def function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
     """A function of t, y and p for expressions over plain symbols."""
+    return _function_of(tuple(expressions))
+
+
+@lru_cache(MOST_KEPT)
+def _function_of(expressions: tuple[Any, ...]) -> Callable[[float, Array, Array], Any]:
     from sympy import Symbol, lambdify
 
     free = sorted({s for e in expressions for s in e.free_symbols}, key=str)
     places = {kind: [s for s in free if s.name.startswith(kind)] for kind in "yp"}
-    at = {kind: [int(s.name[1:]) for s in found] for kind, found in places.items()}
+    at = {kind: np.array([int(s.name[1:]) for s in found], np.intp)
+          for kind, found in places.items()}  # fmt: skip
     arguments = [Symbol("t", real=True), places["y"], places["p"]]
     compiled = lambdify(arguments, list(expressions), "numpy", cse=True)
-    return lambda t, y, p: compiled(t, y[at["y"]], p[at["p"]])
+    of_state, of_parameters = at["y"], at["p"]
+    return lambda t, y, p: compiled(t, y[of_state], p[of_parameters])
 
 
+@lru_cache(MOST_KEPT)
 def _derivatives(
-    values: Sequence[Any], width: int, parameters: int
+    values: tuple[Any, ...], width: int, parameters: int
 ) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
     """Of n values by t (n,), state (n, width) and parameters (n, np), as a function of t, y, p."""
     from sympy import Symbol, diff
@@ -372,7 +381,7 @@ class ValueExpression:
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:
-        return _derivatives([self.expression], self.width, len(self.p))
+        return _derivatives((self.expression,), self.width, len(self.p))
 
     def slopes(self, t: float, y: Array, p: Array | None = None) -> tuple[float, Array, Array]:
         """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
@@ -417,7 +426,7 @@ class ResetExpressions:
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:
-        return _derivatives(list(self.changes.values()), self.width, len(self.p))
+        return _derivatives(tuple(self.changes.values()), self.width, len(self.p))
 
     def slopes(self, t: float, y: Array) -> tuple[Array, Array, Array]:
         """Of the state after it by time (nx,), state (nx, nx) and parameters (nx, np)."""

@@ -8,6 +8,7 @@ from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
+from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module", name="block")
@@ -155,6 +156,12 @@ def test_what_has_rested_on_a_table_bounces_again(ball):
     table = 2.0 * np.cos(10 * flight.t1)
     assert flight.t1 - flight.t0 > 0.2
     assert after.y0[1] - table == pytest.approx(-0.3 * (flight.y1[1] - table), rel=1e-12)
+
+
+def test_a_wall_that_begins_to_move_after_the_start_takes_a_mass_along(five_springs):
+    """At the start neither gap, rate nor acceleration tell that it will press."""
+    sol = five_springs.simulate(1.0, np.zeros(10), events=mechc.Stop("q_0 - t**3", 0.5))
+    np.testing.assert_allclose(sol.y[-1][[0, 5]], [1.0, 3.0], atol=1e-12)
 
 
 def test_several_contacts_last_and_open_one_by_one(five_springs):
@@ -383,6 +390,55 @@ def test_energy_never_grows(rod):
         assert np.diff(sol.energy).max() < 1e-8
 
 
+# -- with inputs -----------------------------------------------------------------------------------
+
+
+TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.fixture(scope="module", name="pushed")
+def mass_pushed_by_an_input():
+    return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear"])
+def test_a_mass_that_an_input_presses_on_a_wall_leaves_it_when_the_push_ends(pushed, kind):
+    """At a jump of the push, and where it passes 0; it begins to press after the start."""
+    values = [-1.0, -2.0, 3.0, -4.0, -4.0] if kind == "previous" else [0.0, -2.0, 2.0, -4.0, -4.0]
+    push = {"F": mechc.Signal(np.array(TIMES), np.array(values), kind)}
+    sol = pushed.simulate(3.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5), rtol=1e-12)
+    lift = 2.0 if kind == "previous" else 1.5
+    flight = next(p for p in sol.segments if p.contacts == ("open",) and p.t0 > 0.1)
+    assert flight.t0 == pytest.approx(lift, abs=1e-12)
+    assert abs(sol(np.linspace(0, lift, 50))).max() < 1e-9
+    assert len(sol.events[0].t) == 0
+    if kind == "previous":
+        np.testing.assert_allclose(sol.y[-1], [0.75, 1.5], atol=1e-12)
+        return
+    # (F is 4 (t - 3/2) until 2 s, then 2 - 6 (t - 2)); m = 2 kg
+    np.testing.assert_allclose(sol(2.0), [1 / 24, 0.25], atol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], [1 / 24 + 0.25 + 0.5 - 0.5, 0.25 + 1.0 - 1.5], atol=1e-11)
+
+
+def test_a_push_that_jumps_lets_go_and_turns_what_friction_holds(pushed):
+    push = {"F": mechc.Signal(np.array(TIMES), np.array([-1.0, -2.0, 3.0, -1.0, -1.0]), "previous")}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5), rtol=1e-12)
+    assert [(p.t0, p.contacts[0]) for p in sol.segments] == [
+        (0.0, "sticks"), (1.0, "slides -"), (2.0, "slides -"),
+        (pytest.approx(2 + 0.25 / 2.25, abs=1e-12), "slides +"), (3.0, "slides +"),
+        (pytest.approx(3 + (1 - 0.25 / 2.25) * 0.75 / 1.25, abs=1e-12), "sticks"),
+    ]  # fmt: skip
+    assert sol.work[-1] == pytest.approx(sol.energy[-1] - sol.energy[0], rel=1e-9)
+
+
+def test_controllers_and_contact_end_in_a_status_or_are_refused(pushed):
+    push = {"F": mechc.Sampled(lambda t, q, u: -1.0, period=0.05)}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5))
+    assert sol.status.code == "resets accumulate"
+    with pytest.raises(MechcError, match="with sampled controllers there is no friction"):
+        pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5))
+
+
 # -- beside other things ---------------------------------------------------------------------------
 
 
@@ -419,13 +475,10 @@ def test_a_motion_with_contact_is_continued_saved_and_drawn(block, tmp_path):
     assert again.plot()
 
 
-def test_what_contact_does_not_have_yet_is_refused(block, ball):
+def test_what_contact_does_not_have_yet_is_refused(block):
     stop = mechc.Stop("y", friction=0.5, slip="v_x")
     start = [0.0, 0.0, 2.0, 0.0]
     with pytest.raises(MechcError, match="no derivatives of a motion with friction"):
         block.simulate(1.0, start, events=stop, sensitivities=["a"])
-    for events in (stop, mechc.DryFriction("v_x", 0.5)):
-        with pytest.raises(ValueOutOfBoundsError, match="a batch has no friction"):
-            block.simulate_batch(1.0, [start], events=events, progress=False)
-    batch = ball.simulate_batch(5.0, [[1.0, 0.0]], events=mechc.Stop("q_0"), progress=False)
-    assert batch.status(0).code == "resets accumulate"
+    with pytest.raises(ValueOutOfBoundsError, match="reductions are computed in compiled code"):
+        block.simulate_batch(1.0, [start], events=stop, reduce=["max(x)"], progress=False)

@@ -17,6 +17,7 @@ from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
     LARGEST_TRAJECTORY,
+    Policy,
     checked_policy,
     checked_span,
     checked_span_and_times,
@@ -259,6 +260,7 @@ class Model(Fits):
         progress: Callable[[float], None] | None = None,
         inputs: Mapping[str, Any] | None = None,
         sensitivities: Sequence[Any] = (),
+        sensitivity_error_control: bool = False,
     ) -> Solution:
         """Integrate the motion, every stage and every accepted state on the constraints.
 
@@ -314,6 +316,11 @@ class Model(Fits):
             the closing of the loops), inputs that are numbers, values of signals (``"F[3]"``; all:
             ``"F"``), ``"y0"`` for every component of the start.  The steps are those of the run
             without, but end at every sample of such signals; see docs/sensitivities.md.
+        sensitivity_error_control
+            Choose the steps for the derivatives too, so that their errors follow ``rtol`` and
+            ``atol``; by default they are chosen for the motion alone.  A derivative times the value
+            of its parameter is held to the tolerances of the motion.  The motion is computed
+            several times for it, and its events and inputs are asked as often.
 
         Raises
         ------
@@ -349,8 +356,15 @@ class Model(Fits):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
-        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-        sol._given = (given, params)
+
+        def motion(policy: Policy) -> Solution:
+            sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+            sol._given = (given, params)
+            return sol
+
+        sol = motion(policy)
+        if by and sensitivity_error_control:
+            return sol.differentiated_within_tolerance(by, motion)
         if by:
             sol.differentiate(by, given, params)
         return sol

@@ -102,7 +102,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
     """The run up to its end; all values in the file are checked as a user's input is."""
     told = Policy(**mapping_of(recipe["policy"], "its policy"))
     room = int(max_bytes // (8 * ROWS_A_STEP * model.system.scene.width))
-    policy = told._asdict() | {
+    policy = told.asked() | {
         "dense": True,
         "first_step": told.first_step or None,
         "method": "auto" if told.stiff_switch else told.method,

@@ -32,6 +32,13 @@ class Policy(NamedTuple):
     on_change_point: str
     stiff_switch: bool
     max_bytes: float = LARGEST_TRAJECTORY
+    limits: tuple[Array, Array] | None = None  # times (n + 1,), the longest steps between them (n,)
+
+    def asked(self) -> dict[str, Any]:
+        """What decides the motion besides its limits, which follow from it, by name."""
+        told = self._asdict()
+        del told["limits"]
+        return told
 
 
 def checked_policy(
@@ -70,8 +77,9 @@ def checked_change_point(policy: str) -> str:
 def _chosen_method(system: System, method: str) -> str:
     without_c = system.reference.backend == "numpy"
     if method == "auto":
-        smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
-        return "gauss8" if smooth and not without_c else "dop853"
+        smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
+        called = system.driven and system.driven.called
+        return "gauss8" if smooth and not called and not without_c else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))

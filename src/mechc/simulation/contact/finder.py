@@ -12,7 +12,7 @@ from mechc.simulation.contact.laws import Mask
 from mechc.simulation.contact.manifold import Forces
 from mechc.simulation.contact.modes import State
 from mechc.simulation.contact.place import EPS
-from mechc.simulation.events.event import Event, EventFinder, EventRecord, Side
+from mechc.simulation.events.event import SMALLEST, Event, EventFinder, EventRecord, Side
 from mechc.system.parameters import Array
 
 ROUNDING = 64.0 * EPS  # of the terms of a slip, and of the forces at a contact
@@ -107,6 +107,11 @@ def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEn
             (kind, k, _limit(forces, number))
             for number, (kind, k, _, _) in enumerate(answer.limits())
         ]
+    limits += [
+        ("negative", k, _friction(forces, k))
+        for k, state in enumerate(answer.mode)
+        if state.way or state is State.STICKS
+    ]
     # at its limit, as far as that is known, a mode may begin: it ends at once where it goes beyond
     found += [ModeEnd(kind, k, left, float(left(t, y) <= 0.0)) for kind, k, left in limits]
     slides = any(state.way and forces.manifold.has_gap[k] for k, state in enumerate(answer.mode))
@@ -124,6 +129,17 @@ def _slip(forces: Forces, k: int, way: float) -> Callable[[float, Array], float]
         return way * float(numbers.slip[k]) + rounding
 
     return slip
+
+
+def _friction(forces: Forces, k: int) -> Callable[[float, Array], float]:
+    """The coefficients, or forces; 0 is one too."""
+
+    def least(t: float, y: Array) -> float:
+        numbers = forces(t, y)[0].numbers
+        size = ROUNDING * forces(t, y)[1].force_of(k)
+        return float(min(numbers.friction[k], numbers.static[k])) + max(size, SMALLEST)
+
+    return least
 
 
 def _limit(forces: Forces, number: int) -> Callable[[float, Array], float]:

@@ -64,8 +64,10 @@ class OutputRequest:
 
     def differentiated(self, present: Iterable[str]) -> tuple[str, ...]:
         """Of the outputs present, besides the user's own, those that sensitivities follow."""
-        if not self.includes("sensitivities"):
-            return ()
+        return self.of_mechanism(present) if self.includes("sensitivities") else ()
+
+    def of_mechanism(self, present: Iterable[str]) -> tuple[str, ...]:
+        """Of the outputs present, besides the user's own, those that can be differentiated."""
         found = {*present} - {*self.expressions}
         found -= set() if self.includes("multipliers") else {"multipliers"}
         return tuple(name for name in DIFFERENTIATED if name in found)

@@ -57,6 +57,12 @@ typedef struct {
     double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
     int may_stiffen;           /* go over to the implicit method where stability limits the step */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
+    int trial, trials;         /* steps left of the implicit method's trial; trials so far */
+    int goes_back;             /* the trial is lost */
+    const mechc_method *left;  /* the method before the trial, */
+    double pace;               /* and how far a unit of work led by it */
+    double pace_t;             /* since this time, */
+    long pace_rhs;             /* and after so many evaluations */
 #if MECHC_SWITCHES
     mechc_switches switches;
 #endif

@@ -98,7 +98,7 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
         run->monitor.stayed = 0;
     }
     mechc_monitor_accept(run, h, conditioning);
-    if (run->stiff >= MECHC_STIFF) made &= mechc_use_method(run, run->methods[MECHC_RADAU5]);
+    made &= mechc_change_method(run);
     mechc_widen_scale(run);
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;

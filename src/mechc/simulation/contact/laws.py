@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from mechc.simulation.events.event import Event
+from mechc.simulation.events.event import Event, FunctionFailedError
 from mechc.simulation.events.expressions import MOST_KEPT, function_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import StopReset
@@ -91,13 +91,26 @@ class Laws:
     def at(self, t: float, y: Array, v: Array) -> Numbers:
         """At one state (nq + nu,) with the coordinates' rates v (nq,)."""
         nq, nu = len(self.system.coordinates), len(self.system.speeds)
-        table = np.array(self._function(t, np.concatenate([y, v]), self.p), dtype=np.float64)
-        table = table.reshape(len(self.laws), -1)
+        with np.errstate(all="ignore"):
+            values = self._function(t, np.concatenate([y, v]), self.p)
+        table = np.array(values, dtype=np.float64).reshape(len(self.laws), -1)
+        if not np.isfinite(table).all():
+            self._leave_out_open(table, t)
         gap, rate, bend, slip, drift, restitution, friction, static = table[:, :8].T
         slopes, rows = table[:, 8 : 8 + nq], table[:, 8 + nq : 8 + nq + nu]
         return Numbers(
             gap, rate, bend, slopes, slip, drift, rows, restitution, friction, static
         )  # fmt: skip
+
+    def _leave_out_open(self, table: Array, t: float) -> None:
+        """An open gap needs no slopes and no slip: in the middle of a bush there are none."""
+        bad = ~np.isfinite(table).all(axis=1)
+        for k in np.flatnonzero(bad & ~(table[:, 0] > 0.0)):
+            raise FunctionFailedError(
+                f"the contact of event {self.laws[k].number} has no rate, slip or friction at "
+                f"t = {t:.9g} s: its expressions are not finite there"
+            )
+        table[bad, 1:] = 0.0
 
     @cached_property
     def _function(self) -> Any:

@@ -393,8 +393,10 @@ def rounding_of(function: Any, t: float, y: Array) -> float:
     """Of the value of an expression: that of its largest terms; 0 of functions of Python."""
     if not isinstance(function, ValueExpression):
         return 0.0
-    by_time, by_state, _ = function.slopes(t, y)
-    return float(EPS * (abs(by_time * t) + np.abs(by_state) @ np.abs(y)))
+    with np.errstate(all="ignore"):
+        by_time, by_state, _ = function.slopes(t, y)
+        terms = float(abs(by_time * t) + np.abs(by_state) @ np.abs(y))
+    return EPS * terms if np.isfinite(terms) else 0.0
 
 
 class ResetExpressions:

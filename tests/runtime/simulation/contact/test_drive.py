@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import sympy
-from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
+from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
@@ -295,6 +295,17 @@ def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_sprin
     assert sol["q_0"][-1] < 0.29
 
 
+@pytest.mark.parametrize("q_0", [0.0, 0.3])
+def test_where_everything_sticks_steps_are_those_of_a_motion(five_springs, q_0):
+    """A belt rubs on a mass that two others hold: accelerations cancel, but for their rounding."""
+    belt = mechc.DryFriction("u_0 - 1", 1.0, normal="1 + 0.1*sin(4*t)")
+    held = [mechc.DryFriction("u_0 - u_1/3", 5.0), mechc.DryFriction("u_1", 5.0), belt]
+    sol = five_springs.simulate(2.0, [q_0, *np.zeros(9)], events=held, max_steps=100)
+    assert sol.status.ok
+    assert words(sol) == [("sticks", "sticks", "slides -")]
+    assert abs(sol.y - sol.y[0]).max() < 1e-14
+
+
 def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
     """It would push what slides; from where it is 0 nothing rubs."""
     fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")
@@ -377,6 +388,27 @@ def test_energy_never_grows(rod):
         sol = rod.simulate(0.8, y0, events=stops)
         assert len(sol.segments) > 1
         assert np.diff(sol.energy).max() < 1e-8
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_pin_falls_from_the_middle_of_its_bush_and_rests_below(block, friction):
+    """A clearance joint: in the middle the gap has no direction."""
+    slip = "(x*v_y - y*v_x)/sqrt(x**2 + y**2)" if friction else None
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)", friction=friction, slip=slip)
+    sol = block.simulate(1.0, np.zeros(4), {"a": 0.0}, events=bush, rtol=1e-10)
+    assert sol.events[0].t == pytest.approx([np.sqrt(0.4 / G)], abs=1e-12)
+    assert words(sol)[-1] == (("sticks" if friction else "held"),)
+    np.testing.assert_allclose(sol.y[-1], [0.0, -0.2, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_pin_that_rests_in_its_bush_swings_as_a_pendulum(block):
+    """Of the length of the play, with the period 4 K(sin(1/2)) sqrt(c/g)."""
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)")
+    start = np.array([0.2 * np.sin(1.0), -0.2 * np.cos(1.0), 0.0, 0.0])
+    period = float(4 * sqrt(0.2 / G) * ellipk(sin(0.5) ** 2))
+    sol = block.simulate(period, start, {"a": 0.0}, events=bush, rtol=1e-11)
+    assert words(sol) == [("held",)]
+    np.testing.assert_allclose(sol.y[-1], start, atol=1e-10)
 
 
 # -- with inputs -----------------------------------------------------------------------------------

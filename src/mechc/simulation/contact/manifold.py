@@ -120,7 +120,7 @@ class ContactRun(NumpyRun):
         self, manifold: ContactManifold, span: tuple[float, float], y0: Array, policy: Policy,
         met: Array,
     ) -> None:  # fmt: skip
-        self.contacts, self.met = manifold.contacts, met
+        self.contact, self.contacts, self.met = manifold, manifold.contacts, met
         limits = RunLimits(
             span[1], policy.rtol, policy.atol, policy.max_step, policy.max_steps, True,
             policy.max_bytes,
@@ -129,9 +129,11 @@ class ContactRun(NumpyRun):
         super().__init__(manifold, span[0], y0, scale, policy.first_step, limits)  # type: ignore[arg-type]
 
     def _accelerations(self) -> Array:
-        """Those without contact: with it they may be rounding."""
-        rates = self.contacts.free(self.contacts.place(self.t, self.y)).rates
-        return np.asarray(np.maximum(super()._accelerations(), np.abs(rates[self.width :])))
+        """Those without what holds: with it they may be rounding."""
+        place, answer = self.contact.answer(self.t, self.y)
+        free = np.abs(self.contacts.free(place).rates[self.width :])
+        free += np.abs(place.speeds(answer.given))
+        return np.asarray(np.maximum(super()._accelerations(), free))
 
     def _speeds(self) -> Array:
         return np.asarray(np.maximum(super()._speeds(), self.met))

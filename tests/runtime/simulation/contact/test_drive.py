@@ -295,6 +295,17 @@ def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_sprin
     assert sol["q_0"][-1] < 0.29
 
 
+@pytest.mark.parametrize("q_0", [0.0, 0.3])
+def test_where_everything_sticks_steps_are_those_of_a_motion(five_springs, q_0):
+    """A belt rubs on a mass that two others hold: accelerations cancel, but for their rounding."""
+    belt = mechc.DryFriction("u_0 - 1", 1.0, normal="1 + 0.1*sin(4*t)")
+    held = [mechc.DryFriction("u_0 - u_1/3", 5.0), mechc.DryFriction("u_1", 5.0), belt]
+    sol = five_springs.simulate(2.0, [q_0, *np.zeros(9)], events=held, max_steps=100)
+    assert sol.status.ok
+    assert words(sol) == [("sticks", "sticks", "slides -")]
+    assert abs(sol.y - sol.y[0]).max() < 1e-14
+
+
 def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
     """It would push what slides; from where it is 0 nothing rubs."""
     fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")

@@ -42,6 +42,18 @@ class DrivenScene:
         """The same scene, with these inputs besides those it has."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
 
+    def between(self, t0: float, t1: float) -> DrivenScene:
+        """The same scene, whose signals have at both times the values that they have between."""
+        other = object.__new__(DrivenScene)
+        other.__dict__.update(self.__dict__)
+        other._whole = self._needed().compiled(t0, t1)
+        return other
+
+    @property
+    def controlled(self) -> bool:
+        """Whether controllers are called during a run."""
+        return bool(self._needed().controls)
+
     def given_to(self, names: Sequence[str], t: float) -> Any:
         """The inputs for C functions of these outputs; None where no such output contains any."""
         if self._free.issuperset({*names} & {*self._scene.outputs}):

@@ -15,7 +15,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import GRAZING, Jump, jump_of, through_reset
+from mechc.sensitivities.events import GRAZING, Jump, jump_of, moved_time, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
@@ -23,6 +23,7 @@ from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
 from mechc.simulation.checkpoints import Checkpointed, ends_of
+from mechc.simulation.events.event import Event
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -112,7 +113,7 @@ def gradient_of_run(
     _begin(way, end)
     for run, stop in reversed(_parts(sol._run, sol._stop)):
         if isinstance(run, Jump):
-            _back_over(way, run)
+            _back_over(way, run, _weights(integral))
         else:
             _back(way, run() if callable(run) else run, stop, _weights(integral))
     total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
@@ -210,7 +211,7 @@ def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, fl
     )
 
 
-def _back_over(way: Backwards, jump: Jump) -> None:
+def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
     """From behind the reset of an event to before it."""
     if len(jump.causes) != 1:
         raise MechcError(
@@ -223,6 +224,20 @@ def _back_over(way: Backwards, jump: Jump) -> None:
             f"there is no gradient: {GRAZING.format(jump.t)}, which sensitivities= gives"
         )
     way.through(columns)
+    if weights:
+        _move_jump(way, jump, weights)
+
+
+def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
+    """What integrals gain where the jump of their integrand moves with the event's time."""
+    both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
+    values = {name: linear_output(way.sol, name, both, times, way.raw)[0] for name in weights}
+    fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
+    event = Event.of(way.sol._asked[jump.causes[0]])
+    later = moved_time(way.system, event, jump.t, jump.before, way.sol.params, way.every, way.start)
+    width = way.system.scene.width
+    way.covector = way.covector + fall * later[:width]
+    way.gathered = way.gathered + fall * later[width:]
 
 
 def _back_within(

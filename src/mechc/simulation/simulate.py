@@ -169,7 +169,7 @@ def _finder(
     laws = contact_laws(events)
     slides = any(law.slip is not None for law in laws)
     if laws:
-        alone = system.driven is None or (compiled is not None and not slides)
+        alone = not (slides and system.driven is not None and system.driven.controlled)
         refuse_stops(system, span, alone and may_compile(run, first))
     if compiled is None or slides:
         return EventFinder(events, run, system.scene.width, first, policy.rtol)
@@ -177,7 +177,7 @@ def _finder(
 
 
 def _kind_of_resets(system: System, events: Sequence[Any], finder: EventFinder) -> Any:
-    if contact_laws(events) and system.driven is None:
+    if contact_laws(events):
         return ContactResets
     return CompiledResets if isinstance(finder, CompiledFinder) else Resets
 
@@ -249,6 +249,8 @@ def _drive(
                 if resets is None or not resets.takes(number):
                     return STOPPED_BY_EVENT, stop, finder
                 code = resets.after(stop, number)
+            elif code == FINISHED and resets is not None:
+                code = resets.finished()
             if progress is not None:
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:

@@ -130,6 +130,20 @@ static int mechc_reset_one(mechc_watch *watch, int number, double t, double *y, 
     return MECHC_RUNNING;
 }
 
+/* Whether parts that touch neither approach each other nor part: contact may last. */
+static int mechc_stops_rest(const mechc_watch *watch, double t, const double *y, double largest)
+{
+    for (int k = 0; k < watch->count; k++) {
+        const mechc_event *event = watch->event + k;
+        if (!watch->functions[k].restitution || fabs(event->later) > MECHC_RESET_PLASTIC * largest)
+            continue;
+        const double nothing = fmax(mechc_event_nothing(watch, k),
+                                    MECHC_RESET_ROUNDS * event->rounding);
+        if (fabs(mechc_event_value(watch, k, t, y)) <= nothing) return 1;
+    }
+    return 0;
+}
+
 /* The state after the reset of the event that stopped the search, and those that it causes at the
  * same instant.  MECHC_RUNNING, MECHC_RESETS_ACCUMULATE, or why there is none. */
 static int mechc_watch_reset(mechc_watch *watch, double t, double *y)
@@ -149,7 +163,10 @@ static int mechc_watch_reset(mechc_watch *watch, double t, double *y)
         const int code = mechc_reset_one(watch, number, t, y, &largest);
         if (code != MECHC_RUNNING) return code;
         number = mechc_reset_caused(watch, t, y, largest);
-        if (number < 0) return accumulate ? MECHC_RESETS_ACCUMULATE : MECHC_RUNNING;
+        if (number < 0) {
+            const int rest = accumulate || mechc_stops_rest(watch, t, y, largest);
+            return rest ? MECHC_RESETS_ACCUMULATE : MECHC_RUNNING;
+        }
     }
     return MECHC_RESETS_ACCUMULATE;
 }

@@ -12,6 +12,8 @@ from mechc.native._codes import (
     CONTACT_INCONSISTENT,
     CONTACT_UNDECIDED,
     CONTACTS_TOO_MANY,
+    FINISHED,
+    RESETS_ACCUMULATE,
     RUNNING,
     STOPPED_BY_EVENT,
 )
@@ -64,16 +66,24 @@ class ContactResets(CompiledResets):
         self.mode: Mode = (State.OPEN,) * len(self.laws)
         self.lasting = not isinstance(finder, CompiledFinder)
         self.fastest_gap, self.fastest_slip = np.zeros((2, len(self.laws)))
+        self.speeds_met = np.zeros(len(system.speeds))
         self.changed_at, self.changes = np.nan, 0
+        self.until = t_end  # no piece in contact crosses the kinks of inputs
+        driven = system.driven
+        self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
     def begin(self) -> int:
-        t, y = (rows[-1] for rows in self.chain.tail(1))
-        self._refuse_overlap(float(t), y)
-        if not self.lasting and (not self._may_rest(float(t), y) or self._is_free(float(t), y)):
+        times, states = self.chain.tail(1)
+        t, y = float(times[-1]), states[-1]
+        self._refuse_overlap(t, y)
+        if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
             return RUNNING
+        if self.controlled:
+            return RESETS_ACCUMULATE
         self._watch_modes()
-        return self._enter(float(t), y, first=True)
+        self._see_until_kink(t)
+        return self._enter(t, y, first=True)
 
     def _refuse_overlap(self, t: float, y: Array) -> None:
         gaps = [self.finder.events[law.number].function for law in self.laws.laws]
@@ -88,15 +98,18 @@ class ContactResets(CompiledResets):
             )
 
     def _is_free(self, t: float, y: Array) -> bool:
-        """Whether a run may begin in compiled code: nothing that touches presses."""
+        """Whether a run may begin in compiled code: what touches opens."""
         place = self.contacts.place(t, y)
         slow, _ = self._slow(place, self.contacts.free(place))
-        strikes = self._touching(place, ()) & (place.numbers.rate < -slow)
-        try:
-            mode, *_ = self._decided(t, y, (), (), ())
-        except (Inconsistent, TooManyContactsError):
-            return False
-        return not strikes.any() and all(state is State.OPEN for state in mode)
+        return not (self._touching(place, ()) & (place.numbers.rate <= slow)).any()
+
+    def _see_until_kink(self, t: float) -> None:
+        """Take the inputs as they are from here to their next kink."""
+        driven = self.system.driven
+        if driven is not None:
+            self.until = next(iter(driven.breaks(t, self.t_end, self.policy.rtol)), self.t_end)
+            system = self.system.replaced_scene(driven.between(t, self.until))
+            self.contacts = Contacts(self.laws, system, self.values)
 
     def _may_rest(self, t: float, y: Array) -> bool:
         least = NEAR_START * float(self.system.scale(self.values).max(initial=0.0))
@@ -121,6 +134,7 @@ class ContactResets(CompiledResets):
         if not self.lasting:
             return super().after(t, number)
         before = self._stop_at(t)
+        self._see_until_kink(t)
         if number >= self.finder.own:
             return self._end_mode(t, before, self.finder.ends[number - self.finder.own])
         if number in self.numbers_of:
@@ -131,12 +145,21 @@ class ContactResets(CompiledResets):
             return Resets._go_on(self, t, number, state, accumulate)
         return self._enter(t, state, causes=tuple(self.caused_by), reset=True)
 
+    def finished(self) -> int:
+        t = self.chain.t
+        if t == self.t_end:
+            return FINISHED
+        before = self._stop_at(t)
+        self._see_until_kink(t)
+        return self._enter(t, before, still=set(self._stuck()))
+
     def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
         """Contact instead of ever more impacts."""
         stops = [n for n in self.caused_by if n in self.numbers_of]
-        if self.lasting or not (accumulate and stops):
+        if self.lasting or self.controlled or not (accumulate and stops):
             return super()._go_on(t, number, state, accumulate)
         self._watch_modes()
+        self._see_until_kink(t)
         hit = {self.numbers_of.index(n) for n in stops}
         return self._enter(t, state, hit=hit, causes=tuple(self.caused_by), noted=True)
 
@@ -159,6 +182,8 @@ class ContactResets(CompiledResets):
             self.finder.add(self.numbers_of[k], t, before)
         still = {k} if end.kind == "halt" else set()
         hit = {k} if end.kind == "back" else set()
+        if hit:
+            self.last[self.numbers_of[k]] = t  # it has come from rest, and goes back to it
         return self._enter(t, before, hit=hit, still=still, left=states_left(end))
 
     # -- modes ----------------------------------------------------------------------------------
@@ -179,6 +204,7 @@ class ContactResets(CompiledResets):
         self.changed_at = t
         if self.changes > MOST_CHANGES:
             return CONTACT_UNDECIDED
+        self.speeds_met = np.maximum(self.speeds_met, np.abs(y[self.contacts.split :]))
         again = self._again(t, y, hit)
         self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
         try:
@@ -311,7 +337,8 @@ class ContactResets(CompiledResets):
         lasts = any(state is not State.OPEN for state in mode)
         piece: Any
         if lasts:
-            piece = ContactRun(manifold, (t, t_end), y, self.policy)
+            span = t, min(t_end, self.until)
+            piece = ContactRun(manifold, span, y, self.policy, self.speeds_met)
         else:
             piece = begin(self.system, (t, t_end), y, self.values, self.policy)
         words = told(mode, self.numbers_of, self.finder.own)

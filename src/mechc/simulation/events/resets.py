@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.native._codes import (
+    FINISHED,
     MEMORY_LIMIT,
     RESETS_ACCUMULATE,
     RUNNING,
@@ -73,6 +74,10 @@ class Resets:
     def begin(self) -> int:
         """Before the first step; RUNNING, or the status that ends the run."""
         return RUNNING
+
+    def finished(self) -> int:
+        """The last piece has come to its end; RUNNING, or the status that ends the run."""
+        return FINISHED
 
     def takes(self, number: int) -> bool:
         """Whether an event that stopped the search is applied here, and does not end the run."""

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 import sympy
-from mpmath import asin, ellipf, mpf, pi, sin, sqrt, workdps
+from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 
 import mechc
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
+from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module", name="block")
@@ -157,6 +158,12 @@ def test_what_has_rested_on_a_table_bounces_again(ball):
     assert after.y0[1] - table == pytest.approx(-0.3 * (flight.y1[1] - table), rel=1e-12)
 
 
+def test_a_wall_that_begins_to_move_after_the_start_takes_a_mass_along(five_springs):
+    """At the start neither gap, rate nor acceleration tell that it will press."""
+    sol = five_springs.simulate(1.0, np.zeros(10), events=mechc.Stop("q_0 - t**3", 0.5))
+    np.testing.assert_allclose(sol.y[-1][[0, 5]], [1.0, 3.0], atol=1e-12)
+
+
 def test_several_contacts_last_and_open_one_by_one(five_springs):
     """Masses on springs with rests at 0, on walls that move away: each lifts off by itself."""
     stops = [mechc.Stop(f"q_{k} + {k + 1}/10 - cos(t)", 0.0) for k in range(2)]
@@ -288,6 +295,17 @@ def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_sprin
     assert sol["q_0"][-1] < 0.29
 
 
+@pytest.mark.parametrize("q_0", [0.0, 0.3])
+def test_where_everything_sticks_steps_are_those_of_a_motion(five_springs, q_0):
+    """A belt rubs on a mass that two others hold: accelerations cancel, but for their rounding."""
+    belt = mechc.DryFriction("u_0 - 1", 1.0, normal="1 + 0.1*sin(4*t)")
+    held = [mechc.DryFriction("u_0 - u_1/3", 5.0), mechc.DryFriction("u_1", 5.0), belt]
+    sol = five_springs.simulate(2.0, [q_0, *np.zeros(9)], events=held, max_steps=100)
+    assert sol.status.ok
+    assert words(sol) == [("sticks", "sticks", "slides -")]
+    assert abs(sol.y - sol.y[0]).max() < 1e-14
+
+
 def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
     """It would push what slides; from where it is 0 nothing rubs."""
     fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")
@@ -372,6 +390,76 @@ def test_energy_never_grows(rod):
         assert np.diff(sol.energy).max() < 1e-8
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_pin_falls_from_the_middle_of_its_bush_and_rests_below(block, friction):
+    """A clearance joint: in the middle the gap has no direction."""
+    slip = "(x*v_y - y*v_x)/sqrt(x**2 + y**2)" if friction else None
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)", friction=friction, slip=slip)
+    sol = block.simulate(1.0, np.zeros(4), {"a": 0.0}, events=bush, rtol=1e-10)
+    assert sol.events[0].t == pytest.approx([np.sqrt(0.4 / G)], abs=1e-12)
+    assert words(sol)[-1] == (("sticks" if friction else "held"),)
+    np.testing.assert_allclose(sol.y[-1], [0.0, -0.2, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_pin_that_rests_in_its_bush_swings_as_a_pendulum(block):
+    """Of the length of the play, with the period 4 K(sin(1/2)) sqrt(c/g)."""
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)")
+    start = np.array([0.2 * np.sin(1.0), -0.2 * np.cos(1.0), 0.0, 0.0])
+    period = float(4 * sqrt(0.2 / G) * ellipk(sin(0.5) ** 2))
+    sol = block.simulate(period, start, {"a": 0.0}, events=bush, rtol=1e-11)
+    assert words(sol) == [("held",)]
+    np.testing.assert_allclose(sol.y[-1], start, atol=1e-10)
+
+
+# -- with inputs -----------------------------------------------------------------------------------
+
+
+TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.fixture(scope="module", name="pushed")
+def mass_pushed_by_an_input():
+    return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear"])
+def test_a_mass_that_an_input_presses_on_a_wall_leaves_it_when_the_push_ends(pushed, kind):
+    """At a jump of the push, and where it passes 0; it begins to press after the start."""
+    values = [-1.0, -2.0, 3.0, -4.0, -4.0] if kind == "previous" else [0.0, -2.0, 2.0, -4.0, -4.0]
+    push = {"F": mechc.Signal(np.array(TIMES), np.array(values), kind)}
+    sol = pushed.simulate(3.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5), rtol=1e-12)
+    lift = 2.0 if kind == "previous" else 1.5
+    flight = next(p for p in sol.segments if p.contacts == ("open",) and p.t0 > 0.1)
+    assert flight.t0 == pytest.approx(lift, abs=1e-12)
+    assert abs(sol(np.linspace(0, lift, 50))).max() < 1e-9
+    assert len(sol.events[0].t) == 0
+    if kind == "previous":
+        np.testing.assert_allclose(sol.y[-1], [0.75, 1.5], atol=1e-12)
+        return
+    # (F is 4 (t - 3/2) until 2 s, then 2 - 6 (t - 2)); m = 2 kg
+    np.testing.assert_allclose(sol(2.0), [1 / 24, 0.25], atol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], [1 / 24 + 0.25 + 0.5 - 0.5, 0.25 + 1.0 - 1.5], atol=1e-11)
+
+
+def test_a_push_that_jumps_lets_go_and_turns_what_friction_holds(pushed):
+    push = {"F": mechc.Signal(np.array(TIMES), np.array([-1.0, -2.0, 3.0, -1.0, -1.0]), "previous")}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5), rtol=1e-12)
+    assert [(p.t0, p.contacts[0]) for p in sol.segments] == [
+        (0.0, "sticks"), (1.0, "slides -"), (2.0, "slides -"),
+        (pytest.approx(2 + 0.25 / 2.25, abs=1e-12), "slides +"), (3.0, "slides +"),
+        (pytest.approx(3 + (1 - 0.25 / 2.25) * 0.75 / 1.25, abs=1e-12), "sticks"),
+    ]  # fmt: skip
+    assert sol.work[-1] == pytest.approx(sol.energy[-1] - sol.energy[0], rel=1e-9)
+
+
+def test_controllers_and_contact_end_in_a_status_or_are_refused(pushed):
+    push = {"F": mechc.Sampled(lambda t, q, u: -1.0, period=0.05)}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5))
+    assert sol.status.code == "resets accumulate"
+    with pytest.raises(MechcError, match="with sampled controllers there is no friction"):
+        pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5))
+
+
 # -- beside other things ---------------------------------------------------------------------------
 
 
@@ -408,13 +496,10 @@ def test_a_motion_with_contact_is_continued_saved_and_drawn(block, tmp_path):
     assert again.plot()
 
 
-def test_what_contact_does_not_have_yet_is_refused(block, ball):
+def test_what_contact_does_not_have_yet_is_refused(block):
     stop = mechc.Stop("y", friction=0.5, slip="v_x")
     start = [0.0, 0.0, 2.0, 0.0]
     with pytest.raises(MechcError, match="no derivatives of a motion with friction"):
         block.simulate(1.0, start, events=stop, sensitivities=["a"])
-    for events in (stop, mechc.DryFriction("v_x", 0.5)):
-        with pytest.raises(ValueOutOfBoundsError, match="a batch has no friction"):
-            block.simulate_batch(1.0, [start], events=events, progress=False)
-    batch = ball.simulate_batch(5.0, [[1.0, 0.0]], events=mechc.Stop("q_0"), progress=False)
-    assert batch.status(0).code == "resets accumulate"
+    with pytest.raises(ValueOutOfBoundsError, match="reductions are computed in compiled code"):
+        block.simulate_batch(1.0, [start], events=stop, reduce=["max(x)"], progress=False)

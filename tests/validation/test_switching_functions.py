@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from mechc_codegen.description.mechanism import Parameter
 from mechc_codegen.library.catalogue import shipped_mechanism
-from sympy import Abs, Max, Symbol, sign, sin
+from scipy.integrate import solve_ivp
+from sympy import Abs, Heaviside, Max, Symbol, sign, sin, symbols
 from sympy.physics.mechanics import dynamicsymbols
 
 import mechc
@@ -14,7 +16,7 @@ from tests.support import scenes
 pytestmark = pytest.mark.slow
 
 q, u = dynamicsymbols("q u")
-f = Symbol("f")
+t, f = dynamicsymbols._t, Symbol("f")
 STIFF = 1e4  # N/m
 
 
@@ -113,3 +115,71 @@ def test_a_linkage_with_coulombs_friction_and_a_motor_that_switches():
         sol = model.simulate(6.0, y0, params, rtol=1e-6)
         np.testing.assert_allclose(sol.y[-1], wanted.y[-1], atol=2e-6)
         assert sol.stats["steps"] < 0.25 * wanted.stats["steps"]
+
+
+# -- four laws at once, against SciPy from zero to zero, each piece with one form of every law ---
+
+
+def rough_bead():
+    a, b, c, d, e, g, h, k = own = symbols("a b c d e g h k")
+    force = -a * sign(u - b) - c * Max(q - d, 0) - e * Abs(q - g) * u - h * Heaviside(sin(k * t))
+    parameters = [Parameter(x, 1.0, scenes.ONE) for x in own]
+    bead = scenes._bead(1, (q, 0), (u, 0), lambda r: (force - 4 * q) * r.x, *parameters)
+    return mechc.compile(bead, outputs=())
+
+
+def switched(values, t_end, y):
+    """The last state, each piece by SciPy; None where the friction holds the bead."""
+    a, b, c, d, e, g, h, k = values
+    functions = [
+        lambda t, y: y[1] - b, lambda t, y: y[0] - d, lambda t, y: y[0] - g,
+        lambda t, y: np.sin(k * t),
+    ]  # fmt: skip
+    for function in functions:
+        function.terminal = True
+
+    def force(form, t, y):
+        slides, touches, side, pushed = form
+        contact = c * (y[0] - d) * (touches > 0)
+        drag = e * side * (y[0] - g) * y[1]
+        return -4 * y[0] - a * slides - contact - drag - h * (pushed > 0)
+
+    time = 0.0
+    while time < t_end:
+        after = [None, y[1], y[1], k * np.cos(k * time)]  # signs where a function is zero
+        signs = [x(time, y) for x in functions]
+        form = [np.sign(z if abs(s) < 1e-10 else s) if z is not None else np.sign(s)
+                for s, z in zip(signs, after, strict=True)]  # fmt: skip
+        if abs(signs[0]) < 1e-10:
+            ways = {np.sign(force([way, *form[1:]], time, y)) for way in (-1, 1)}
+            if len(ways) > 1:
+                return None
+            form[0] = ways.pop()
+        for end, events in ((min(time + 1e-9, t_end), None), (t_end, functions)):
+            piece = solve_ivp(
+                lambda t, y, form=form: [y[1], force(form, t, y)], (time, end), y, events=events,
+                method="DOP853", rtol=1e-13, atol=1e-14, max_step=0.02,
+            )  # fmt: skip
+            time, y = piece.t[-1], piece.y[:, -1]
+            if time >= t_end:
+                break
+    return y
+
+
+def test_random_laws_are_followed_from_zero_to_zero():
+    model, rng = rough_bead(), np.random.default_rng(7)
+    compared = 0
+    for _ in range(20):
+        places, sizes = rng.uniform(-1, 1, 4), rng.uniform(0, [0.5, 3, 0.3, 5])
+        values = np.ravel(np.column_stack([sizes, places]))  # a b c d e g h k
+        values[2], values[6], values[7] = 10 ** sizes[1], places[3], 0.5 + sizes[3]
+        start = rng.uniform(-1, 1, 2)
+        wanted = switched(values, 4.0, start)
+        if wanted is None:
+            continue
+        compared += 1
+        for rtol in (1e-5, 1e-8, 1e-11):
+            params = dict(zip("abcdeghk", values, strict=True))
+            sol = model.simulate(4.0, dict(zip("qu", start, strict=True)), params, rtol=rtol)
+            np.testing.assert_allclose(sol.y[-1], wanted, atol=10 * rtol + 1e-10)
+    assert compared >= 15

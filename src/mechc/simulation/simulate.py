@@ -145,7 +145,7 @@ def _driven(
     if code in LIMITED:
         status = explained(status, code, system, compiled, values, policy, span)
     found = finder.records() if finder else ()
-    failure = finder.failure if finder else None
+    failure = finder.failure if finder and code != INPUT_FAILED else None
     if code == INPUT_FAILED and driven is not None:
         status = replace(status, cause=driven.failure_in_words())
     if failure is not None:

@@ -61,7 +61,8 @@ class ContactResets(CompiledResets):
         finder: EventFinder,
     ) -> None:  # fmt: skip
         self.laws = Laws(contact_laws(finder.events), system, values)
-        self.contacts = Contacts(self.laws, system, values)
+        start = float(chain.tail(1)[0][-1])
+        self.contacts = Contacts(self.laws, system, values, (start, t_end))
         self.numbers_of = [law.number for law in self.laws.laws]
         self.mode: Mode = (State.OPEN,) * len(self.laws)
         self.lasting = not isinstance(finder, CompiledFinder)
@@ -109,7 +110,7 @@ class ContactResets(CompiledResets):
         if driven is not None:
             self.until = next(iter(driven.breaks(t, self.t_end, self.policy.rtol)), self.t_end)
             system = self.system.replaced_scene(driven.between(t, self.until))
-            self.contacts = Contacts(self.laws, system, self.values)
+            self.contacts = Contacts(self.laws, system, self.values, (t, self.until))
 
     def _may_rest(self, t: float, y: Array) -> bool:
         least = NEAR_START * float(self.system.scale(self.values).max(initial=0.0))

@@ -142,13 +142,13 @@ def _entries(law: ContactLaw, nq: int, nu: int) -> list[Any]:
     ]  # fmt: skip
 
 
-def has_plain_kinematics(system: System, p: Array) -> bool:
-    """Whether q' = u at every state: at two that have nothing in common."""
+def has_plain_kinematics(system: System, p: Array, times: tuple[float, float]) -> bool:
+    """Whether q' = u at every state: at two that have nothing in common, at two times."""
     nq, nu = len(system.coordinates), len(system.speeds)
     if nq != nu:
         return False
-    for k in (1.0, 2.0):
+    for k, t in zip((1.0, 2.0), times, strict=True):
         y = np.modf(IRRATIONAL * k * np.arange(1.0, 1.0 + nq + nu))[0]
-        if not np.array_equal(system.rates(y, p, k)[:nq], y[nq:]):
+        if not np.array_equal(system.rates(y, p, t)[:nq], y[nq:]):
             return False
     return True

@@ -22,6 +22,7 @@ EPS = float(np.finfo(float).eps)
 DEPENDENT = 1e-12  # of the largest singular value: a smaller one is zero
 APART = 1e-3  # of the size of a state: between neighbours of a difference along the motion
 ITERATIONS = 20
+SOON = 1e-3  # of a run: inputs are known there
 
 
 class Place(NamedTuple):
@@ -62,17 +63,18 @@ class Free(NamedTuple):
 
 
 class Contacts:
-    """The contacts of one run of a system with parameters p (np,)."""
+    """The contacts of one run of a system with parameters p (np,), between two times."""
 
-    def __init__(self, laws: Laws, system: System, p: Array) -> None:
-        self.laws, self.system, self.p = laws, system, p
+    def __init__(self, laws: Laws, system: System, p: Array, span: tuple[float, float]) -> None:
+        self.laws, self.system, self.p, self.span = laws, system, p, span
         self.split = len(system.coordinates)
         self.closes_loops = bool(system.scene.rows)
 
     @cached_property
     def plain(self) -> bool:
         """Whether q' = u."""
-        return has_plain_kinematics(self.system, self.p)
+        start, end = self.span
+        return has_plain_kinematics(self.system, self.p, (start, start + SOON * (end - start)))
 
     def place(self, t: float, y: Array) -> Place:
         """

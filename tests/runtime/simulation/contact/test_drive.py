@@ -6,7 +6,7 @@ import sympy
 from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 
 import mechc
-from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.errors import InputError, MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
 from tests.support.pendulums import pushed_mass
 
@@ -450,6 +450,18 @@ def test_a_push_that_jumps_lets_go_and_turns_what_friction_holds(pushed):
         (pytest.approx(3 + (1 - 0.25 / 2.25) * 0.75 / 1.25, abs=1e-12), "sticks"),
     ]  # fmt: skip
     assert sol.work[-1] == pytest.approx(sol.energy[-1] - sol.energy[0], rel=1e-9)
+
+
+def test_inputs_are_needed_within_the_run_alone(pushed):
+    """Samples that end with it, and a function that fails later; the motion until then is kept."""
+    push = {"F": mechc.Signal(np.array([0.0, 0.5]), np.array([-1.0, -2.0]), "linear")}
+    sol = pushed.simulate(0.5, [0, 0], inputs=push, events=mechc.Stop("q"))
+    assert abs(sol.y[-1]).max() < 1e-15
+    fails = {"F": lambda t: -1.0 if t < 1.0 else 1.0 / 0.0}
+    with pytest.raises(InputError, match="ZeroDivisionError") as caught:
+        pushed.simulate(4.0, [0, 0], inputs=fails, events=mechc.Stop("q"))
+    assert 0.0 < caught.value.solution.t[-1] < 1.0
+    assert words(caught.value.solution) == [("held",)]
 
 
 def test_controllers_and_contact_end_in_a_status_or_are_refused(pushed):

@@ -99,8 +99,8 @@ def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
 
 def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:
     """The outputs, after the user's own, whose Jacobians follow theirs, with their sizes."""
-    names = request.differentiated(o.name for o in program.outputs if o.elements)
-    sizes = [[name, len(program.output(name).elements)] for name in names]
+    values = program.named_values()
+    sizes = [[name, len(values[name])] for name in request.differentiated(values)]
     return {"differentiated": sizes} if request.includes("sensitivities") else {}
 
 
@@ -183,7 +183,7 @@ def _solved_shapes(
     for by, columns in zip(("state", "parameter", "input"), widths, strict=True):
         shapes[f"{by}_jacobian"] = [states, columns]
         shapes[f"own_{by}_jacobian"] = [own, columns]
-    return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
+    return shapes | ({"constraint_jacobian": [rows, size], "multipliers": [rows]} if rows else {})
 
 
 OUTPUTS = {

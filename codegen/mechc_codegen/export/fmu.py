@@ -18,7 +18,7 @@ from sympy import diff
 
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.quantity import Kind
-from mechc_codegen.description.request import DIFFERENTIATED, OutputRequest
+from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import plain_words, program_texts
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
@@ -113,7 +113,7 @@ def fmu_files(
         )
     name = checked_name(options.name)
     functions = SceneFunctions(program, equations, request)
-    metadata = {**metadata, "differentiated": _outputs(program)}
+    metadata = {**metadata, "differentiated": _outputs(program, request)}
     values, events = _values(functions, metadata, options), options.events(metadata)
     sources = _sources(functions, metadata, values, events, options)
     unit = Unit(
@@ -130,10 +130,10 @@ def fmu_files(
     return found
 
 
-def _outputs(program: Program) -> list[list[Any]]:
+def _outputs(program: Program, request: OutputRequest) -> list[list[Any]]:
     """Name and size of outputs besides the user's own, differentiated or not."""
-    sizes = {o.name: len(o.elements) for o in program.outputs if o.elements}
-    return [[name, sizes[name]] for name in DIFFERENTIATED if name in sizes]
+    values = program.named_values()
+    return [[name, len(values[name])] for name in request.of_mechanism(values)]
 
 
 def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:

@@ -82,6 +82,12 @@ class Program:
     def output(self, name: str) -> Output:
         return next(o for o in self.outputs if o.name == name)
 
+    def named_values(self) -> dict[str, tuple[Expr, ...]]:
+        """Name -> elements of every output that has some, and the multipliers of the motion."""
+        found = {o.name: tuple(o.elements) for o in self.outputs if o.elements}
+        multipliers = self.symbols.multipliers
+        return found | ({"multipliers": multipliers} if multipliers else {})
+
     def values(self) -> Iterator[Expr]:
         """Every expression of statements and outputs."""
         yield from (s.value for s in (*self.hoisted, *self.body))

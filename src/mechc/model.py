@@ -21,6 +21,7 @@ from mechc.simulation.settings import (
     checked_policy,
     checked_span,
     checked_span_and_times,
+    refuse_beside_checkpoints,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -261,6 +262,7 @@ class Model(Fits):
         inputs: Mapping[str, Any] | None = None,
         sensitivities: Sequence[Any] = (),
         sensitivity_error_control: bool = False,
+        checkpoints: float | None = None,
     ) -> Solution:
         """Integrate the motion, every stage and every accepted state on the constraints.
 
@@ -321,6 +323,11 @@ class Model(Fits):
             ``atol``; by default they are chosen for the motion alone.  A derivative times the value
             of its parameter is held to the tolerances of the motion.  The motion is computed
             several times for it, and its events and inputs are asked as often.
+        checkpoints
+            Bytes of memory within which the run stays, for ``sol.gradient``: in place of states and
+            dense output it keeps states of the integrator, and computes what lies between them
+            again when it is asked for, the same to the last bit.  Not with ``events`` and
+            ``sensitivities``.  Its energy is not checked.
 
         Raises
         ------
@@ -345,11 +352,14 @@ class Model(Fits):
             model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
+        keeps = checkpoints is not None
+        if keeps:
+            refuse_beside_checkpoints(chosen, by)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
-            dense=bool(dense) or times is not None or len(chosen) > 0 or len(sensitivities) > 0,
-            on_change_point=on_change_point, max_bytes=max_bytes,
+            dense=bool(dense or keeps or times is not None or len(chosen) or len(sensitivities)),
+            on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
         )  # fmt: skip
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):

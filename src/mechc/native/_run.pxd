@@ -21,4 +21,5 @@ cdef class Run:
     cdef ptrdiff_t at_once(self, int columns)
     cdef begin(self, const mechc_options *options, double max_bytes)
     cpdef void forget(self)
+    cdef void _keep_last_state(self)
     cpdef int step(self, double t1, Inputs inputs=*) except -1

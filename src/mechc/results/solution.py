@@ -157,7 +157,8 @@ class Solution(Trajectory):
         by many names it costs hardly more than by one.
 
         ``sol.gradient(end="theta_0", by=["l_3", "m_1"])["l_3"]``.  The objective is the sum of both
-        parts; the run needs no ``sensitivities``, only a model compiled with them.
+        parts; the run needs no ``sensitivities``, only a model compiled with them.  Long runs are
+        kept within a bound of memory by ``simulate(..., checkpoints=...)``.
 
         Parameters
         ----------

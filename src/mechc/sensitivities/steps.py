@@ -19,6 +19,7 @@ from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.rules import Rule, rule_of
 from mechc.sensitivities.samples import check_steps
+from mechc.simulation.checkpoints import Checkpointed
 from mechc.simulation.segments import Segments, Until
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -125,6 +126,7 @@ def on_tangent_space(
     """Columns (nx, k) at the start of a run, moved onto the constraints' tangent space."""
     while isinstance(run, (Segments, Until)):
         run = run.pieces[0] if isinstance(run, Segments) else run.piece
+    run = run.part(0) if isinstance(run, Checkpointed) else run
     checked_run(system, run, values)
     given = columns.directions, start
     moved: Array = run.vary(0, 0, *given, project=True, shapes=columns.shapes)[0][0]

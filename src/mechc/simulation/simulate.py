@@ -26,6 +26,7 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
+from mechc.simulation.checkpoints import ends_of, with_checkpoints
 from mechc.simulation.contact.drive import ContactResets
 from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import (
@@ -87,6 +88,8 @@ def run(
     if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
+    if policy.checkpoints is not None:
+        compiled = with_checkpoints(compiled, policy.checkpoints)
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
@@ -280,10 +283,10 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
     finest = COARSE * max(rtol, FINEST)
     if type(compiled) is Run and math.ulp(compiled.largest(system.angles)) <= finest:
         return ()  # nearly always, and fast
-    states = compiled.states()[1]
+    states = ends_of(compiled)[1]
     if not len(states):  # without memory not even the start was kept
         return ()
-    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    size = np.abs(states).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
     if not len(angles) or not np.spacing(angles[largest]) > finest:

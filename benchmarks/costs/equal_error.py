@@ -9,12 +9,17 @@ assembly and Python included; compilation and building of integrators is timed o
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.library.chains.pendulum import pendulum
+from mechc_codegen.library.planar.andrews import andrews
 from mechc_codegen.library.planar.four_bar import four_bar
+from mechc_codegen.library.spatial.bicycle import bicycle, values
 
+from ..formulations.described import described
 from ..formulations.equations import derive
 from ..peers.variational import Differentiated, Run, runs
 from ..problems.problem import Array
@@ -28,6 +33,8 @@ MECHANISMS: Mapping[str, Callable[[], Any]] = {
     "pendulum": pendulum,
     "four_bar_regular": four_bar,
     "stiff_masses": two_masses,
+    "bicycle": lambda: described(bicycle(), values()),
+    "andrews": andrews,
 }
 
 
@@ -40,6 +47,7 @@ def table(names: Sequence[str], rounds: int) -> Iterator[str]:
         for (way, tool), times in sorted(least.items()):
             told = "".join(f"{1e3 * t:10.3f}" if t < np.inf else f"{'-':>10}" for t in times)
             yield f"{name:18} {way:10} {tool:12}{told}"
+    yield "-: every run ended farther off or gave up; heyoka has no adjoint, so no row backwards"
 
 
 def _least(given: Posed, name: str, rounds: int) -> dict[tuple[str, str], list[float]]:
@@ -64,12 +72,28 @@ def differentiated(given: Posed, mechanism: Any) -> Differentiated:
     columns = sol.sensitivity.columns
     first = sol.sensitivity(sol.t[0])
     slopes = np.column_stack([first[name] for name in given.exact])
-    equations = derive(mechanism, {})
+    equations = derive(ordered(mechanism, given.model), {})
     order = [given.model.parameters.index(p.name) for p in equations.parameters]
     return Differentiated(
         equations, np.array(sol.y[0]), slopes, np.array(sol.params)[order],
         columns.parameters[order], given.t, stiff="radau5" in given.methods,
     )  # fmt: skip
+
+
+def ordered(mechanism: Mechanism, model: Any) -> Mechanism:
+    """The mechanism with its coordinates and speeds in the order of the model's."""
+
+    def sorted_by(names: Sequence[str], things: Sequence[Any], given: Sequence[Any]) -> Any:
+        places = [names.index(str(x.func)) for x in given]
+        return tuple(things[places.index(k)] for k in range(len(names)))
+
+    q, u = mechanism.q, mechanism.u
+    return replace(
+        mechanism,
+        coordinates=sorted_by(model.coordinates, mechanism.coordinates, q),
+        kinematics=sorted_by(model.coordinates, mechanism.kinematics, q),
+        speeds=sorted_by(model.speeds, mechanism.speeds, u),
+    )
 
 
 def own(given: Posed) -> Iterator[Run]:

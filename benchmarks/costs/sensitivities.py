@@ -2,11 +2,14 @@
 
     mechc bench sensitivities [--rounds N] [--only SCENE ...]
     mechc bench sensitivities --peers [SCENE ...] [--rounds N]
+    mechc bench sensitivities --memory [SECONDS ...]
 
 Of every scene: seconds of the plain run, and of the same run with derivatives by all that is named;
 the least of many, turn by turn, and their ratio.  Of the chain, which is compiled when it is asked
 for, the same of the plain run and of one gradient by all its parameters, backwards.  With --peers
-the run times of other tools at equal error: equal_error.py.
+the run times of other tools at equal error: equal_error.py.  With --memory what a run of the
+regular four-bar over so many seconds and its gradient by all parameters add to the memory of a
+process, and their seconds, with checkpoints and without.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ from sympy.physics.mechanics import ReferenceFrame, RigidBody, dynamicsymbols, i
 import mechc
 
 from ..timing.least import least_of_rounds
+from ..timing.processes import said
 from .equal_error import MECHANISMS, table
 
 OUTPUTS = ("energy", "sensitivities")
@@ -82,6 +86,36 @@ def chain() -> tuple[Any, ...]:
     return model, y0, None, 1.0, tuple(model.parameters)
 
 
+GRADIENT = """
+import time, mechc
+model = mechc.load("four_bar", outputs={outputs})
+given = {{"theta_0": 1.4835}}, {{"l_3": 3.5}}
+model.simulate(1.0, *given).gradient(end="theta_0")
+before, began = peak_bytes(), time.perf_counter()
+sol = model.simulate({span}, *given, checkpoints={checkpoints})
+ran = time.perf_counter()
+sol.gradient(end="theta_0")
+ended = time.perf_counter()
+print(json.dumps([sol.stats["steps"], peak_bytes() - before, ran - began, ended - ran]))
+"""
+SPANS = (1e3, 1e4, 5e4)
+BOUND = 16e6  # bytes
+
+
+def memory(spans: Sequence[float]) -> Iterator[str]:
+    """Of gradients over long times, each in a process of its own."""
+    yield f"{'seconds':>8} {'steps':>9} {'checkpoints':>12} {'memory':>10} {'run':>8}  gradient"
+    for span in spans:
+        for bound in (None, BOUND):
+            given = {"outputs": OUTPUTS, "span": span, "checkpoints": bound}
+            steps, added, ran, back = said(GRADIENT.format(**given))
+            kept = f"{bound / 1e6:.0f} MB" if bound else "none"
+            yield (
+                f"{span:8.0f} {steps:9d} {kept:>12} {added / 1e6:7.1f} MB {ran:6.2f} s "
+                f"{back:7.2f} s"
+            )
+
+
 SCENES: dict[str, Callable[[], tuple[Any, ...]]] = {"four_bar": four_bar, "pendulum": pendulum}
 BACKWARDS = {"chain": chain}
 
@@ -95,7 +129,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--only", nargs="*", choices=[*SCENES, *BACKWARDS], default=list(SCENES))
     parser.add_argument("--peers", nargs="*", choices=list(MECHANISMS), metavar="SCENE",
                         help=f"other tools at equal error: {', '.join(MECHANISMS)}")  # fmt: skip
+    parser.add_argument(
+        "--memory",
+        nargs="*",
+        type=float,
+        metavar="SECONDS",
+        help=f"of gradients over long times: {', '.join(f'{t:g}' for t in SPANS)}",
+    )
     chosen = parser.parse_args(arguments)
+    if chosen.memory is not None:
+        for line in memory(chosen.memory or SPANS):
+            print(line, flush=True)
+        return 0
     if chosen.peers is not None:
         for line in table(chosen.peers or list(MECHANISMS), chosen.rounds):
             print(line, flush=True)

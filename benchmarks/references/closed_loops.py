@@ -17,12 +17,13 @@ import mpmath
 from mpmath import mpf
 
 from ..problems.closed_loops import BENNETT, BENNETT_WEIGHT, BRICARD, BRICARD_WEIGHT, Link
-from .extrapolation import DIGITS, Vector, by_extrapolation
-from .sensitivities.dual_numbers import Dual, cos, sin, sqrt
+from .arithmetic import DIGITS, Vector, cos, number, numbers, of_mpmath, sin, sqrt
+from .extrapolation import by_extrapolation
 from .sensitivities.gauss import along
 
 T_END, LONGEST = 10.0, ("0.05", "0.1")  # s; steps of the two ways
 X, Y, Z = range(3)
+UNIT = [numbers(int(i == j) for j in range(3)) for i in range(3)]
 
 
 @dataclass(frozen=True)
@@ -57,8 +58,8 @@ class Loop:
 
     def _moving(self, q: Vector, rates: Vector) -> tuple[Any, Any]:
         """Twice the kinetic energy, and the power of the weights."""
-        frame = [[mpf(i == j) for j in range(3)] for i in range(3)]
-        spin, velocity, twice, power = [mpf(0)] * 3, [mpf(0)] * 3, mpf(0), mpf(0)
+        frame, (none, *_) = UNIT, UNIT[1]
+        spin, velocity, twice, power = [none] * 3, [none] * 3, none, none
         angle = self.links[-1][1]
         for k, (length, after) in enumerate(self.links[:-1]):
             frame = _turned(_turned(frame, X, angle), Z, q[k])
@@ -106,11 +107,12 @@ def _cross(a: Vector, b: Vector) -> Vector:
 def bennett() -> Loop:
     """tan(a/2) tan(b/2) = sin 60 / -sin 30 degrees; the third angle is -a."""
     k, first = -mpmath.sqrt(3), mpf(1)
+    ratio = number(k)
 
     def slopes(a: Any, b: Any) -> tuple[Any, Any]:
         """Of sin(a/2) sin(b/2) - k cos(a/2) cos(b/2)."""
         a, b = a / 2, b / 2
-        return cos(a) * sin(b) + k * sin(a) * cos(b), sin(a) * cos(b) + k * cos(a) * sin(b)
+        return cos(a) * sin(b) + ratio * sin(a) * cos(b), sin(a) * cos(b) + ratio * cos(a) * sin(b)
 
     other = 2 * mpmath.atan(k / mpmath.tan(first / 2))
     return _loop(BENNETT, BENNETT_WEIGHT, slopes, [(1, 0), (0, 1), (-1, 0)], (first, other))
@@ -135,7 +137,7 @@ def _loop(links: Sequence[Link], weight: Sequence[Any], *rest: Any) -> Loop:
 
 def _number(exact: Any) -> Any:
     """Of an int or an exact number of SymPy."""
-    return mpf(exact) if isinstance(exact, int) else exact._to_mpmath(mpmath.mp.prec)
+    return number(exact if isinstance(exact, int) else exact._to_mpmath(mpmath.mp.prec))
 
 
 LOOPS = {"bennett": bennett, "bricard": bricard}
@@ -149,14 +151,17 @@ def closed_loops() -> dict[str, Any]:
     found: dict[str, Any] = {"t_end": T_END, "digits": DIGITS}
     for name, build in LOOPS.items():
         loop = build()
-        start = [*loop.first, mpf(0)]
-        ends = [loop.state(by_extrapolation(loop.rates, start, [T_END], LONGEST[0])[-1])]
-        last = along(loop.rates, [Dual(x, []) for x in start], mpf(T_END), LONGEST[1])
-        ends.append(loop.state([x.value for x in last]))
+        start = numbers([*loop.first, 0])
+        last = along(lambda _, loop=loop: loop.rates, [], start, mpf(T_END), LONGEST[1])
+        both = [
+            by_extrapolation(loop.rates, start, [T_END], LONGEST[0])[-1],
+            numbers(x.value for x in last),
+        ]
+        ends = [[of_mpmath(x) for x in loop.state(end)] for end in both]
         apart = max(abs(a - b) / max(1, abs(a)) for a, b in zip(*ends, strict=True))
         digits = min(DIGITS, int(-mpmath.log10(apart)))
         print(f"{name}: both ways agree on {digits} digits", flush=True)
         found["digits"] = min(digits, found["digits"])
-        rows = {"start": loop.state(start), "end": ends[0]}
+        rows = {"start": [of_mpmath(x) for x in loop.state(start)], "end": ends[0]}
         found[name] = {at: [mpmath.nstr(x, digits) for x in row] for at, row in rows.items()}
     return found

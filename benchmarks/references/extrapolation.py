@@ -1,4 +1,5 @@
-"""Motions in 50 digits: Gragg's midpoint rule, extrapolated, in mpmath."""
+"""Motions in 50 digits: Gragg's midpoint rule, extrapolated, in numbers of either kind
+(arithmetic.py)."""
 
 from __future__ import annotations
 
@@ -8,9 +9,8 @@ from typing import Any
 import mpmath
 from mpmath import mpf
 
-DIGITS = 50
-mpmath.mp.dps = DIGITS
-Vector = list[Any]
+from .arithmetic import DIGITS, Vector, number
+
 Rates = Callable[[Vector], Vector]
 
 
@@ -19,10 +19,11 @@ def by_extrapolation(
 ) -> list[Vector]:
     """Gragg, Bulirsch and Stoer: Hairer, Norsett, Wanner, Solving ODEs I, section II.9."""
     y, now, rows = start, mpf(0), []
+    kind = mpmath.mpmathify if isinstance(start[0], mpf) else number
     for t in times:
         count = int(mpmath.ceil((mpf(t) - now) / mpf(longest)))
         for _ in range(count):
-            y = extrapolated(rates, y, (mpf(t) - now) / count)
+            y = extrapolated(rates, y, kind((mpf(t) - now) / count))
         now = mpf(t)
         rows.append(y)
     return rows
@@ -31,14 +32,15 @@ def by_extrapolation(
 def extrapolated(rates: Rates, y: Vector, step: Any, most: int = 22) -> Vector:
     """One step, with 2, 4, 6 ... substeps until the last two values agree; else two of half."""
     before: list[Vector] = []
+    one, enough = step / step, 10.0 ** (12 - DIGITS)
     for k in range(1, most):
         row = [midpoint(rates, y, step, 2 * k)]
         for j, other in enumerate(before):
-            factor = (mpf(k) / (k - 1 - j)) ** 2 - 1
+            factor = (k * one / (k - 1 - j)) ** 2 - 1
             row.append([a + (a - b) / factor for a, b in zip(row[j], other, strict=True)])
         if before:
             change = max(abs(a - b) / max(1, abs(a)) for a, b in zip(row[-1], row[-2], strict=True))
-            if change < mpf(10) ** (12 - DIGITS):
+            if change < enough:
                 return row[-1]
         before = row
     return extrapolated(rates, extrapolated(rates, y, step / 2), step / 2)

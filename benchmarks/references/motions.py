@@ -24,8 +24,10 @@ from sympy.physics.mechanics import dynamicsymbols
 
 from ..formulations.described import described
 from ..formulations.equations import derive
+from ..formulations.program import program
 from ..problems.bicycle import COORDINATES, SPEEDS
-from .extrapolation import DIGITS, Rates, Vector, by_extrapolation
+from .arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin, solution
+from .extrapolation import Rates, by_extrapolation
 
 BITS = 160
 
@@ -52,7 +54,8 @@ def compute(reference: Reference) -> dict[str, Any]:
     first = by_taylor_series(equations, parameters, start, reference.times)
     print(f"Taylor series: {time.perf_counter() - began:.0f} s", flush=True)
     began = time.perf_counter()
-    second = by_extrapolation(reference.second(), start, reference.times, reference.longest)
+    ends = by_extrapolation(reference.second(), numbers(start), reference.times, reference.longest)
+    second = [[of_mpmath(x) for x in end] for end in ends]
     print(f"extrapolation: {time.perf_counter() - began:.0f} s", flush=True)
     apart = max(abs(a - b) / max(1, abs(a)) for x, y in zip(first, second, strict=True)
                 for a, b in zip(x, y, strict=True))  # fmt: skip
@@ -96,9 +99,9 @@ def by_taylor_series(
 def refuse_rounded_numbers(program: Any) -> None:
     """Quotients such as 1/12 would become doubles on the way; halves and their like are exact."""
     for _, value in program.assignments:
-        for number in value.atoms(sympy.Rational):
-            if number.q & (number.q - 1):
-                raise ValueError(f"{number} in the equations is no double: make it a parameter")
+        for quotient in value.atoms(sympy.Rational):
+            if quotient.q & (quotient.q - 1):
+                raise ValueError(f"{quotient} in the equations is no double: make it a parameter")
 
 
 # -- the pendulum ---------------------------------------------------------------------------------
@@ -120,18 +123,20 @@ def pendulum_10() -> Reference:
 
 def pendulum_by_hand() -> Rates:
     """Lagrange's equations in absolute angles: sum_j (n - max(i, j)) (c_ij a_j + s_ij w_j^2)."""
+    gravity = number(GRAVITY)
     below = [[LINKS - max(i, j) for j in range(LINKS)] for i in range(LINKS)]
 
     def rates(y: Vector) -> Vector:
         angles, squares = y[:LINKS], [w**2 for w in y[LINKS:]]
-        c, s = [mpmath.cos(x) for x in angles], [mpmath.sin(x) for x in angles]
-        M, F = mpmath.matrix(LINKS), mpmath.matrix(LINKS, 1)
+        c, s = [cos(x) for x in angles], [sin(x) for x in angles]
+        rows = []
         for i in range(LINKS):
-            F[i] = -below[i][i] * mpf(GRAVITY) * s[i]
+            row, force = [], -below[i][i] * gravity * s[i]
             for j in range(LINKS):
-                M[i, j] = below[i][j] * (c[i] * c[j] + s[i] * s[j])
-                F[i] -= below[i][j] * (s[i] * c[j] - c[i] * s[j]) * squares[j]
-        return [*y[LINKS:], *mpmath.lu_solve(M, F)]
+                row.append(below[i][j] * (c[i] * c[j] + s[i] * s[j]))
+                force -= below[i][j] * (s[i] * c[j] - c[i] * s[j]) * squares[j]
+            rows.append([*row, force])
+        return [*y[LINKS:], *solution(rows)]
 
     return rates
 
@@ -166,13 +171,18 @@ def bicycle_reduced(method: Any) -> Rates:
     matrices, given = [method.mass_matrix, method.forcing], values()
     symbols = set().union(*(m.free_symbols for m in matrices)) - {dynamicsymbols._t}
     names = sorted(symbols, key=str)
-    function = sympy.lambdify([*method.q, *method.u, *names], matrices, "mpmath", cse=True)
-    parameters = [mpf(given[symbol.name]) for symbol in names]
+    rows = method.mass_matrix.row_join(method.forcing)
+    terms = program([*method.q, *method.u, *names], [*rows])
+    refuse_rounded_numbers(terms)
+    function = terms.function(FUNCTIONS)
+    parameters = numbers(given[symbol.name] for symbol in names)
     order = rates_in_the_order_of_coordinates(method)
+    width = rows.cols
 
     def rates(y: Vector) -> Vector:
-        M, F = function(*y, *parameters)
-        return [*(y[len(order) + k] for k in order), *mpmath.lu_solve(M, F)]
+        values = function(*y, *parameters)
+        entries = [values[k : k + width] for k in range(0, len(values), width)]
+        return [*(y[len(order) + k] for k in order), *solution(entries)]
 
     return rates
 

@@ -75,7 +75,7 @@ COMMANDS = {
     "closing": Command("microseconds that it takes to close loops", "costs.closing"),
     "report": Command("the report of figures measured before", "report.command"),
     "references": Command("exact motions of data/, computed again", "references.command"),
-    "derivatives": Command("errors of derivatives of motions against 28 digits",
+    "derivatives": Command("errors of derivatives of motions against 30 digits",
                            "references.sensitivities.derivatives"),
     "sensitivities": Command("run times with derivatives over those without",
                              "costs.sensitivities"),

@@ -33,6 +33,7 @@ from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
 from mechc_codegen.ir.program import Program
 from mechc_codegen.ir.sensitivity import add_sensitivities
+from mechc_codegen.ir.switching import add_switching
 
 T = TypeVar("T")
 
@@ -80,21 +81,23 @@ def build_fmu(
     mechanism: Mechanism, options: FmuOptions, request: OutputRequest = DEFAULT_REQUEST
 ) -> dict[str, bytes]:
     """The mechanism as a functional mock-up unit; see :func:`export.fmu.fmu_files`."""
-    request = fmu_request(request)
-    made = optimised(mechanism, request, Stopwatch())
+    request = fmu_request(request, options.derivatives)
+    made = optimised(mechanism, request, Stopwatch(), adjoint=False)
     return fmu_files(*made.parts, request, options)
 
 
-def optimised(mechanism: Mechanism, request: OutputRequest, clock: Stopwatch) -> OptimisedScene:
-    """Derive, differentiate, lower and optimise."""
+def optimised(
+    mechanism: Mechanism, request: OutputRequest, clock: Stopwatch, *, adjoint: bool = True
+) -> OptimisedScene:
+    """Derive, differentiate, lower and optimise; ``adjoint``: with what gradients of runs need."""
     equations = clock.time("derive", lambda: derive_equations(mechanism, request))
     equations = clock.time("differentiate", lambda: differentiate(equations))
     parameters, equations = drop_parameters(mechanism, equations, request)
     lowered = lower(equations)
-    program = clock.time("optimize", lambda: optimize(lowered))
+    program = clock.time("optimize", lambda: add_switching(optimize(lowered), request))
     defaults = equations.parameter_defaults
     program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
-    if request.includes("sensitivities"):
+    if adjoint and request.includes("sensitivities"):
         program = clock.time("adjoint", lambda: add_adjoint(program))
     metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
     return OptimisedScene(program, equations, metadata)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from mechc.compilation.event_unit import typed_expression
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.errors import ValueOutOfBoundsError
 from mechc.results.durable import replacing, written_into
+from mechc.simulation.events.expressions import StateNames, plain_events
 
 
 @one_at_a_time
@@ -95,6 +98,8 @@ def export_fmu(
     t_end: float = 10.0,
     rtol: float = 1e-9,
     drift: float = 1e-4,
+    derivatives: bool = True,
+    events: Sequence[Any] = (),
     fix: Mapping[Any, float] | None = None,
     outputs: Iterable[Any] | None = None,
     **options: Any,
@@ -129,6 +134,12 @@ def export_fmu(
     drift
         Start value of the parameter ``mechc.drift``: by model exchange a state that is farther from
         the constraints, relative to its nominal value, is moved onto them in event mode; 0: never.
+    derivatives
+        Offer directional and adjoint derivatives.  Of a large mechanism they take most of the time
+        of the export.
+    events
+        Events that are expressions, as of :meth:`mechc.Model.simulate`, with resets that are, too:
+        event indicators by model exchange; co-simulation makes the resets within its steps.
     fix, outputs
         As for :func:`mechc.compile`.
     options
@@ -146,7 +157,10 @@ def export_fmu(
         If ``name`` is no identifier, there is no such version or no compiler, a parameter has no
         value, or the mechanism cannot be compiled.
     ValueOutOfBoundsError
-        If y0 has another length, or rtol or drift is no such number.
+        If y0 has another length, or rtol or drift is no such number; for events that are no
+        expressions, for stops, friction, and events that end a run.
+    UnknownNameError
+        For a name in an event that the mechanism does not have.
 
     Notes
     -----
@@ -162,6 +176,12 @@ def export_fmu(
     with replacing(target) as part:
         write_fmu(
             asked, part, name=name or asked.mechanism.name, version=version, end=float(t_end),
-            rtol=float(rtol), drift=float(drift),
+            rtol=float(rtol), drift=float(drift), derivatives=bool(derivatives),
+            events=partial(_events, events),
         )  # fmt: skip
     return target
+
+
+def _events(given: Any, *names: Sequence[str]) -> list[Any]:
+    """Events over plain symbols; ``names``: of coordinates, speeds and parameters."""
+    return plain_events(given, StateNames(*names), typed_expression)

@@ -17,9 +17,11 @@ from mechc.results.solution import Solution
 from mechc.simulation.initialise import checked_state, state_as_given
 from mechc.simulation.settings import (
     LARGEST_TRAJECTORY,
+    Policy,
     checked_policy,
     checked_span,
     checked_span_and_times,
+    refuse_beside_checkpoints,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -259,6 +261,8 @@ class Model(Fits):
         progress: Callable[[float], None] | None = None,
         inputs: Mapping[str, Any] | None = None,
         sensitivities: Sequence[Any] = (),
+        sensitivity_error_control: bool = False,
+        checkpoints: float | None = None,
     ) -> Solution:
         """Integrate the motion, every stage and every accepted state on the constraints.
 
@@ -314,6 +318,16 @@ class Model(Fits):
             the closing of the loops), inputs that are numbers, values of signals (``"F[3]"``; all:
             ``"F"``), ``"y0"`` for every component of the start.  The steps are those of the run
             without, but end at every sample of such signals; see docs/sensitivities.md.
+        sensitivity_error_control
+            Choose the steps for the derivatives too, so that their errors follow ``rtol`` and
+            ``atol``; by default they are chosen for the motion alone.  A derivative times the value
+            of its parameter is held to the tolerances of the motion.  The motion is computed
+            several times for it, and its events and inputs are asked as often.
+        checkpoints
+            Bytes of memory within which the run stays, for ``sol.gradient``: in place of states and
+            dense output it keeps states of the integrator, and computes what lies between them
+            again when it is asked for, the same to the last bit.  Not with ``events`` and
+            ``sensitivities``.  Its energy is not checked.
 
         Raises
         ------
@@ -338,22 +352,74 @@ class Model(Fits):
             model = model._breaking_at_samples(by)
         system, p = model.system, self._one_set(params, SIMULATE_ONE_SET)
         chosen = _checked_events(events, system, p) if events else ()
+        keeps = checkpoints is not None
+        if keeps:
+            refuse_beside_checkpoints(chosen, by)
         policy = checked_policy(
             system, rtol=rtol, atol=atol, method=method, first_step=first_step, max_step=max_step,
             max_steps=max_steps,
-            dense=bool(dense) or times is not None or len(chosen) > 0 or len(sensitivities) > 0,
-            on_change_point=on_change_point, max_bytes=max_bytes,
+            dense=bool(dense or keeps or times is not None or len(chosen) or len(sensitivities)),
+            on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
         )  # fmt: skip
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
-        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-        sol._given = (given, params)
+
+        def motion(policy: Policy) -> Solution:
+            sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+            sol._given = (given, params)
+            return sol
+
+        sol = motion(policy)
+        if by and sensitivity_error_control:
+            return sol.differentiated_within_tolerance(by, motion)
         if by:
             sol.differentiate(by, given, params)
         return sol
+
+    def widget(
+        self,
+        t_span: Any,
+        y0: Array | Mapping[Any, float],
+        params: Parameters = None,
+        *,
+        sliders: Mapping[Any, tuple[float, float]],
+        fps: float = 60.0,
+        **policy: Any,
+    ) -> Any:
+        """The motion in space with sliders, in a notebook: values are simulated while dragged.
+
+        ``model.widget(5, {"theta_0": 1.5}, sliders={"l_3": (3.2, 3.9), "theta_0": (1.2, 2.0)})``
+
+        Parameters
+        ----------
+        t_span, y0, params, **policy
+            As of :meth:`simulate`.  With loops, give y0 as a mapping: it is assembled anew.
+        sliders
+            Name or symbol -> (lowest, highest), SI units: parameters, coordinates and speeds of
+            the start, inputs that are numbers.  Sliders show angles in degrees.
+        fps
+            Frames per second of simulated time, as of ``sol.view``.
+
+        Returns
+        -------
+        anywidget.AnyWidget
+            ``values``, a mapping that can be set too; ``solution``, that which is shown; ``note``,
+            why there is no motion for the values: the last one that there was then stays.
+
+        Raises
+        ------
+        MissingPackageError
+            Without anywidget or three.js: ``pip install 'mechc[notebook,view]'``.
+        UnknownNameError, ValueOutOfBoundsError
+            For a slider that there cannot be, and a first value outside its range.
+        """
+        from mechc.results.view.variation import variation
+        from mechc.results.view.widget import MotionWidget
+
+        return MotionWidget(variation(self, t_span, y0, params, sliders, policy), fps)
 
     def stepper(
         self,

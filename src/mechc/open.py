@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mechc.errors import CompilerError, MechcError, MissingPackageError
+from mechc.errors import CompilerError, MechcError, MissingInputError, MissingPackageError
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
@@ -39,14 +39,15 @@ def open_saved(
     ----------
     model
         Needed for a user-defined mechanism that is not in this user's cache any more: the same,
-        compiled again.
+        compiled again.  Needed too where inputs were given with the run, which files do not hold:
+        the model with the same inputs, ``model.with_inputs({...})`` or ``sol.model``.
     max_bytes
         Memory for the states and the dense output of a solution when it is simulated again: an
         untrusted file may contain any number of steps.
 
     Raises
     ------
-    MechcError
+    MissingInputError, MechcError
         If the file is not a saved solution or damaged, its mechanism is not found, or the motion
         differs or is too large.
     """
@@ -75,6 +76,11 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
         sol = _again(_model(recipe, model), recipe, t, max_bytes)
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
+    except MissingInputError:
+        raise MissingInputError(
+            f"{path} does not hold the inputs that were given with its run: give "
+            "mechc.open(path, model.with_inputs({...})) the same"
+        ) from None
     except (
         MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
         RecursionError, TypeError, ValueError,
@@ -102,7 +108,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
     """The run up to its end; all values in the file are checked as a user's input is."""
     told = Policy(**mapping_of(recipe["policy"], "its policy"))
     room = int(max_bytes // (8 * ROWS_A_STEP * model.system.scene.width))
-    policy = told._asdict() | {
+    policy = told.asked() | {
         "dense": True,
         "first_step": told.first_step or None,
         "method": "auto" if told.stiff_switch else told.method,

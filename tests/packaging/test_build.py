@@ -2,13 +2,16 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
 import tarfile
+import tomllib
 
 import pytest
 
+import mechc
 from tests.support import ROOT
 
 FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
@@ -146,3 +149,17 @@ def test_the_repository_holds_no_generated_file():
         pytest.skip("not a git checkout")
     generated = (".so", ".o", ".nc", ".pyc", "scene_program.h", "_driver.c")
     assert not [name for name in tracked.stdout.split() if name.endswith(generated)]
+
+
+def test_the_conda_recipe_asks_for_what_the_package_does():
+    """Under conda's names, and for a C compiler besides."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
+    recipe = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text("utf-8")
+    run = recipe.split("\n  run:\n")[1].split("\n\n")[0]
+    wanted = {text.replace(" ", "").replace("-base", "") for text in re.findall(r"- (.+)", run)}
+    python = "python" + project["project"]["requires-python"]
+    assert wanted == {*project["project"]["dependencies"], python, "c-compiler"}
+    host = recipe.split("\n  host:\n")[1].split("\n  run:\n")[0]
+    built_by = {text.replace(" ", "") for text in re.findall(r"- (.+)", host)}
+    assert built_by == {*project["build-system"]["requires"], "python", "pip"}
+    assert f"version: {mechc.__version__}\n" in recipe

@@ -18,6 +18,8 @@ SHOWN = {
     "newtons_cradle": r"apart: .*leave with \[0\.01 0\.01 0\.01 0\.01 0\.96\]"
     r"(?s:.)*touching: .*leave with \[-0\.58  0\.4   0\.4   0\.4   0\.4 \]",
     "optimised_trajectory": r"terminated successfully\n.*13\.16(?s:.)*ends \d\.\de-1\d",
+    "slider_clearance": r"finished: \d+ impacts of corners, 9\.9\d ms on a wall\n"
+    r"energy grows by at most \de-1\d J\n.* are 0\.01\d\d and 0\.003\d rad off",
     "stick_and_slip": r"mu = 0\.5: the block sticks, \de-1[1-9] m off\n"
     r"mu = 0\.2: the block slides -, \de-1[1-9] m off\n8 slips on the belt, \de-1[1-9] s off\n"
     r"the clutch holds at 1\.299019 s, \de-1[1-9] s off",

@@ -40,7 +40,7 @@ RUNTIME_LAW = {
     "model": {"fits", "configurations", "outputs", "system", "assembly", "compilation",
               "simulation", "analysis", "results", "batch"},
     "load": {"model", "system", "compilation"},
-    "export": {"compilation", "results"},
+    "export": {"compilation", "results", "simulation"},
     "open": {"model", "system", "simulation", "results", "batch"},
     "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch",
             "fitting"},

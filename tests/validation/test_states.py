@@ -127,6 +127,7 @@ def test_a_muscle_lifts_a_forearm_as_sympys_equations_say(formulation, start):
                 first_step=1e-7,
             ).y[:, -1]  # fmt: skip
     np.testing.assert_allclose(sol.y[-1], y, rtol=1e-8, atol=1e-9)
+    assert sol.stats["method"] == "gauss8"  # its length sqrt(x**2) keeps its sign
     assert sol["q"].max() > 0.3 > y0[0]  # lifted
     assert 0.0 < sol["a_biceps"].min() < sol["a_biceps"].max() < 0.9
 

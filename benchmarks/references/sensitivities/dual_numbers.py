@@ -1,4 +1,4 @@
-"""Dual numbers over mpmath: a value and its derivatives along some directions, carried through
+"""Dual numbers: a value and its derivatives along some directions, carried through
 every operation (forward mode; Griewank & Walther 2008, chapter 3)."""
 
 from __future__ import annotations
@@ -8,7 +8,8 @@ from typing import Any
 
 import mpmath
 
-from ..extrapolation import Vector
+from .. import arithmetic
+from ..arithmetic import Vector, number, numbers, of_mpmath
 
 
 class Dual:
@@ -49,7 +50,9 @@ class Dual:
         return -self + other
 
     def __truediv__(self, other: Any) -> Dual:
-        return self * (other**-1 if isinstance(other, Dual) else 1 / mpmath.mpmathify(other))
+        if isinstance(other, Dual):
+            return self * other**-1
+        return Dual(self.value / other, [d / other for d in self.slopes])
 
     def __rtruediv__(self, other: Any) -> Dual:
         return self**-1 * other
@@ -64,20 +67,29 @@ def _of(value: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Callable[[A
     return function
 
 
-sin = _of(mpmath.sin, mpmath.cos)
-cos = _of(mpmath.cos, lambda x: -mpmath.sin(x))
-sqrt = _of(mpmath.sqrt, lambda x: 1 / (2 * mpmath.sqrt(x)))
-tan = _of(mpmath.tan, lambda x: 1 / mpmath.cos(x) ** 2)
+sin = _of(arithmetic.sin, arithmetic.cos)
+cos = _of(arithmetic.cos, lambda x: -arithmetic.sin(x))
+sqrt = _of(arithmetic.sqrt, lambda x: 1 / (2 * arithmetic.sqrt(x)))
+tan = _of(arithmetic.tan, lambda x: 1 / arithmetic.cos(x) ** 2)
 FUNCTIONS = {"sin": sin, "cos": cos, "sqrt": sqrt, "tan": tan}
 
 
 def slopes_of(x: Any, count: int) -> Vector:
     """The derivatives of a number, zeros of one that has none."""
-    return list(x.slopes) if isinstance(x, Dual) else [mpmath.mpf(0)] * count
+    return list(x.slopes) if isinstance(x, Dual) else [x * 0] * count
 
 
 def value_of(x: Any) -> Any:
     return x.value if isinstance(x, Dual) else x
+
+
+def quick(x: Any) -> Any:
+    """The same dual number over quick ones."""
+    return Dual(number(x.value), numbers(x.slopes)) if isinstance(x, Dual) else number(x)
+
+
+def of_mpmath_dual(x: Dual) -> Dual:
+    return Dual(of_mpmath(x.value), [of_mpmath(d) for d in x.slopes])
 
 
 def solved(residual: Callable[[Vector, Vector], Vector], unknowns: Vector, given: Vector) -> Vector:

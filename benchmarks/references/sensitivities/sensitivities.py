@@ -1,8 +1,8 @@
-"""Derivatives of motions to some 28 digits, in two ways that share nothing with each other or with
+"""Derivatives of motions to 30 digits, in two ways that share nothing with each other or with
 the runtime.
 
 First way: each motion is computed in 50 digits (extrapolation.py) from four values beside the one
-that it is differentiated by; their central difference of fourth order is off by 1e-32.  The
+that it is differentiated by; their central difference of fourth order is off by about 1e-35.  The
 pendulum has Lagrange's equation by hand, the regular four-bar its tangent form (tangent.py), the
 one with a change point the rational curve of its closure (a coordinate that runs straight through
 the crossing), the bicycle Kane's equations with dependent speeds, Andrews' mechanism its published
@@ -12,8 +12,9 @@ equations (squeezer.py).  Second way: variational.py.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import mpmath
@@ -23,16 +24,16 @@ from mpmath import mpc, mpf
 from ...formulations.described import described
 from ...formulations.equations import derive
 from ...problems.data import reference
-from ..extrapolation import DIGITS, Vector, by_extrapolation
+from ..arithmetic import DIGITS, FUNCTIONS, Vector, cos, number, numbers, of_mpmath, sin
+from ..extrapolation import Rates, by_extrapolation
 from ..motions import DEPENDENT, bicycle_reduced
 from ..tangent import PAIRS, TangentBar
 from .squeezer import squeezed
 from .struck import BY, END, GIVEN, TORQUES, struck
 from .variational import SECOND, seeds
 
-STEP = mpf(10) ** -8  # of the size of what is given
-NEEDED = 20  # digits on which both ways agree
-WRITTEN = 28
+STEP = mpf(10) ** -9  # of the size of what is given
+WRITTEN = 32  # digits
 Given = Mapping[str, Any]
 
 
@@ -47,18 +48,25 @@ class Family:
     by: tuple[str, ...]
 
 
+def at(family: Family, given: Given) -> Vector:
+    """The end in numbers of mpmath."""
+    return [of_mpmath(x) for x in family.end(given)]
+
+
 def derivative(family: Family, name: str) -> Vector:
     """By the central difference of fourth order."""
     exact = {key: mpf(value) for key, value in family.given.items()}
     step = STEP * (abs(exact[name]) or 1)
-    ends = [family.end(exact | {name: exact[name] + k * step}) for k in (-2, -1, 1, 2)]
+    ends = [at(family, exact | {name: exact[name] + k * step}) for k in (-2, -1, 1, 2)]
     return [(a - 8 * b + 8 * c - d) / (12 * step) for a, b, c, d in zip(*ends, strict=True)]
 
 
-def sensitivities() -> dict[str, Any]:
+def sensitivities(processes: int = 1) -> dict[str, Any]:
     """Of every family: what is given, the end, its derivatives, as text, and on how many digits
     both ways agree; the least of these."""
-    found: dict[str, Any] = {name: computed(name) for name in FAMILIES}
+    with _workers(processes) as workers:
+        parts = {name: _parts(workers, name) for name in reversed(FAMILIES)}  # the longest first
+        found: dict[str, Any] = {name: _computed(name, parts[name]) for name in FAMILIES}
     found["digits"] = min(found[name]["digits"] for name in FAMILIES)
     return found
 
@@ -69,28 +77,74 @@ def confirmed(name: str) -> dict[str, Any]:
     found: dict[str, Any] = dict(reference("sensitivities"))
     family = found[name]
     written = [[mpf(x) for x in each] for each in (family["end"], *family["by"].values())]
-    found[name] = family | {"digits": _agreed(name, FAMILIES[name](), written)}
+    found[name] = family | {"digits": _agreed(name, written, _part(name, SECOND_WAY))}
     found["digits"] = min(found[each]["digits"] for each in FAMILIES)
     return found
 
 
 def computed(name: str) -> dict[str, Any]:
     """One family."""
-    made = FAMILIES[name]()
-    exact = {key: mpf(value) for key, value in made.given.items()}
-    first = [made.end(exact), *(derivative(made, each) for each in made.by)]
-    digits = _agreed(name, made, first)
+    with _workers(1) as workers:
+        return _computed(name, _parts(workers, name))
+
+
+# -- parts of the work ----------------------------------------------------------------------------
+
+END_ALONE, SECOND_WAY = "the end", "the second way"
+
+
+class _Here(Executor):
+    """No other process."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        done.set_result(fn(*args, **kwargs))
+        return done
+
+
+def _workers(processes: int) -> Executor:
+    return _Here() if processes == 1 else ProcessPoolExecutor(processes)
+
+
+def _parts(workers: Executor, name: str) -> list[Future[list[Vector]]]:
+    """Begin all of one family: the second way, the end, its derivatives."""
+    wanted = (SECOND_WAY, END_ALONE, *made(name).by)
+    return [workers.submit(_part, name, which) for which in wanted]
+
+
+def _part(name: str, which: str) -> list[Vector]:
+    """The end alone, its derivative by a name, or all of these in the second way."""
+    family = made(name)
+    if which == SECOND_WAY:
+        end = SECOND[name](seeds(family.given, family.by), family.t)
+        return [
+            [x.value for x in end],
+            *([x.slopes[k] for x in end] for k in range(len(family.by))),
+        ]
+    if which == END_ALONE:
+        return [at(family, {key: mpf(value) for key, value in family.given.items()})]
+    return [derivative(family, which)]
+
+
+def _columns(end: Vector, count: int) -> list[Vector]:
+    """The end, and its derivatives one after the other."""
+    return [[x.value for x in end], *([x.slopes[k] for x in end] for k in range(count))]
+
+
+def _computed(name: str, parts: list[Future[list[Vector]]]) -> dict[str, Any]:
+    second, *others = (part.result() for part in parts)
+    family, first = made(name), [one for (one,) in others]
+    digits = _agreed(name, first, second)
     written = min(digits, WRITTEN)
     return {
-        "source": made.source, "t": made.t, "given": dict(made.given), "digits": digits,
+        "source": family.source, "t": family.t, "given": dict(family.given), "digits": digits,
         "end": _texts(first[0], written),
-        "by": {each: _texts(x, written) for each, x in zip(made.by, first[1:], strict=True)},
+        "by": {by: _texts(x, written) for by, x in zip(family.by, first[1:], strict=True)},
     }  # fmt: skip
 
 
-def _agreed(name: str, made: Family, first: Sequence[Vector]) -> int:
-    """On how many digits the second way agrees with the end and its derivatives."""
-    second = _columns(SECOND[name](seeds(made.given, made.by), made.t), len(made.by))
+def _agreed(name: str, first: Sequence[Vector], second: Sequence[Vector]) -> int:
+    """On how many digits both ways agree, of the end and its derivatives."""
     apart = max(
         abs(a - b) / max(map(abs, x)) for x, y in zip(first, second, strict=True)
         for a, b in zip(x, y, strict=True)
@@ -98,11 +152,6 @@ def _agreed(name: str, made: Family, first: Sequence[Vector]) -> int:
     digits = int(-mpmath.log10(apart))
     print(f"{name}: both ways agree on {digits} digits", flush=True)
     return digits
-
-
-def _columns(end: Vector, count: int) -> list[Vector]:
-    """The end, and its derivatives one after the other."""
-    return [[x.value for x in end], *([x.slopes[k] for x in end] for k in range(count))]
 
 
 def _texts(values: Vector, digits: int) -> list[str]:
@@ -114,10 +163,10 @@ def _texts(values: Vector, digits: int) -> list[str]:
 
 def pendulum() -> Family:
     def end(given: Given) -> Vector:
-        pull = given["g"] / given["l_0"]
-        start = [given["theta_0"], given["omega_0"]]
+        pull = number(given["g"] / given["l_0"])
+        start = numbers([given["theta_0"], given["omega_0"]])
         t = 3.0
-        return by_extrapolation(lambda y: [y[1], -pull * mpmath.sin(y[0])], start, (t,), "0.2")[-1]
+        return by_extrapolation(lambda y: [y[1], -pull * sin(y[0])], start, (t,), "0.2")[-1]
 
     given = {"theta_0": 1.0, "omega_0": 0.5, "l_0": 1.25, "g": 9.81}
     return Family("a point mass on a massless link", given, end, 3.0, tuple(given))
@@ -126,6 +175,7 @@ def pendulum() -> Family:
 # -- four-bars ------------------------------------------------------------------------------------
 
 LENGTHS, MASSES = (1.0, 2.0, 3.0), (1.0, 2.0, 3.0)
+SPREAD, IMAGINARY = number(mpmath.sqrt(mpf(2) / 3)), number(mpc(0, 1))
 
 
 def _dyad(theta: Any, lengths: Vector) -> Vector:
@@ -144,10 +194,11 @@ def regular_four_bar() -> Family:
     def end(given: Given) -> Vector:
         lengths = [mpf(x) for x in LENGTHS] + [given["l_3"]]
         masses = [mpf(MASSES[0]), given["m_1"], mpf(MASSES[2])]
-        arithmetic = {"number": mpf, "sin": mpmath.sin, "cos": mpmath.cos}
-        bar = TangentBar(lengths, masses, given["g"], **arithmetic)
-        q = _dyad(given["theta_0"], lengths)
-        pace = given["omega_0"] / bar.normal(q)[0]
+        bar = TangentBar(
+            numbers(lengths), numbers(masses), given["g"], number=number, sin=sin, cos=cos
+        )
+        q = numbers(_dyad(given["theta_0"], lengths))
+        pace = number(given["omega_0"]) / bar.normal(q)[0]
         return bar.state(by_extrapolation(bar.rates, [*q, pace], (t,), "0.1")[-1])
 
     given = {"theta_0": 1.4835, "omega_0": 0.3, "l_3": 3.5, "m_1": 2.0, "g": 9.81}
@@ -159,11 +210,11 @@ def change_point_four_bar() -> Family:
 
     def end(given: Given) -> Vector:
         masses = [mpf(MASSES[0]), given["m_1"], mpf(MASSES[2])]
-        bar = TangentBar([mpf(x) for x in LENGTHS], masses, given["g"], number=mpf)
-        begun = _psi(given["theta_0"])
-        psi, rate = by_extrapolation(lambda y: _on_curve(bar, y), [begun, mpf(0)], (t,), "0.05")[-1]
+        bar = TangentBar(numbers(LENGTHS), numbers(masses), given["g"], number=number)
+        start = numbers([_psi(given["theta_0"]), 0])
+        psi, rate = by_extrapolation(lambda y: _on_curve(bar, y), start, (t,), "0.05")[-1]
         z, n, _ = _curve(psi)
-        return [*(mpmath.arg(x) for x in z), *(rate * x for x in n)]
+        return [*(mpmath.arg(of_mpmath(x)) for x in z), *(rate * x for x in n)]
 
     given = {"theta_0": 1.4835298641951802, "m_1": 2.0, "g": 9.81}
     source = "four-bar of thin rods, 1, 2, 3 and 4 m, from rest through its first change point"
@@ -172,8 +223,8 @@ def change_point_four_bar() -> Family:
 
 def _curve(psi: Any) -> tuple[Vector, Vector, Vector]:
     """The links' directions as complex numbers, and their angles' first two derivatives."""
-    turn = mpmath.sqrt(mpf(2) / 3) * mpmath.expj(psi)
-    kappa, first, second = turn - 1, mpc(0, 1) * turn, -turn
+    turn = SPREAD * (cos(psi) + IMAGINARY * sin(psi))
+    kappa, first, second = turn - 1, IMAGINARY * turn, -turn
     N, D = 1 + 6 * kappa + 3 * kappa**2, 4 * kappa + 6 * kappa**2
     dN, dD = 6 + 6 * kappa, 4 + 12 * kappa
     q, dq = dN * D - N * dD, 6 * D - 12 * N
@@ -182,8 +233,8 @@ def _curve(psi: Any) -> tuple[Vector, Vector, Vector]:
     z = [(1 + f, df * first, ddf * first**2 + df * second) for f, df, ddf in by_kappa]
     crank = tuple((4 if k == 0 else 0) - 2 * z[0][k] - 3 * z[1][k] for k in range(3))
     z = [crank, *z]
-    n = [mpmath.im(df / f) for f, df, _ in z]
-    dn = [mpmath.im(ddf / f - (df / f) ** 2) for f, df, ddf in z]
+    n = [(df / f).imag for f, df, _ in z]
+    dn = [(ddf / f - (df / f) ** 2).imag for f, df, ddf in z]
     return [f for f, *_ in z], n, dn
 
 
@@ -194,11 +245,11 @@ def _on_curve(bar: TangentBar, y: Vector) -> Vector:
     A = sum(d * x * x for d, x in zip(bar.diagonal, n, strict=True))
     slope = sum(2 * d * x * dx for d, x, dx in zip(bar.diagonal, n, dn, strict=True))
     for size, (i, j) in zip(bar.coupled, PAIRS, strict=True):
-        between = z[i] * mpmath.conj(z[j])
-        c, s = mpmath.re(between), mpmath.im(between)
+        between = z[i] * z[j].conjugate()
+        c, s = between.real, between.imag
         A += 2 * size * n[i] * n[j] * c
         slope += 2 * size * ((dn[i] * n[j] + n[i] * dn[j]) * c - n[i] * n[j] * s * (n[i] - n[j]))
-    force = sum(w * mpmath.re(f) * x for w, f, x in zip(bar.weight, z, n, strict=True))
+    force = sum(w * f.real * x for w, f, x in zip(bar.weight, z, n, strict=True))
     return [rate, -(rate**2 * slope / 2 + force) / A]
 
 
@@ -206,11 +257,14 @@ def _psi(theta: Any) -> Any:
     """Where the crank has this angle, with the elbow up."""
     wanted = _dyad(theta, [mpf(x) for x in (*LENGTHS, 4.0)])
 
+    def links(psi: Any) -> Vector:
+        return [of_mpmath(z) for z in _curve(number(psi))[0]]
+
     def miss(psi: Any) -> Any:
-        return sum(abs(z - mpmath.expj(x)) for z, x in zip(_curve(psi)[0], wanted, strict=True))
+        return sum(abs(z - mpmath.expj(x)) for z, x in zip(links(psi), wanted, strict=True))
 
     near = min((2 * mpmath.pi * k / 720 for k in range(720)), key=miss)
-    off = lambda psi: mpmath.im(_curve(psi)[0][0] * mpmath.expj(-theta))  # noqa: E731
+    off = lambda psi: mpmath.im(links(psi)[0] * mpmath.expj(-theta))  # noqa: E731
     return mpmath.findroot(off, (near, near + mpf("1e-3")), tol=mpf(10) ** (8 - 2 * DIGITS))
 
 
@@ -218,27 +272,31 @@ def _psi(theta: Any) -> Any:
 
 
 def rolling_bicycle() -> Family:
-    method, t = bicycle(), 0.5
-    constraints = derive(described(method, values()), {})
-    closing = constraints.constraints().function("mpmath")
-    names = [p.name for p in constraints.parameters]
-    rates = bicycle_reduced(method)
-    places = {"roll": 3, "roll_rate": 0, "steer_rate": 2}
+    t, places = 0.5, {"roll": 3, "roll_rate": 0, "steer_rate": 2}
 
     def end(given: Given) -> Vector:
+        closing, parameters, rates = _bicycle()
         q = [mpf(x) for x in (0.0, 0.0, 0.3, 0.1, 0.0, 0.15, 0.0)]
         u = [mpf(x) for x in (0.5, -4.6 / 0.3, -0.4)]
         for name, value in given.items():
             (u if name.endswith("rate") else q)[places[name]] = value
-        parameters = [mpf(values()[name]) for name in names]
         residual = lambda pitch, *others: closing(*q, pitch, *u, *others, *parameters)  # noqa: E731
         guess = [mpmath.pi / 10, *([mpf(0)] * DEPENDENT)]
         pitch, *others = mpmath.findroot(residual, guess, tol=mpf(10) ** (10 - 2 * DIGITS))
-        return by_extrapolation(rates, [*q, pitch, *u, *others], (t,), "0.1")[-1]
+        return by_extrapolation(rates, numbers([*q, pitch, *u, *others]), (t,), "0.1")[-1]
 
     source = "the bicycle of benchmarks/problems/bicycle.py; states in the order of its NAMES"
     given = {"roll": 0.1, "roll_rate": 0.5, "steer_rate": -0.4}
     return Family(source, given, end, t, ("roll", "steer_rate"))
+
+
+@cache
+def _bicycle() -> tuple[Callable[..., Vector], Vector, Rates]:
+    """Its constraints, their parameters, and its rates."""
+    method = bicycle()
+    constraints = derive(described(method, values()), {})
+    parameters = [mpf(values()[p.name]) for p in constraints.parameters]
+    return constraints.constraints().function(FUNCTIONS), parameters, bicycle_reduced(method)
 
 
 # -- a stiff scene --------------------------------------------------------------------------------
@@ -282,7 +340,7 @@ def struck_pendulum() -> Family:
     return Family(source, GIVEN | {"F[1]": TORQUES[1]}, struck, END, BY)
 
 
-FAMILIES = {
+FAMILIES: dict[str, Callable[[], Family]] = {
     "pendulum": pendulum,
     "four_bar_regular": regular_four_bar,
     "four_bar_change_point": change_point_four_bar,
@@ -291,3 +349,9 @@ FAMILIES = {
     "andrews": andrews,
     "struck_pendulum": struck_pendulum,
 }
+
+
+@cache
+def made(name: str) -> Family:
+    """Once in a process: some derive equations."""
+    return FAMILIES[name]()

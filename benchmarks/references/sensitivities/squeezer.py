@@ -12,7 +12,10 @@ from mechc_codegen.library.planar.andrews import ANGLES, INERTIAS, LENGTHS, MASS
 from mpmath import mpf
 from sympy import Expr, Matrix, Symbol, cos, sin, sqrt, zeros
 
-from ..extrapolation import DIGITS, Vector, by_extrapolation
+from ...formulations.program import program
+from ..arithmetic import DIGITS, FUNCTIONS, Vector, numbers, solution
+from ..extrapolation import by_extrapolation
+from ..motions import refuse_rounded_numbers
 
 NAMES = (*LENGTHS, *PIVOTS, *(f"m_{k}" for k in range(1, 8)), *(f"I_{k}" for k in range(1, 8)))
 NUMBERS = (*LENGTHS.values(), *PIVOTS.values(), *MASSES, *INERTIAS)
@@ -83,7 +86,7 @@ def squeezed() -> Callable[[Mapping[str, Any], float], Vector]:
     G = g.jacobian(Q)
     bend = (G * Matrix(V)).jacobian(Q) * Matrix(V)
     arguments = [*Q, *V, *P.values()]
-    terms = _function(arguments, [mass_matrix(), forces(), G, bend])
+    terms = _function(arguments, _rows(G, bend))
     closing = _function(arguments, [*g])
 
     def end(given: Mapping[str, Any], t: float) -> Vector:
@@ -96,36 +99,23 @@ def squeezed() -> Callable[[Mapping[str, Any], float], Vector]:
 
         guess = [mpf(x) for k, x in enumerate(GUESS) if k != 1]
         beta, *others = mpmath.findroot(gap, guess, tol=mpf(10) ** (10 - 2 * DIGITS))
-        start = [beta, given["Theta"], *others, *still]
-        return by_extrapolation(lambda y: _rates(terms(*y, *p), y), start, (t,), "0.001")[-1]
+        start, own = numbers([beta, given["Theta"], *others, *still]), numbers(p)
+        return by_extrapolation(lambda y: _rates(terms(*y, *own), y), start, (t,), "0.001")[-1]
 
     return end
 
 
+def _rows(G: Matrix, bend: Matrix) -> list[Expr]:
+    """[M G^T f; G 0 -bend], row by row."""
+    above = mass_matrix().row_join(G.T).row_join(forces())
+    return [*above.col_join(G.row_join(zeros(6, 6)).row_join(-bend))]
+
+
 def _function(arguments: list[Expr], outputs: list[Any]) -> Callable[..., Any]:
-    function: Callable[..., Any] = sympy.lambdify(arguments, outputs, "mpmath", cse=True)
-    return function
+    made = program(arguments, outputs)
+    refuse_rounded_numbers(made)
+    return made.function(FUNCTIONS)
 
 
-def _rates(terms: list[Any], y: Vector) -> Vector:
-    M, f, G, bend = (each.tolist() for each in terms)
-    still = [mpf(0)] * 6
-    rows = [[*M[i], *(row[i] for row in G), *f[i]] for i in range(7)]
-    rows += [[*row, *still, -b[0]] for row, b in zip(G, bend, strict=True)]
-    return [*y[7:], *_solution(rows)[:7]]
-
-
-def _solution(rows: list[Vector]) -> Vector:
-    """Of linear equations, right-hand side last, by elimination with the largest pivot."""
-    size = len(rows)
-    for k in range(size):
-        best = max(range(k, size), key=lambda i: abs(rows[i][k]))
-        rows[k], rows[best] = rows[best], rows[k]
-        for row in rows[k + 1 :]:
-            factor = row[k] / rows[k][k]
-            row[k:] = [a - factor * b for a, b in zip(row[k:], rows[k][k:], strict=True)]
-    x: Vector = []
-    for k in range(size - 1, -1, -1):
-        known = mpmath.fdot(zip(rows[k][k + 1 : size], x, strict=True))
-        x.insert(0, (rows[k][size] - known) / rows[k][k])
-    return x
+def _rates(values: Vector, y: Vector) -> Vector:
+    return [*y[7:], *solution([values[k : k + 14] for k in range(0, 13 * 14, 14)])[:7]]

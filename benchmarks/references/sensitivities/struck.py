@@ -9,24 +9,23 @@ moved back.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
-from mpmath import mpf
 from sympy import Symbol
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
-from ..extrapolation import DIGITS, Rates, Vector, extrapolated
-from .dual_numbers import Dual, sin, value_of
-from .gauss import along
+from ..arithmetic import DIGITS, Vector, number
+from ..extrapolation import Rates, extrapolated
+from .dual_numbers import Dual, quick, sin, value_of
+from .gauss import Equations, along
 
 WALL, RESTITUTION = 0.1, 0.8
 TIMES, TORQUES = (0.0, 0.5, 1.25, 3.0), (0.3, -0.8, 0.5, 0.5)  # each holds until the next
 GIVEN = {"q": 0.7, "u": -0.5, "l": 0.8, "c": 0.4, "m": 1.3, "g": 9.81}
 BY = ("q", "u", "l", "c", "F[1]")
 END = 2.25
-LONGEST = mpf("0.05")
-Advance = Callable[[Rates, Vector, Any], Vector]
+LONGEST = number("0.05")
+Advance = Callable[[Equations, Vector, Vector, Any], Vector]
 Reflect = Callable[[Rates, Vector], Vector]
 
 
@@ -49,57 +48,59 @@ def pushed_pendulum() -> KanesMethod:
 
 def struck(given: Mapping[str, Any]) -> Vector:
     """The end for numbers."""
-    return _motion(given, extrapolated, _reflected)
+    return _motion(given, lambda rates, p, y, h: extrapolated(rates(p), y, h), _reflected)
 
 
 def struck_in_dual_numbers(given: Mapping[str, Any], t: float) -> Vector:
     assert t == END
-    return _motion(given, partial(along, longest="0.05"), _reflected_moving)
+    return _motion(
+        given, lambda *a: [quick(x) for x in along(*a, longest="0.05")], _reflected_moving
+    )
 
 
 def _motion(given: Mapping[str, Any], advance: Advance, reflected: Reflect) -> Vector:
-    y, now, strikes = [given["q"], given["u"]], mpf(0), 0
+    own = {name: quick(value) for name, value in given.items()}
+    y, strikes = [own["q"], own["u"]], 0
     for k, begun in enumerate(TIMES[:-1]):
-        torque = given.get(f"F[{k}]", mpf(TORQUES[k]))
-        until = min(mpf(TIMES[k + 1]), mpf(END))
-        rates = _rates(given, torque)
-        now = mpf(begun)
+        parameters = [*(own[name] for name in "glcm"), own.get(f"F[{k}]", number(TORQUES[k]))]
+        now, until = number(begun), number(min(TIMES[k + 1], END))
         while now < until:
             h = min(LONGEST, until - now)
-            following = advance(rates, y, h)
+            following = advance(_equations, parameters, y, h)
             if value_of(following[0]) < WALL and value_of(y[1]) < 0:
-                h, following = _strike(rates, y, h, advance)
-                following = reflected(rates, following)
+                h, following = _strike(parameters, y, h, advance)
+                following = reflected(_equations(parameters), following)
                 strikes += 1
             y, now = following, now + h
     assert strikes == 3
     return y
 
 
-def _rates(given: Mapping[str, Any], torque: Any) -> Rates:
-    inertia = given["m"] * given["l"] * given["l"]
-    pull, damping, push = given["g"] / given["l"], given["c"] / inertia, torque / inertia
+def _equations(parameters: Vector) -> Rates:
+    g, l, c, m, torque = parameters
+    inertia = m * l * l
+    pull, damping, push = g / l, c / inertia, torque / inertia
     return lambda y: [y[1], push - pull * sin(y[0]) - damping * y[1]]
 
 
-def _strike(rates: Rates, y: Vector, h: Any, advance: Advance) -> tuple[Any, Vector]:
+def _strike(parameters: Vector, y: Vector, h: Any, advance: Advance) -> tuple[Any, Vector]:
     """The time from y to the wall, and the state there."""
     for _ in range(60):
-        there = advance(rates, y, h)
-        gap = value_of(there[0]) - mpf(WALL)
-        if abs(gap) < mpf(10) ** (8 - DIGITS):
+        there = advance(_equations, parameters, y, h)
+        gap = value_of(there[0]) - number(WALL)
+        if abs(gap) < 10.0 ** (8 - DIGITS):
             return h, there
         h -= gap / value_of(there[1])
     raise ArithmeticError("the strike was not found")
 
 
 def _reflected(rates: Rates, y: Vector) -> Vector:
-    return [y[0], y[1] * -mpf(RESTITUTION)]
+    return [y[0], y[1] * -number(RESTITUTION)]
 
 
 def _reflected_moving(rates: Rates, y: Vector) -> Vector:
     """At the strike's own time, which moves by a dual number of value 0, and back."""
-    shift = Dual(mpf(0), [-d / y[1].value for d in y[0].slopes])
+    shift = Dual(number(0), [-d / y[1].value for d in y[0].slopes])
     there = [a + f * shift for a, f in zip(y, rates(y), strict=True)]
     after = _reflected(rates, there)
     return [a - f * shift for a, f in zip(after, rates(after), strict=True)]

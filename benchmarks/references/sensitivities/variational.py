@@ -21,9 +21,11 @@ from mpmath import mpc, mpf
 
 from ...formulations.described import described
 from ...formulations.equations import Equations, derive
-from ..extrapolation import DIGITS, Vector
+from ..arithmetic import DIGITS, Vector, number, numbers
+from ..motions import refuse_rounded_numbers
 from ..tangent import TangentBar
-from .dual_numbers import FUNCTIONS, Dual, cos, sin, solved
+from .dual_numbers import FUNCTIONS, Dual, cos, of_mpmath_dual, quick, sin, solved
+from .gauss import Equations as Rates
 from .gauss import along
 from .struck import struck_in_dual_numbers
 
@@ -70,8 +72,11 @@ def of_tree(
         )  # fmt: skip
         start = solved(residual, list(found), given)
     state = dict(zip(free, start, strict=False)) | dict(held)
-    program = equations.rates().function(FUNCTIONS)
-    return along(lambda y: program(*y, *values), [state[k] for k in range(width)], mpf(t), longest)
+    program = equations.rates()
+    refuse_rounded_numbers(program)
+    function = program.function(FUNCTIONS)
+    start = [state[k] for k in range(width)]
+    return along(lambda p: lambda y: function(*y, *p), values, start, mpf(t), longest)
 
 
 def regular_four_bar(given: Given, t: float) -> Vector:
@@ -82,7 +87,7 @@ def regular_four_bar(given: Given, t: float) -> Vector:
     parameters = lengths | masses | inertias | {"g": given["g"]}
     guess = [mpf(x) for x in (0, "0.7", "-0.9", 0, 0, 0)]
     held = {0: given["theta_0"], 3: given["omega_0"]}
-    return of_tree(derive(mechanism, {}), parameters, held, guess, t, "0.05")
+    return of_tree(derive(mechanism, {}), parameters, held, guess, t, "0.045")
 
 
 def rolling_bicycle(given: Given, t: float) -> Vector:
@@ -115,13 +120,18 @@ def pendulum(given: Given, t: float) -> Vector:
     """x'' = -k x, y'' = -k y - g with k = (x'^2 + y'^2 - g y) / l^2; y upwards from the pivot."""
     l, g, q, u = given["l_0"], given["g"], given["theta_0"], given["omega_0"]
 
-    def rates(state: Vector) -> Vector:
-        x, y, vx, vy = state
-        k = (vx * vx + vy * vy - g * y) / (l * l)
-        return [vx, vy, -(k * x), -(k * y) - g]
+    def equations(given: Vector) -> Rates:
+        l, g = given
+
+        def rates(state: Vector) -> Vector:
+            x, y, vx, vy = state
+            k = (vx * vx + vy * vy - g * y) / (l * l)
+            return [vx, vy, -(k * x), -(k * y) - g]
+
+        return rates
 
     start = [l * sin(q), -(l * cos(q)), l * cos(q) * u, l * sin(q) * u]
-    x, y, vx, vy = along(rates, start, mpf(t), "0.1")
+    x, y, vx, vy = along(equations, [l, g], start, mpf(t), "0.1")
     turn = (x * vy - y * vx) / (l * l)
     angle = mpmath.atan2(x.value, -y.value)
     slopes = [(x.value * dy - y.value * dx) / l.value**2
@@ -136,10 +146,7 @@ PATH = tuple(mpc(*map(mpf, at)) for at in (("0.55", "0"), ("0.775", "0.15"), ("1
 
 
 def change_point_four_bar(given: Given, t: float) -> Vector:
-    masses = [mpf(1), given["m_1"], mpf(3)]
     lengths = [mpf(x) for x in LENGTHS]
-
-    bar = TangentBar(lengths, masses, given["g"], number=lambda x: x, sin=sin, cos=cos)
     count = len(given["g"].slopes)
 
     def closure(q: Vector, given: Vector) -> Vector:
@@ -154,10 +161,17 @@ def change_point_four_bar(given: Given, t: float) -> Vector:
     )  # fmt: skip
     q = [theta, *solved(closure, list(found), [theta])]
     y, now = [*q, Dual(mpf(0), [mpf(0)] * count)], mpf(0)
+    by = [given["m_1"], given["g"]]
     for corner in (*PATH, mpf(t)):
-        y, now = along(bar.rates, y, corner - now, "0.025"), corner
-    end = [_real(x) for x in bar.state(y)]
+        y, now = along(lambda p: _bar(*p).rates, by, y, corner - now, "0.013"), corner
+    state = _bar(*map(quick, by)).state([quick(x) for x in y])
+    end = [_real(of_mpmath_dual(x)) for x in state]
     return [*(_without_turns(x) for x in end[:3]), *end[3:]]
+
+
+def _bar(m_1: Any, g: Any) -> TangentBar:
+    masses = [number(1), m_1, number(3)]
+    return TangentBar(numbers(LENGTHS), masses, g, number=lambda x: x, sin=sin, cos=cos)
 
 
 def _without_turns(angle: Dual) -> Dual:

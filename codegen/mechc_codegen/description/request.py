@@ -19,6 +19,7 @@ OPTIONAL = (*USUAL, "accelerations", "reactions", *JACOBIANS, "sensitivities")
 DIFFERENTIATED = (  # with the motion, for sensitivities
     *("kinetic_energy", "potential_energy", "linear_momenta", "angular_momenta", "points"),
     *("point_velocities", "point_accelerations", "reaction_forces", "reaction_torques"),
+    "multipliers",
 )
 _LABEL = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -63,9 +64,12 @@ class OutputRequest:
 
     def differentiated(self, present: Iterable[str]) -> tuple[str, ...]:
         """Of the outputs present, besides the user's own, those that sensitivities follow."""
-        if not self.includes("sensitivities"):
-            return ()
+        return self.of_mechanism(present) if self.includes("sensitivities") else ()
+
+    def of_mechanism(self, present: Iterable[str]) -> tuple[str, ...]:
+        """Of the outputs present, besides the user's own, those that can be differentiated."""
         found = {*present} - {*self.expressions}
+        found -= set() if self.includes("multipliers") else {"multipliers"}
         return tuple(name for name in DIFFERENTIATED if name in found)
 
     @property

@@ -12,6 +12,7 @@ from itertools import accumulate
 
 from mechc_codegen.derive.equations import Equations, Tree
 from mechc_codegen.emit.elimination_order import RowPlan, plan_rows
+from mechc_codegen.ir.program import SWITCHING
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
 # Jacobian -> arrays it is solved from: of the motion, of user-defined outputs, of q'.
@@ -22,7 +23,7 @@ JACOBIANS = {
 }
 RESIDUALS, OWN, _RATES = zip(*JACOBIANS.values(), strict=True)
 ADJOINT = "residual_adjoint"
-UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT)  # parts of others
+UNLISTED = (*RESIDUALS, *OWN, *_RATES, ADJOINT, SWITCHING)  # parts of others, or of the runtime's
 TREE = ("tree_offset", "tree_subspace", "tree_inertia", "tree_reference", "tree_cut")
 TREE_MOTION = ("tree_bias", "tree_wrench")
 ROWS = {"constraints": "gap", "constraint_jacobian": "jacobian", "velocity_bias": "bias"}

@@ -19,7 +19,15 @@ from mechc_codegen.description.piecewise import Floor, Step
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
-from mechc_codegen.ir.program import Program, operations, slice_statements, symbols_of, targets_of
+from mechc_codegen.ir.program import (
+    SWITCHING,
+    Program,
+    equation_values,
+    operations,
+    slice_statements,
+    symbols_of,
+    targets_of,
+)
 
 
 def scene_metadata(
@@ -58,7 +66,9 @@ def scene_metadata(
         "traced": list(mechanism.drawing.traced),
         **({"view": list(mechanism.drawing.view)} if mechanism.drawing.view else {}),
         "start": dict(mechanism.start),
-        "shapes": {request.name_of(o.name): list(o.shape) for o in program.outputs}
+        "shapes": {
+            request.name_of(o.name): list(o.shape) for o in program.outputs if o.name != SWITCHING
+        }
         | _solved_shapes(mechanism, len(parameters), request, program)
         | {request.name_of(label): [] for label in request.expressions},
         "own": [request.name_of(label) for label in request.expressions],
@@ -71,6 +81,7 @@ def scene_metadata(
         **({"states": [float(s.start) for s in mechanism.states]} if mechanism.states else {}),
         **_quaternions(mechanism),
         "smooth": _smooth(program, request),
+        **_switches(program),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
         "loads": _loads(mechanism, request),
@@ -88,8 +99,8 @@ def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
 
 def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:
     """The outputs, after the user's own, whose Jacobians follow theirs, with their sizes."""
-    names = request.differentiated(o.name for o in program.outputs if o.elements)
-    sizes = [[name, len(program.output(name).elements)] for name in names]
+    values = program.named_values()
+    sizes = [[name, len(values[name])] for name in request.differentiated(values)]
     return {"differentiated": sizes} if request.includes("sensitivities") else {}
 
 
@@ -120,10 +131,14 @@ def _closing(parameters: Sequence[Parameter], lowered: Program, equations: Equat
 
 def _smooth(program: Program, request: OutputRequest) -> bool:
     """Whether no equation has a corner or a jump; user-defined outputs may."""
-    elements = [e for o in program.outputs if o.name not in request.expressions for e in o.elements]
-    needed = symbols_of(elements)
-    values = [s.value for s in slice_statements(program.body, needed)]
-    return not any(value.has(Abs, Step, Floor, Lookup) for value in (*values, *elements))
+    values = equation_values(program, request.expressions)
+    return not any(value.has(Abs, Step, Floor, Lookup) for value in values)
+
+
+def _switches(program: Program) -> dict[str, int]:
+    """How many functions show where the equations have a corner or a jump, where they show all."""
+    found = [len(o.elements) for o in program.outputs if o.name == SWITCHING]
+    return {"switches": found[0]} if found else {}
 
 
 def _inputs(mechanism: Mechanism, program: Program) -> dict[str, Any]:
@@ -168,7 +183,7 @@ def _solved_shapes(
     for by, columns in zip(("state", "parameter", "input"), widths, strict=True):
         shapes[f"{by}_jacobian"] = [states, columns]
         shapes[f"own_{by}_jacobian"] = [own, columns]
-    return shapes | ({"constraint_jacobian": [rows, size]} if rows else {})
+    return shapes | ({"constraint_jacobian": [rows, size], "multipliers": [rows]} if rows else {})
 
 
 OUTPUTS = {

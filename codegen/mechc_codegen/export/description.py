@@ -37,6 +37,8 @@ class Unit:
     end: float  # s
     tolerance: float
     tool: str
+    derivatives: bool = True
+    events: int = 0
 
 
 def model_description(unit: Unit, variables: Sequence[Variable], source: str) -> bytes:
@@ -81,13 +83,15 @@ def _head(unit: Unit, third: bool) -> dict[str, str]:
         "generationTool": unit.tool,
         "variableNamingConvention": "flat",
     }
-    return head if third else {**head, "numberOfEventIndicators": "0"}
+    return head if third else {**head, "numberOfEventIndicators": str(unit.events)}
 
 
 def _interfaces(root: Element, unit: Unit, source: str, third: bool) -> None:
     can = ABILITIES if third else {_OF_FMI2[name]: value for name, value in ABILITIES.items()}
     can = {"modelIdentifier": unit.identifier, **can}
-    if third:
+    if not unit.derivatives:
+        del can["providesDirectionalDerivatives" if third else "providesDirectionalDerivative"]
+    if third and unit.derivatives:
         can["providesAdjointDerivatives"] = "true"
     asks = {"needsCompletedIntegratorStep": "true"} if third else {}  # to close loops
     exchange = SubElement(root, "ModelExchange", can | asks)
@@ -150,7 +154,8 @@ def _variable2(listed: Element, reference: int, variable: Variable) -> None:
 _KINDS: Mapping[str, Callable[[Variable], bool]] = {
     "outputs": lambda variable: variable.causality == "output",
     "rates": lambda variable: variable.rate_of is not None,
-    "unknown": lambda variable: variable.initial == "calculated",
+    "unknown": lambda variable: variable.initial == "calculated" and not variable.is_indicator,
+    "indicators": lambda variable: variable.is_indicator,
 }
 
 
@@ -164,6 +169,7 @@ def _structure3(structure: Element, variables: Sequence[Variable]) -> None:
         ("Output", "outputs"),
         ("ContinuousStateDerivative", "rates"),
         ("InitialUnknown", "unknown"),
+        ("EventIndicator", "indicators"),
     ):
         for reference in _of(variables, kind):
             SubElement(structure, tag, valueReference=str(reference))

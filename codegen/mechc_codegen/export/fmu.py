@@ -22,6 +22,8 @@ from mechc_codegen.description.request import OutputRequest
 from mechc_codegen.emit.c import plain_words, program_texts
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.tables import lookups
+from mechc_codegen.emit.units.event_unit import EventExpressions, event_functions
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import included_headers
 from mechc_codegen.export.description import Unit, build_description, model_description
@@ -32,6 +34,7 @@ from mechc_codegen.ir.program import Program
 
 VERSIONS = ("3.0", "2.0")
 SOURCE = "fmu.c"
+METHODS, OUTPUTS = 15, 16  # parts of a unit: runtime/abi/parts.h
 _PURE = (Kind.ANGLE, Kind.ANGULAR_SPEED, Kind.PURE, Kind.PURE_RATE)
 _METHODS = {"dopri5": 0, "dop853": 1, "radau5": 2, "gauss8": 3}
 
@@ -56,6 +59,10 @@ class FmuOptions:
         Of co-simulation; the least drift that model exchange projects away.
     tool
         Name and version of what exports.
+    derivatives
+        Whether the unit offers derivatives, which take most of the time of a large mechanism.
+    events
+        The events over the symbols t, y0, y1, ..., p0, p1, ... of a scene with this metadata.
     """
 
     name: str
@@ -66,10 +73,23 @@ class FmuOptions:
     rtol: float
     drift: float
     tool: str
+    derivatives: bool = True
+    events: Callable[[Mapping[str, Any]], Sequence[FmuEvent]] = lambda metadata: ()
 
 
-def fmu_request(request: OutputRequest) -> OutputRequest:
+@dataclass(frozen=True)
+class FmuEvent:
+    """An event, what it is called, and the direction in which its zero is crossed; 0: both."""
+
+    title: str
+    direction: float
+    expressions: EventExpressions
+
+
+def fmu_request(request: OutputRequest, derivatives: bool) -> OutputRequest:
     """With the derivatives that a unit offers."""
+    if not derivatives:
+        return request
     return replace(request, outputs=request.outputs | {"sensitivities"})
 
 
@@ -93,18 +113,27 @@ def fmu_files(
         )
     name = checked_name(options.name)
     functions = SceneFunctions(program, equations, request)
-    values = _values(functions, metadata, options)
-    sources = _sources(functions, metadata, values, options)
+    metadata = {**metadata, "differentiated": _outputs(program, request)}
+    values, events = _values(functions, metadata, options), options.events(metadata)
+    sources = _sources(functions, metadata, values, events, options)
     unit = Unit(
         name, metadata["title"] or metadata["name"], _token(sources, metadata), options.version,
-        options.end, options.rtol, options.tool,
+        options.end, options.rtol, options.tool, options.derivatives, len(events),
     )  # fmt: skip
     sources[SOURCE] = sources[SOURCE].replace("@TOKEN@", unit.token)
     found = {f"sources/{path}": text.encode() for path, text in sources.items()}
-    found["modelDescription.xml"] = model_description(unit, variables(metadata, values), SOURCE)
+    titles = [event.title for event in events]
+    listed = variables(metadata, values, titles)
+    found["modelDescription.xml"] = model_description(unit, listed, SOURCE)
     if options.version == "3.0":
         found["sources/buildDescription.xml"] = build_description(unit, SOURCE, FLAGS)
     return found
+
+
+def _outputs(program: Program, request: OutputRequest) -> list[list[Any]]:
+    """Name and size of outputs besides the user's own, differentiated or not."""
+    values = program.named_values()
+    return [[name, len(values[name])] for name in request.of_mechanism(values)]
 
 
 def _token(sources: Mapping[str, str], metadata: Mapping[str, Any]) -> str:
@@ -133,11 +162,16 @@ def _values(functions: SceneFunctions, metadata: Mapping[str, Any], options: Fmu
 
 
 def _sources(
-    functions: SceneFunctions, metadata: Mapping[str, Any], values: Values, options: FmuOptions
+    functions: SceneFunctions,
+    metadata: Mapping[str, Any],
+    values: Values,
+    events: Sequence[FmuEvent],
+    options: FmuOptions,
 ) -> dict[str, str]:
     """The unit's file, the scene's headers, and those of the runtime that they include."""
     generated = program_texts(functions, metadata)
-    generated[SOURCE] = _filled(_lists(functions, metadata, values) | _head(metadata, options))
+    lists = _lists(functions, metadata, values) | _events(functions, events)
+    generated[SOURCE] = _filled(lists | _head(metadata, options))
     runtime = included_headers(SOURCE, generated, RUNTIME)
     return generated | {path: (RUNTIME / path).read_text("utf-8") for path in runtime}
 
@@ -164,7 +198,7 @@ def _head(metadata: Mapping[str, Any], options: FmuOptions) -> dict[str, Any]:
 def _lists(
     functions: SceneFunctions, metadata: Mapping[str, Any], values: Values
 ) -> dict[str, Any]:
-    labels = [*functions.request.expressions, *dict(metadata.get("differentiated", ()))]
+    labels = [*functions.request.expressions, *dict(metadata["differentiated"])]
     outputs = zip(labels, output_sizes(metadata), strict=True)
     kinds = [told["kind"] for told in (*metadata["coordinates"], *metadata["speeds"])]
     lengths = [i for i, p in enumerate(metadata["parameters"]) if p["kind"] == Kind.LENGTH]
@@ -174,6 +208,7 @@ def _lists(
         "inputs": len(open_inputs(metadata)),
         "places": _array(open_inputs(metadata)),
         "outputs": " ".join(f"X({label}, {size})" for label, (_, size) in outputs),
+        "output_count": sum(size for _, size in output_sizes(metadata)),
         "states": _array(map(_c_number, values.states)),
         "parameters": _array(map(_c_number, values.parameters)),
         "calculated": _array(map(int, values.calculated)),
@@ -183,6 +218,28 @@ def _lists(
         "complete": "\n".join(_completing(functions, values)),
         "follow": "\n".join(_following(functions, values)),
     }
+
+
+def _events(functions: SceneFunctions, events: Sequence[FmuEvent]) -> dict[str, Any]:
+    """The functions of the events, and the tables that lead to them."""
+    told = [event.expressions for event in events]
+    found = {"event_count": len(told), "resets": int(any(e.reset is not None for e in told))}
+    if not told:
+        return {**found, "parts": METHODS, "events": "", "event_table": "0, 0,"}
+    if lookups(x for e in told for x in (e.value, *(e.reset or {}).values())):
+        raise CodegenError("events of a functional mock-up unit hold no tables")
+    symbols = functions.program.symbols
+    width = len(symbols.q) + len(symbols.u)
+    count = len(symbols.parameters)
+    directions = _array(_c_number(event.direction) for event in events)
+    unit = f"MECHC_EVENTS_ABI, {width}, {count}, {len(told)}, mechc_functions"
+    tables = [
+        f"static const double directions[] = {{{directions}}};",
+        f"static const mechc_event_unit event_unit = {{{unit}}};",
+    ]
+    text = "\n\n".join([event_functions(told, width), "\n".join(tables)])
+    more = {"parts": METHODS | OUTPUTS, "events": text, "event_table": "&event_unit, directions,"}
+    return found | more
 
 
 def _array(values: Iterable[Any]) -> str:

@@ -50,6 +50,7 @@ class Variable:
     rate_of: int | None = None
     lower: float | None = None
     upper: float | None = None
+    is_indicator: bool = False
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,16 @@ class Values:
     drift: float
 
 
-def variables(metadata: Mapping[str, Any], values: Values) -> list[Variable]:
-    """All of them; a variable's place in the list is its value reference."""
+def variables(
+    metadata: Mapping[str, Any], values: Values, events: Sequence[str] = ()
+) -> list[Variable]:
+    """All of them; a variable's place in the list is its value reference.
+
+    ``events``: the expressions whose zeros are events, as text.
+    """
     found = [Variable("time", "independent", "continuous", unit="s"), *_states(metadata, values)]
     found += [*_parameters(metadata, values), _drift(values)]
-    found += [*_inputs(metadata), *_outputs(metadata)]
+    found += [*_inputs(metadata), *_outputs(metadata), *_indicators(events)]
     names = distinct(plain_text(each.name) or "_" for each in found)
     return [
         replace(each, name=name, description=plain_text(each.description))
@@ -147,6 +153,12 @@ def _outputs(metadata: Mapping[str, Any]) -> Iterator[Variable]:
         for label in _labels(metadata, name, size):
             unit = _UNITS.get(name, "")
             yield Variable(label, "output", "continuous", "calculated", unit=unit)
+
+
+def _indicators(events: Sequence[str]) -> Iterator[Variable]:
+    for number, title in enumerate(events):
+        yield Variable(f"mechc.event[{number}]", "local", "continuous", "calculated",
+                       description=f"zero at the event: {title}", is_indicator=True)  # fmt: skip
 
 
 def _labels(metadata: Mapping[str, Any], name: str, size: int) -> Iterator[str]:

@@ -8,7 +8,7 @@ once, before it is used, and hoisted statements use parameters only.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from sympy import Expr, Symbol
@@ -16,6 +16,8 @@ from sympy import Expr, Symbol
 from mechc_codegen.derive.equations import Output, Symbols
 from mechc_codegen.errors import InternalError
 from mechc_codegen.ir.operations import count_operations
+
+SWITCHING = "switching"  # the output of the functions at whose zeros equations change their form
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,12 @@ class Program:
     def output(self, name: str) -> Output:
         return next(o for o in self.outputs if o.name == name)
 
+    def named_values(self) -> dict[str, tuple[Expr, ...]]:
+        """Name -> elements of every output that has some, and the multipliers of the motion."""
+        found = {o.name: tuple(o.elements) for o in self.outputs if o.elements}
+        multipliers = self.symbols.multipliers
+        return found | ({"multipliers": multipliers} if multipliers else {})
+
     def values(self) -> Iterator[Expr]:
         """Every expression of statements and outputs."""
         yield from (s.value for s in (*self.hoisted, *self.body))
@@ -129,6 +137,14 @@ def slice_statements(statements: Iterable[Statement], needed: set[Symbol]) -> li
             kept.append(statement)
             wanted |= statement.value.free_symbols
     return kept[::-1]
+
+
+def equation_values(program: Program, own: Collection[str]) -> Iterator[Expr]:
+    """Every expression of the equations, of the statements that they need first; ``own``: the
+    user-defined outputs, which are none of them."""
+    elements = [e for o in program.outputs if o.name not in own for e in o.elements]
+    yield from (s.value for s in slice_statements(program.body, symbols_of(elements)))
+    yield from elements
 
 
 def symbols_of(elements: Iterable[Expr]) -> set[Symbol]:

@@ -40,8 +40,7 @@ def add_sensitivities(
     if not request.includes_jacobian:
         return program
     whole = request.includes("sensitivities")
-    named = [o.name for o in program.outputs if o.elements]
-    own = [*request.expressions, *request.differentiated(named)]
+    own = [*request.expressions, *request.differentiated(program.named_values())]
     if request.includes("state_jacobian"):
         program = _by_state(program, own)
     if request.includes("parameter_jacobian") and program.symbols.parameters:
@@ -100,15 +99,19 @@ def _of_own(name: str, program: Program, forward: _Forward, own: Sequence[str]) 
     """Outputs, element by element: derivatives at a given motion, then by u' and lambda."""
     if not own:
         return []
-    elements = [e for each in own for e in program.output(each).elements]
+    values = program.named_values()
+    elements = [e for each in own for e in values[each]]
     explicit = forward.output(name, "derivatives at a given u' and lambda", elements)
-    motion, width = program.symbols.motion, len(forward.inputs)
+    of_motion = _Forward(program, program.symbols.motion, f"{forward.prefix}m")
+    along = of_motion.output(name, "derivatives by u' and lambda", elements)
+    forward.statements += of_motion.statements
+    (_, width), (_, more) = explicit.shape, along.shape
     entries, labels = list[Expr](), list[str]()
-    for i, element in enumerate(elements):
+    for i in range(len(elements)):
         entries += explicit.elements[i * width : (i + 1) * width]
-        entries += [slope(element, x) for x in motion]
-        labels += [f"{name}[{i}, {k}]" for k in range(width + len(motion))]
-    shape = (len(elements), width + len(motion))
+        entries += along.elements[i * more : (i + 1) * more]
+        labels += [f"{name}[{i}, {k}]" for k in range(width + more)]
+    shape = (len(elements), width + more)
     return [Output(name, explicit.equation, tuple(entries), shape, tuple(labels))]
 
 

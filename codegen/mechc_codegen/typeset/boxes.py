@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import singledispatch
+from functools import lru_cache, singledispatch
 from itertools import pairwise
 from typing import Any
 from unicodedata import name as unicode_name
@@ -41,6 +41,7 @@ GREEK = (
 )
 _NAME = re.compile(r"([^\W\d_]+)(\d*)((?:_[^\W_]+)*)")
 _WIDE, _LONG = 24.0, 60.0
+MOST_KEPT = 50_000  # terms
 
 
 @dataclass(frozen=True)
@@ -249,8 +250,9 @@ def _along(component: Any, unit: Box) -> list[Term]:
     return [(sign, Row((box, SPACE, unit))) for sign, box in parts]
 
 
+@lru_cache(MOST_KEPT)
 def _term(expression: Any) -> Term:
-    """Sign and magnitude of a term."""
+    """Sign and magnitude of a term; factors and sums recur in the terms of long equations."""
     if expression.could_extract_minus_sign() and (expression.is_Mul or expression.is_Number):
         coefficient, _ = expression.as_coeff_Mul()
         if coefficient.is_negative:

@@ -108,11 +108,8 @@ def mathml(box: Box) -> str:
         case Fence(Table(rows), "[]"):
             return _mathml_table(rows, ' class="matrix" displaystyle="true"')
         case Fence(body, brackets):
-            left, right = (
-                f'<mo fence="true" form="{form}">{sign}</mo>'
-                for form, sign in zip(("prefix", "postfix"), brackets, strict=True)
-            )
-            return f"<mrow>{left}{mathml(body)}{right}</mrow>"
+            # That they are fences follows from their places in the row.
+            return f"<mrow><mo>{brackets[0]}</mo>{mathml(body)}<mo>{brackets[1]}</mo></mrow>"
         case Table(rows):
             return _mathml_table(rows)
 

@@ -11,25 +11,36 @@ from mechc.compilation.event_unit import COMPILER, loaded
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import directions_of
+from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import (
     Compiler,
     checked_events,
     compile_all,
     is_compilable,
 )
-from mechc.simulation.events.stops import StopReset, refuse_stops
+from mechc.simulation.events.friction import FrictionLaw
+from mechc.simulation.events.stops import refuse_stops
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 
 class BatchEvents(NamedTuple):
     """Events as data: directions (k,), how many zeros of each end a run (k,), and the C of their
-    functions with its sha256; "" of a batch that was read from a folder, which computes nothing."""
+    functions with its sha256; "" of a batch that was read from a folder, which computes nothing.
+
+    ``given``: as they were given, where there are contacts; ``slides``: whether with friction.
+    """
 
     directions: Array
     terminal: Any
     key: str
     source: str
+    given: Any = ()
+    slides: bool = False
+
+    def read(self, system: System, p: Array) -> list[Any]:
+        """The events of a run with parameters p (np,)."""
+        return checked_events(self.given, system, p, Compiler(*COMPILER))
 
     def compiled(self) -> tuple[Any, Array, Array]:
         """What :class:`mechc.native._batch.Runs` takes."""
@@ -76,26 +87,30 @@ def batch_events(
     _refuse(until, controlled)
     compiler = Compiler(*COMPILER)
     events = checked_events(given, system, system.parameter_set.defaults, compiler)
-    if any(law.slip is not None for law in contact_laws(events)):
-        raise ValueOutOfBoundsError(
-            "a batch has no friction at stops and no mechc.DryFriction yet: simulate one motion at "
-            "a time"
-        )
-    if not all(map(is_compilable, events)):
+    laws = contact_laws(events)
+    slides = any(law.slip is not None for law in laws)
+    if not all(_is_expression(event) for event in events):
         raise ValueOutOfBoundsError(
             "events of a batch and their resets are expressions, of SymPy or as text, not "
             "functions of Python: mechc.Event('q', reset={'u': '-0.8*u'})"
         )
     functions = compile_all(events, system, compiler)
-    if functions is None:
+    if functions is None and not slides:
         raise MechcError(
             "events of a batch run in compiled code: they need a C compiler, and functions that "
             "have a form in C"
         )
-    if any(isinstance(event.reset, StopReset) for event in events):
+    if laws:
         refuse_stops(system, span, compiled=True)
-    key = hashlib.sha256(functions.source.encode()).hexdigest()
-    return BatchEvents(*directions_of(events), key, functions.source)
+    source = "" if functions is None else functions.source
+    words = [source, *(str(law) for law in laws if slides)]
+    key = hashlib.sha256("".join(words).encode()).hexdigest()
+    return BatchEvents(*directions_of(events), key, source, given if laws else (), slides)
+
+
+def _is_expression(event: Any) -> bool:
+    friction = isinstance(event, Event) and isinstance(event.function, FrictionLaw)
+    return friction or is_compilable(event)
 
 
 def _refuse(until: str, controlled: bool) -> None:

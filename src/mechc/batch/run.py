@@ -12,6 +12,7 @@ import numpy as np
 from mechc.assembly.sizes import allowed_gaps
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
+from mechc.batch.contact import Found, run_in_contact
 from mechc.batch.driven import driven_by, evaluated, in_segments
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.sensitivities import Members
@@ -49,13 +50,15 @@ def run_members(
     reductions = [read_reduction(system, text) for text in recipe.reductions]
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
-    needs_dense = recipe.events is not None or any(p[0] != LAST for p in primitives)
+    events = recipe.events
+    in_c = None if events is None or events.slides else events.compiled()
+    needs_dense = in_c is not None or any(p[0] != LAST for p in primitives)
     runs = Runs(
         unit, _options(recipe, needs_dense), y0, values, length,
         system.dimensionless.astype(np.uint8), assembled, recipe.t_eval, primitives,
         allowed_gaps(system, values, recipe.span[0]),
         in_segments(system, recipe.inputs, recipe.span, recipe.policy.rtol, recipe.count),
-        None if recipe.events is None else recipe.events.compiled(),
+        in_c,
     )  # fmt: skip
     complete = complete and drive(runs, threads, report)
     results = {"y0": y0, "y": runs.y, "t": runs.t, "status": runs.status.astype(np.int16)}
@@ -63,14 +66,20 @@ def run_members(
     results |= {name: runs.least[:, i] for name, i in LEAST.items()}
     if miss is not None:
         results["miss"] = miss
-    if recipe.events is not None:
-        results["event_counts"] = runs.event_counts.astype(np.int64)
-        results["event_latest"] = runs.event_latest
+    if events is not None:
+        shape = recipe.count, len(events.directions)
+        results["event_counts"] = np.zeros(shape, np.int64)
+        results["event_latest"] = np.full(shape, np.nan)
+    if in_c is not None:
+        results["event_counts"][:] = runs.event_counts
+        results["event_latest"][:] = runs.event_latest
     first = 0
     for i, reduction in enumerate(reductions):
         last = first + len(reduction.primitives)
         results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
         first = last
+    found = Found(results, runs.at_times)
+    complete = complete and run_in_contact(system, recipe, values, found)
     results |= _histories(system, recipe, values, runs.at_times)
     if recipe.sensitivities:
         job = Members(system, recipe, values, y0, runs.status == FINISHED)

@@ -13,8 +13,11 @@ from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.inputs.driven_scene import with_inputs
 from mechc.inputs.samples import signals_among
 from mechc.sensitivities.columns import START, columns_of
+from mechc.sensitivities.control import controlled
+from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.run import sensitivity_of_run
 from mechc.simulation.initialise import checked_state
+from mechc.simulation.settings import Policy
 from mechc.simulation.simulate import run
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
@@ -96,11 +99,19 @@ class Members:
         policy, p = recipe.policy._replace(dense=True), self.values[member]
         try:
             state = checked_state(system, self.y0[member], p, recipe.span[0])
-            sol = run(Trajectory, system, recipe.span, state, p, policy, times)
-            found = sensitivity_of_run(
-                sol, recipe.sensitivities, state if given is None else given,
-                _params(recipe, member),
-            )  # fmt: skip
+            start = state if given is None else given, _params(recipe, member)
+
+            def motion(policy: Policy) -> Trajectory:
+                return run(Trajectory, system, recipe.span, state, p, policy, times)
+
+            def differentiate(sol: Trajectory) -> Sensitivity:
+                return sensitivity_of_run(sol, recipe.sensitivities, *start)
+
+            sol = motion(policy)
+            if recipe.sensitivity_error_control:
+                sol, found = controlled(motion, sol, differentiate)
+            else:
+                found = differentiate(sol)
         except MechcError:  # this member has none
             return
         columns = found.at(sol.t, sol.y)

@@ -42,6 +42,7 @@ def simulate_batch(
     until: str | None = None,
     events: Sequence[Any] = (),
     sensitivities: Sequence[Any] = (),
+    sensitivity_error_control: bool = False,
     rtol: float = 1e-9,
     atol: float | Array | None = None,
     method: str = "auto",
@@ -96,6 +97,8 @@ def simulate_batch(
         their largest absolute values, ``batch.sensitivity`` (n, nt, nq + nu, k) at t_eval; NaN
         where there is none.  Each member's motion is computed once more for them.  Not with
         ``until`` and ``events``.
+    sensitivity_error_control
+        As of ``simulate``: the motions that derivatives are taken of have steps for these too.
     on_change_point
         ``"continue"`` or ``"stop"``.
     threads
@@ -128,8 +131,16 @@ def simulate_batch(
     )  # fmt: skip
     controlled = bool(recipe.inputs.controllers)
     found = batch_events(system, recipe.span, events, until or "", controlled)
+    if found is not None and found.slides and recipe.reductions:
+        raise ValueOutOfBoundsError(
+            "reductions are computed in compiled code, where there is no friction: leave reduce= "
+            "away, and take numbers from y_eval"
+        )
     by = one_number_each(system, names_of(sensitivities))
-    recipe = replace(recipe, events=found, sensitivities=by)
+    recipe = replace(
+        recipe, events=found, sensitivities=by,
+        sensitivity_error_control=bool(sensitivity_error_control and by),
+    )  # fmt: skip
     if controlled and (out is not None or client is not None):
         raise ValueOutOfBoundsError(
             "sampled controllers are functions of this process: leave out= and client= away"

@@ -72,6 +72,7 @@ class Recipe:
     inputs: BatchInputs = NONE
     events: BatchEvents | None = None
     sensitivities: tuple[str, ...] = ()
+    sensitivity_error_control: bool = False
 
     def cut(self, first: int, last: int) -> Recipe:
         """Members first ... last - 1 only."""
@@ -99,7 +100,7 @@ class Recipe:
 
     def told(self) -> dict[str, Any]:
         """All that decides the results, as JSON data; arrays by their hash."""
-        policy = self.policy._asdict()
+        policy = self.policy.asked()
         del policy["dense"]
         signals = {n: _told_signal(s) for n, s in sorted(self.inputs.signals.items())}
         driven = {"inputs": _told(self.inputs.numbers), "signals": signals}
@@ -107,6 +108,7 @@ class Recipe:
             **(driven if self.inputs != NONE else {}),
             **({} if self.events is None else {"events": self.events.told()}),
             **({"sensitivities": list(self.sensitivities)} if self.sensitivities else {}),
+            **({"sensitivity_error_control": True} if self.sensitivity_error_control else {}),
             "members": self.count,
             "t_span": list(self.span),
             "params": _told(self.params),

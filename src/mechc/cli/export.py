@@ -58,5 +58,5 @@ def _fmu(chosen: argparse.Namespace) -> int:
     mechanism, arguments = _asked(chosen)
     named = chosen.prefix or (own_name(chosen.name) if is_own(chosen.name) else chosen.name)
     print(export_fmu(mechanism, chosen.out or f"{named}.fmu", version=chosen.fmi or "3.0",
-                     **arguments))  # fmt: skip
+                     derivatives=not chosen.no_derivatives, **arguments))  # fmt: skip
     return 0

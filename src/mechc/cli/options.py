@@ -143,6 +143,10 @@ def export_options(parser: argparse.ArgumentParser) -> None:
         help="a functional mock-up unit: model exchange and co-simulation, compiled, with its C",
     )  # fmt: skip
     parser.add_argument("--fmi", metavar="VERSION", help="of --fmu: 3.0 or 2.0 [3.0]")
+    parser.add_argument(
+        "--no-derivatives", action="store_true",
+        help="of --fmu: without directional and adjoint derivatives, sooner for a large mechanism",
+    )  # fmt: skip
     parser.add_argument("--prefix", metavar="WORD", help="begins all names in C [the mechanism's]")
     parser.add_argument(
         "--out", metavar="PATH", help="folder of --c [mechc_export_NAME], file of --fmu [NAME.fmu]"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import sys
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -19,16 +19,27 @@ _SYSTEMS = {"linux": ("linux", ".so"), "darwin": ("darwin", ".dylib")}
 _MACHINES = {"x86_64": "x86_64", "AMD64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 
 
-def write_fmu(asked: Exported, target: Path, **options: Any) -> None:
+# Names of coordinates, speeds and parameters -> titles, directions, values and resets of events.
+Events = Callable[[Sequence[str], Sequence[str], Sequence[str]], Sequence[Any]]
+
+
+def write_fmu(asked: Exported, target: Path, events: Events, **options: Any) -> None:
     """Derive, compile and pack; ``options`` as those of the compiler's ``FmuOptions``."""
     from mechc_codegen.compiler import build_fmu
-    from mechc_codegen.export.fmu import FmuOptions
+    from mechc_codegen.emit.units.event_unit import EventExpressions
+    from mechc_codegen.export.fmu import FmuEvent, FmuOptions
 
     from mechc import __version__
 
+    def in_unit(metadata: Mapping[str, Any]) -> list[Any]:
+        kinds = ("coordinates", "speeds", "parameters")
+        told = events(*([each["name"] for each in metadata[kind]] for kind in kinds))
+        return [FmuEvent(e.title, e.direction, EventExpressions(e.value, e.changes)) for e in told]
+
     chosen = FmuOptions(
-        start=asked.start, values=asked.values, tool=f"mechc {__version__}", **options
-    )
+        start=asked.start, values=asked.values, tool=f"mechc {__version__}", events=in_unit,
+        **options,
+    )  # fmt: skip
     texts = build_fmu(asked.mechanism, chosen, asked.request)
     with TemporaryDirectory(prefix="mechc-fmu-") as folder:
         binary = _compiled(texts, chosen.name, Path(folder))

@@ -57,6 +57,10 @@ def exported(
     errors_of_compiler()
     (found, request), numbers = _described(mechanism, fix, outputs, options)
     states = len(found.coordinates) + len(found.states) + len(found.speeds)
+    if isinstance(y0, Mapping):
+        raise ValueOutOfBoundsError(
+            "y0 is a state, coordinates and then speeds: model.assemble({...}) makes one of names"
+        )
     start = [0.0] * states if y0 is None else [float(value) for value in y0]
     if len(start) != states:
         raise ValueOutOfBoundsError(f"y0 has {len(start)} values; a state has {states}")

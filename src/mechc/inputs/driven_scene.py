@@ -21,6 +21,8 @@ class DrivenScene:
     All other calls are passed on.
     """
 
+    _raises = True  # where a function of Python fails
+
     def __init__(
         self,
         scene: Any,
@@ -42,6 +44,22 @@ class DrivenScene:
         """The same scene, with these inputs besides those it has."""
         return DrivenScene(self._scene, self._slots, tuple(self._free), {**self.given, **given})
 
+    def between(self, t0: float, t1: float) -> DrivenScene:
+        """The same scene, whose signals have at both times the values that they have between.
+
+        A function that fails gives NaN there and raises nothing, as in compiled runs.
+        """
+        other = object.__new__(DrivenScene)
+        other.__dict__.update(self.__dict__)
+        other._raises = False
+        other._whole = self._needed().compiled(t0, t1)
+        return other
+
+    @property
+    def controlled(self) -> bool:
+        """Whether controllers are called during a run."""
+        return bool(self._needed().controls)
+
     def given_to(self, names: Sequence[str], t: float) -> Any:
         """The inputs for C functions of these outputs; None where no such output contains any."""
         if self._free.issuperset({*names} & {*self._scene.outputs}):
@@ -62,7 +80,7 @@ class DrivenScene:
             )
         values.check_times(t)
         out: Array = self._scene.evaluate(name, t, y, p, self._whole)
-        if values.caller.failure is not None:
+        if values.caller.failure is not None and self._raises:
             self.raise_failure()
         return out
 
@@ -74,7 +92,8 @@ class DrivenScene:
         """As of :class:`mechc.native._driver.Scene`."""
         self._needed().check_times((t,))
         found: tuple[int, Array, float, float] = self._scene.project(t, y, p, self._whole)
-        self.raise_failure()
+        if self._raises:
+            self.raise_failure()
         return found
 
     def start(self, t0: float, t1: float, y0: Array, p: Array, *policy: Any) -> SegmentedRun:

@@ -72,6 +72,20 @@ class SegmentedRun:
             )
         return self.status
 
+    def keep_last(self) -> None:
+        self.compiled_run.keep_last()
+
+    def checkpoint(self) -> tuple[Any, ...]:
+        return (*self.compiled_run.checkpoint(), self._segment)
+
+    def back_to(self, checkpoint: tuple[Any, ...]) -> None:
+        *saved, self._segment = checkpoint
+        self.compiled_run.back_to(saved)
+
+    @property
+    def bytes_a_step(self) -> int:
+        return int(self.compiled_run.bytes_a_step)
+
     def stats(self) -> dict[str, Any]:
         return dict(self.compiled_run.stats())
 
@@ -109,9 +123,9 @@ class SegmentedRun:
 
     def covary(
         self, first: int, last: int, covector: Array, sources: Array | None = None,
-        shapes: Any = None,
+        shapes: Any = None, gathered: Array | None = None,
     ) -> tuple[Array, Array]:  # fmt: skip
-        at, gradient = self.compiled_run.covary(first, last, covector, sources, shapes)
+        at, gradient = self.compiled_run.covary(first, last, covector, sources, shapes, gathered)
         return at, gradient
 
     def project_columns(

@@ -27,6 +27,11 @@ cdef extern from "abi/model.h":
     ctypedef struct mechc_method:
         pass
 
+    ctypedef struct mechc_step_limits:
+        ptrdiff_t count
+        const double *times
+        const double *longest
+
     ctypedef struct mechc_options:
         double t0, t1
         const double *y0
@@ -40,6 +45,7 @@ cdef extern from "abi/model.h":
         int method, dense, on_change_point, may_stiffen
         const mechc_method *const *methods
         const int *stop
+        const mechc_step_limits *limits
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations

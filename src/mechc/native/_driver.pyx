@@ -399,9 +399,9 @@ cdef class Scene:
     def start(self, double t0, double t1, const double[::1] y0, p, double rtol, atol,
               const double[::1] scale, double first_step, double max_step, long max_steps, int method,
               bint dense, int on_change_point=0, bint may_stiffen=False, double max_bytes=INFINITY,
-              Inputs inputs=None):
+              limits=None, Inputs inputs=None):
         """Begin a run; see Run.  on_change_point: a number of CHANGE_POINT_POLICIES; max_bytes: of its
-        trajectory."""
+        trajectory; limits: increasing times (n + 1,) and the longest steps between them (n,)."""
         cdef Run run = Run.__new__(Run)
         cdef const double[::1] tolerances, parameters = p
         cdef mechc_options options
@@ -427,6 +427,15 @@ cdef class Scene:
         options.may_stiffen = may_stiffen
         options.methods = self.unit.methods
         options.stop = &run.stop
+        options.limits = NULL
+        if limits is not None:
+            run.limit_times, run.longest = limits
+            if run.limit_times.shape[0] != run.longest.shape[0] + 1:
+                raise ValueError("limits need one time more than steps")
+            run.limits.count = run.longest.shape[0]
+            if run.limits.count:
+                run.limits.times, run.limits.longest = &run.limit_times[0], &run.longest[0]
+                options.limits = &run.limits
         run.begin(&options, max_bytes)
         return run
 

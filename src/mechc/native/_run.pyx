@@ -185,6 +185,10 @@ cdef class Run:
 
     cpdef void forget(self):
         """Keep of the record the last state only; count from zero."""
+        self._keep_last_state()
+        self.run.stats.steps = self.run.stats.rejected = 0
+
+    cdef void _keep_last_state(self):
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef ptrdiff_t last = record.count - 1
         if last > 0:
@@ -192,7 +196,36 @@ cdef class Run:
             memcpy(record.y, record.y + last * self.width, self.width * sizeof(double))
             record.count = 1
         record.crossing_count = 0
-        self.run.stats.steps = self.run.stats.rejected = 0
+
+    def keep_last(self):
+        """Keep of the record the last state only, such that the run goes on as if it kept all."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        cdef ptrdiff_t last = record.count - 1
+        if last > 0:
+            record.dropped[1] = record.t[last - 2] if last > 1 else record.dropped[0]
+            record.dropped[0] = record.t[last - 1]
+            record.dropped_count = 2 if last > 1 or record.dropped_count else 1
+        self._keep_last_state()
+
+    def checkpoint(self):
+        """What :meth:`back_to` goes on from."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        dropped = record.dropped[0], record.dropped[1], record.dropped_count
+        return self.save(), dropped, self.inputs
+
+    def back_to(self, checkpoint):
+        """To a checkpoint of this run; of its record the state there is kept."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        saved, dropped, self.inputs = checkpoint
+        self.restore(saved)
+        self._keep_last_state()
+        record.dropped[0], record.dropped[1], record.dropped_count = dropped
+
+    @property
+    def bytes_a_step(self):
+        """Of the record."""
+        cdef mechc_trajectory *record = &self.run.trajectory
+        return sizeof(double) * (1 + record.width * (1 + record.dense_rows))
 
     cpdef int step(self, double t1, Inputs inputs=None) except -1:
         """On to t1, forgetting the way there; inputs as in :meth:`extend`.  The status code."""
@@ -467,13 +500,15 @@ cdef class Run:
             done += given.states
 
     def covary(self, ptrdiff_t first, ptrdiff_t last, const double[::1] covector, sources=None,
-               Shapes shapes=None):
+               Shapes shapes=None, gathered=None):
         """The transposed of :meth:`vary`: of a function's derivative by the state at the end of these
         steps, covector (width,), those by the state at their start and by (parameters + inputs +
         columns of the shapes).
 
         sources : (last - first, width)
             Added to the covector at the start of each step.
+        gathered : (parameters + inputs + columns of the shapes)
+            What later steps gave, to which these add.
         """
         cdef mechc_trajectory *record = &self.run.trajectory
         cdef ptrdiff_t left = last
@@ -485,6 +520,8 @@ cdef class Run:
             raise ValueError("no such steps, or arrays of another shape")
         cdef int columns = self.p.shape[0] + self.scene.inputs + (shapes.columns if shapes else 0)
         at, gradient = np.array(covector), np.zeros(columns + 1)
+        if gathered is not None:
+            gradient[:columns] = gathered
         cdef double[::1] p = self.p, moving = at, total = gradient
         cdef const double[:, ::1] added
         cdef mechc_covariation covariation
@@ -499,7 +536,7 @@ cdef class Run:
         job.unit, job.covariation = self.unit, &covariation
         while left > first:
             covariation.last = left
-            left = max(first, left - self.at_once(columns))
+            left = max(first, (left - 1) // self.at_once(columns) * self.at_once(columns))
             covariation.first = left
             if sources is not None:
                 covariation.sources = &added[left - first, 0]

@@ -11,6 +11,8 @@ cdef extern from "methods/dormand_prince_tableaus.h":
         const double *nodes
         const double *matrix
         const double *dense
+        const double *error
+        const double *second_error
 
     const mechc_tableau mechc_dopri5_tableau, mechc_dop853_tableau
 
@@ -23,8 +25,12 @@ cdef tuple _told(const mechc_tableau *tableau):
         for j in range(i):
             matrix[i, j] = tableau.matrix[i * MECHC_MOST_RATES + j]
     dense = [[tableau.dense[i * MECHC_MOST_RATES + j] for j in range(rates)] for i in range(extra)]
-    return tableau.stages, nodes, matrix, np.array(dense)
+    errors = [[tableau.error[j] for j in range(tableau.stages + 1)]]
+    if tableau.second_error != NULL:
+        errors.append([tableau.second_error[j] for j in range(tableau.stages + 1)])
+    return tableau.stages, nodes, matrix, np.array(dense), np.array(errors)
 
 
-# Method: the rate at the step's end, nodes, matrix (rates, rates), rows of the dense output.
+# Method: the rate at the step's end, nodes, matrix (rates, rates), rows of the dense output, of one
+# or two estimates of the error the weights of the rates up to that of the end.
 PAIRS = {"dopri5": _told(&mechc_dopri5_tableau), "dop853": _told(&mechc_dop853_tableau)}

@@ -161,12 +161,20 @@ class NumpyRun:
     def _first_scale(self, scale: Array) -> Array:
         """Scale of the speeds: what the first accelerations reach in one unit of a coordinate."""
         found, speeds = scale.copy(), slice(self.width, None)
-        reached = np.sqrt(np.abs(self.rates[0, speeds]) * scale[speeds])
-        found[speeds] = np.maximum(np.abs(self.y[speeds]), reached)
+        reached = np.sqrt(self._accelerations() * scale[speeds])
+        found[speeds] = np.maximum(self._speeds(), reached)
         largest = float((found[speeds] / scale[speeds]).max(initial=0.0))
         least = scale[speeds] * (1e-3 * largest if largest > 0 else 1.0)
         found[speeds] = np.maximum(found[speeds], least)
         return found
+
+    def _accelerations(self) -> Array:
+        """Their size at the start (nu,)."""
+        return np.abs(self.rates[0, self.width :])
+
+    def _speeds(self) -> Array:
+        """Their size at the start (nu,)."""
+        return np.abs(self.y[self.width :])
 
     def _first_step(self) -> float:
         """After Hairer, Norsett & Wanner (1993), section II.4."""

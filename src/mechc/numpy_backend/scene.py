@@ -130,7 +130,7 @@ class NumpyScene:
         self, t0: float, t1: float, y0: Array, p: Array, rtol: float, atol: Array | None,
         scale: Array, first_step: float, max_step: float, max_steps: int, method: int,
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
-        max_bytes: float = np.inf, inputs: Any = None,
+        max_bytes: float = np.inf, limits: Any = None, inputs: Any = None,
     ) -> Any:  # fmt: skip
         """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
         from mechc.numpy_backend.integrator import NumpyRun, RunLimits

@@ -115,7 +115,7 @@ def _write_netcdf(sol: Trajectory, path: Path) -> None:
 
 def recipe_of(sol: Trajectory) -> dict[str, Any]:
     """The data to simulate a motion again, as JSON data."""
-    policy = sol.policy._asdict()
+    policy = sol.policy.asked()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
     y0 = sol._run.states()[1][0]

@@ -18,6 +18,7 @@ from mechc.system.parameters import Array
 if TYPE_CHECKING:
     from mechc.sensitivities.gradient import Gradient
     from mechc.sensitivities.history import Sensitivity
+    from mechc.simulation.settings import Policy
 
 
 class Solution(Trajectory):
@@ -110,11 +111,25 @@ class Solution(Trajectory):
 
     # -- derivatives ---------------------------------------------------------------------------
 
-    def differentiate(self, names: Sequence[str], y0: Any, params: Any) -> None:
+    def differentiate(self, names: Sequence[str], y0: Any, params: Any) -> Sensitivity:
         """Compute ``sensitivity`` by these names; y0 and params as ``simulate`` was given them."""
         from mechc.sensitivities.run import sensitivity_of_run
 
         self._sensitivity = sensitivity_of_run(self, names, y0, params)
+        return self._sensitivity
+
+    def differentiated_within_tolerance(
+        self, names: Sequence[str], again: Callable[[Policy], Solution]
+    ) -> Solution:
+        """This motion by steps for ``sensitivity`` by these names too; ``again`` computes it."""
+        from mechc.sensitivities.control import controlled
+
+        return controlled(again, self, lambda sol: sol.differentiate(names, *sol._given_or_own))[0]
+
+    @property
+    def _given_or_own(self) -> tuple[Any, Any]:
+        """The start and the parameters as they were given; those of a part of a motion its own."""
+        return self._given or (self._run.states()[1][0], self.params)
 
     @property
     def sensitivity(self) -> Sensitivity:
@@ -142,7 +157,8 @@ class Solution(Trajectory):
         by many names it costs hardly more than by one.
 
         ``sol.gradient(end="theta_0", by=["l_3", "m_1"])["l_3"]``.  The objective is the sum of both
-        parts; the run needs no ``sensitivities``, only a model compiled with them.
+        parts; the run needs no ``sensitivities``, only a model compiled with them.  Long runs are
+        kept within a bound of memory by ``simulate(..., checkpoints=...)``.
 
         Parameters
         ----------
@@ -171,9 +187,8 @@ class Solution(Trajectory):
 
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
-        y0, params = (self._run.states()[1][0], self.params) if not self._given else self._given
         names = None if by is None else names_of(by)
-        return gradient_of_run(self, end, integral, names, y0, params)
+        return gradient_of_run(self, end, integral, names, *self._given_or_own)
 
     def sensitivity_of(self, output: Any, name: Any, t: Array | None = None) -> Array:
         """The derivative of an output, (nt, ...), the output's shape after the times.

@@ -8,20 +8,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import Columns, columns_of
-from mechc.sensitivities.events import GRAZING, Jump, jump_of, through_reset
+from mechc.sensitivities.events import GRAZING, Jump, jump_of, moved_time, through_reset
 from mechc.sensitivities.outputs import linear_output
 from mechc.sensitivities.rules import rule_of
 from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
+from mechc.simulation.checkpoints import Checkpointed, ends_of
+from mechc.simulation.events.event import Event
 from mechc.simulation.segments import Segments, Until
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
@@ -50,14 +52,17 @@ class Gradient(dict[str, Any]):
 
 @dataclass
 class Backwards:
-    """A covector (nx,) on its way back, and what has been gathered by parameters and inputs."""
+    """A covector (nx,) on its way back, and what has been gathered by parameters and inputs: of the
+    end and the steps, and of integrals; and the value of the objective."""
 
     sol: Trajectory
     system: System
     covector: Array
     gathered: Array
+    integrated: Array
     raw: Columns
     names: Sequence[str]  # that are by samples
+    value: float = 0.0
 
     @cached_property
     def every(self) -> Columns:
@@ -97,24 +102,26 @@ def gradient_of_run(
     system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
-    t, y = sol._run.states()
+    t, y = ends_of(sol._run)
     start, notes = start_columns(system, columns, y0, sol._run, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     raw = _raw(columns)
-    way = Backwards(sol, system, np.zeros(system.scene.width), np.zeros(raw.count), raw,
-                    columns.names if columns.samples else ())  # fmt: skip
-    value = _begin(way, end)
+    way = Backwards(
+        sol, system, np.zeros(system.scene.width), np.zeros(raw.count), np.zeros(raw.count), raw,
+        columns.names if columns.samples else (),
+    )  # fmt: skip
+    _begin(way, end)
     for run, stop in reversed(_parts(sol._run, sol._stop)):
         if isinstance(run, Jump):
-            _back_over(way, run)
+            _back_over(way, run, _weights(integral))
         else:
-            value += _back(way, run, stop, _weights(integral))
-    total = start.T @ way.covector + _along(columns).T @ way.gathered
+            _back(way, run() if callable(run) else run, stop, _weights(integral))
+    total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan
         notes += said
     parts = {name: _own(total[place]) for name, place in columns.places.items()}
-    return Gradient(parts, value, notes)
+    return Gradient(parts, way.value, notes)
 
 
 def _raw(columns: Columns) -> Columns:
@@ -150,8 +157,10 @@ def _weights(given: Any) -> dict[str, float]:
 
 
 def _parts(run: Any, stop: float | None) -> list[tuple[Any, float | None]]:
-    """Compiled runs and jumps, in order, each with the time within it where it ends; None: its own
-    end."""
+    """Compiled runs, functions that give one, and jumps, in order, each with the time within it
+    where it ends; None: its own end."""
+    if isinstance(run, Checkpointed):
+        return [(partial(run.part, number), None) for number in range(run.parts)]
     if isinstance(run, Segments):
         found: list[tuple[Any, float | None]] = []
         for number, piece in enumerate(run.pieces):
@@ -163,8 +172,8 @@ def _parts(run: Any, stop: float | None) -> list[tuple[Any, float | None]]:
     return [(run, stop)]
 
 
-def _begin(way: Backwards, end: Any) -> float:
-    """The covector of the end state; the objective's value there."""
+def _begin(way: Backwards, end: Any) -> None:
+    """The covector of the end state, and the objective's value there."""
     sol = way.sol
     t = sol.span[1]
     y = np.asarray(sol(t))
@@ -172,39 +181,37 @@ def _begin(way: Backwards, end: Any) -> float:
         given = np.array(end, dtype=np.float64)
         if given.shape != y.shape:
             raise MechcError(f"the end's derivative has the shape {given.shape}, not {y.shape}")
-        way.covector = given
-        return float(given @ y)
-    return _add_outputs(way, _weights(end), y, t)
+        way.covector, way.value = given, float(given @ y)
+    else:
+        _add_outputs(way, _weights(end), y, t)
 
 
-def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: float) -> float:
-    value = 0.0
+def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: float) -> None:
     for name, weight in weights.items():
         one, by_state, given = linear_output(way.sol, name, y[None], np.array([t]), way.raw)
         way.covector = way.covector + weight * by_state[0]
         way.gathered = way.gathered + weight * given[0]
-        value += weight * float(one[0])
-    return value
+        way.value += weight * float(one[0])
 
 
-def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, float]) -> float:
-    """Over one compiled run; the integral over it."""
+def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, float]) -> None:
+    """Over one compiled run."""
     checked_run(way.system, run, way.sol.params)
     t = run.times(0)
-    value, last = 0.0, len(t) - 1
+    last = len(t) - 1
     if way.names and last > 0:
         check_steps(way.system, way.names, t)
     if stop is not None and last > 0:
         forwards = 1.0 if t[-1] >= t[0] else -1.0
         last = max(int(np.searchsorted(forwards * t, forwards * stop)) - 1, 0)
-        value += _back_within(way, run, last, stop, weights)
-    sources, by_given, more = _integral(way, run, t, 0, last, t[last], weights)
-    way.covector, gathered = run.covary(0, max(last, 0), way.covector, sources, way.raw.shapes)
-    way.gathered = way.gathered + gathered + by_given
-    return value + more
+        _back_within(way, run, last, stop, weights)
+    sources = _integral(way, run, t, 0, last, t[last], weights)
+    way.covector, way.gathered = run.covary(
+        0, max(last, 0), way.covector, sources, way.raw.shapes, way.gathered
+    )
 
 
-def _back_over(way: Backwards, jump: Jump) -> None:
+def _back_over(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
     """From behind the reset of an event to before it."""
     if len(jump.causes) != 1:
         raise MechcError(
@@ -217,11 +224,25 @@ def _back_over(way: Backwards, jump: Jump) -> None:
             f"there is no gradient: {GRAZING.format(jump.t)}, which sensitivities= gives"
         )
     way.through(columns)
+    if weights:
+        _move_jump(way, jump, weights)
+
+
+def _move_jump(way: Backwards, jump: Jump, weights: Mapping[str, float]) -> None:
+    """What integrals gain where the jump of their integrand moves with the event's time."""
+    both, times = np.array([jump.before, jump.after]), np.full(2, jump.t)
+    values = {name: linear_output(way.sol, name, both, times, way.raw)[0] for name in weights}
+    fall = sum(weight * (values[name][0] - values[name][1]) for name, weight in weights.items())
+    event = Event.of(way.sol._asked[jump.causes[0]])
+    later = moved_time(way.system, event, jump.t, jump.before, way.sol.params, way.every, way.start)
+    width = way.system.scene.width
+    way.covector = way.covector + fall * later[:width]
+    way.gathered = way.gathered + fall * later[width:]
 
 
 def _back_within(
     way: Backwards, run: Any, step: int, stop: float, weights: Mapping[str, float]
-) -> float:
+) -> None:
     """From a time within a step to its start."""
     t = run.times(0)
     h = t[step + 1] - t[step]
@@ -232,12 +253,10 @@ def _back_within(
     columns = _between(rule, h, s, ends[0], ends[1], rates[0])
     y = way.sol._run.interpolate(np.array([stop]))
     run.project_columns(np.array([stop]), y, every, columns, shapes)
-    sources, by_given, value = _integral(way, run, t, step, step + 1, stop, weights)
+    sources = _integral(way, run, t, step, step + 1, stop, weights)
     way.through(columns[0])
     if sources is not None:
         way.covector = way.covector + sources[0]
-        way.gathered = way.gathered + by_given
-    return value
 
 
 def _between(rule: Any, h: float, s: Array, before: Array, after: Array, rates: Array) -> Array:
@@ -253,22 +272,22 @@ def _between(rule: Any, h: float, s: Array, before: Array, after: Array, rates: 
 def _integral(
     way: Backwards, run: Any, t: Array, first: int, last: int, stop: float,
     weights: Mapping[str, float],
-) -> tuple[Array | None, Array, float]:  # fmt: skip
+) -> Array | None:  # fmt: skip
     """Of outputs over steps first ... last - 1, the last until ``stop``: what it adds to the
-    covector at the start of each step, by parameters and inputs, and its value.
+    covector at the start of each step; its value and what it adds by parameters and inputs are
+    gathered, the last step first.
 
     By Gauss's quadrature with eight points a step, on the dense output.
     """
-    by_given, value = np.zeros(len(way.gathered)), 0.0
     if not weights or last <= first:
-        return None, by_given, value
+        return None
     sources = np.zeros((last - first, way.system.scene.width))
-    for step in range(first, last):
+    for step in range(last - 1, first - 1, -1):
         end = stop if step == last - 1 else t[step + 1]
-        one, given, more = _integral_step(way, run, t, step, end, weights)
-        sources[step - first] = one
-        by_given, value = by_given + given, value + more
-    return sources, by_given, value
+        sources[step - first], given, value = _integral_step(way, run, t, step, end, weights)
+        way.integrated = way.integrated + given
+        way.value += value
+    return sources
 
 
 def _integral_step(

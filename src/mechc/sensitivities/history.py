@@ -37,7 +37,7 @@ class Sensitivity(Mapping[str, Array]):
     def __init__(
         self, sol: Trajectory, columns: Columns, pieces: Sequence[Piece], notes: tuple[str, ...]
     ) -> None:
-        self._sol, self._pieces = sol, tuple(pieces)
+        self._sol, self.pieces = sol, tuple(pieces)
         self.columns, self.notes = columns, notes
         self.names = columns.names
         self._kept: Array | None = None
@@ -86,14 +86,14 @@ class Sensitivity(Mapping[str, Array]):
         are with ``before``.
         """
         found = np.empty((len(t), y.shape[1], self.columns.count))
-        forwards = 1.0 if self._pieces[-1].t[-1] >= self._pieces[0].t[0] else -1.0
-        starts = np.array([forwards * piece.t[0] for piece in self._pieces[1:]])
+        forwards = 1.0 if self.pieces[-1].t[-1] >= self.pieces[0].t[0] else -1.0
+        starts = np.array([forwards * piece.t[0] for piece in self.pieces[1:]])
         place = np.searchsorted(starts, forwards * t, side="left" if before else "right")
         twice = np.flatnonzero(t[1:] == t[:-1])
         place[twice] = np.searchsorted(starts, forwards * t[twice], side="left")
         for number in np.unique(place):
             here = np.flatnonzero(place == number)
-            found[here] = self._tangent(self._pieces[number], t[here], y[here])
+            found[here] = self._tangent(self.pieces[number], t[here], y[here])
         return found
 
     def _tangent(self, piece: Piece, t: Array, y: Array) -> Array:

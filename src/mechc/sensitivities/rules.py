@@ -6,8 +6,10 @@ columns are S + h sum_j w_j(s) K_j.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -15,8 +17,11 @@ from numpy.polynomial import legendre
 from mechc.native._tableaus import PAIRS
 from mechc.system.parameters import Array
 
+SHARE, SHARE_OF_MANY = 0.03, 0.01  # of the tolerance, for one step, as runtime/stepping/control.h
 RADAU_NODES = (0.1 * (4.0 - 6.0**0.5), 0.1 * (4.0 + 6.0**0.5), 1.0)  # Hairer & Wanner 1996, IV.5
 GAUSS_STAGES = 8
+
+Kept = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
@@ -25,12 +30,16 @@ class Collocation:
 
     nodes: Array
     coefficients: Array  # of the Lagrange polynomials, in Legendre's
+    order: int  # of a step's error in its length
+    highest: int  # coefficients of the rates that tell of it
+    safety: float  # of their squares
+    share: float = SHARE
 
     @classmethod
-    def at(cls, nodes: Array) -> Collocation:
+    def at(cls, nodes: Array, *estimate: Any) -> Collocation:
         """The rule with these nodes."""
         found = np.linalg.inv(legendre.legvander(2.0 * nodes - 1.0, len(nodes) - 1))
-        return cls(nodes, np.asarray(found, float))
+        return cls(nodes, np.asarray(found, float), *estimate)
 
     @property
     def rates(self) -> int:
@@ -47,6 +56,22 @@ class Collocation:
             powers[:, n] = (values[:, n + 1] - values[:, n - 1]) / (4 * n + 2)
         return np.asarray(powers @ self.coefficients)
 
+    def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
+        """Errors of steps over what is tolerated, (m, k), as runtime/methods/gauss.h has them.
+
+        h : (m, 1, 1)
+            Lengths of the steps.
+        rates : (m, rates, nx, k)
+            Of the columns.
+        size, tolerated : (m, nx, k)
+            Of the columns' components, and of their errors.
+        kept
+            What the constraints leave of columns at the steps' ends.
+        """
+        highest = h * _combined(self.coefficients[-self.highest :], rates)
+        squares = self.safety * (highest**2).sum(axis=0)
+        return np.asarray((squares / (size * tolerated)).mean(axis=1))
+
 
 @dataclass(frozen=True)
 class Pair:
@@ -56,6 +81,9 @@ class Pair:
     nodes: Array
     matrix: Array
     dense: Array  # rows of the dense output beyond the third
+    estimates: Array  # (1 or 2, end + 1) weights of the rates
+    order: int
+    share: float
 
     @property
     def rates(self) -> int:
@@ -73,16 +101,33 @@ class Pair:
             total = share[:, None] * (total + rows[number])
         return total
 
+    def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
+        """As :meth:`Collocation.errors`, by the pair's embedded formulas."""
+        every = h * _combined(self.estimates, rates[:, : self.end + 1])
+        found = np.stack([kept(each) for each in every])
+        squares = ((found / tolerated) ** 2).mean(axis=2)
+        if len(squares) == 1:
+            return np.asarray(np.sqrt(squares[0]))
+        whole = np.sqrt(squares[0] + 0.01 * squares[1])
+        return np.asarray(squares[0] / np.where(whole > 0.0, whole, 1.0))
+
 
 Rule = Collocation | Pair
+
+
+def _combined(weights: Array, rates: Array) -> Array:
+    """Sums (e, m, nx, k) of rates (m, rates, nx, k) by weights (e, rates)."""
+    flat = weights @ rates.reshape(*rates.shape[:2], -1)
+    return np.ascontiguousarray(flat.swapaxes(0, 1)).reshape(-1, len(rates), *rates.shape[2:])
 
 
 @cache
 def rule_of(method: str) -> Rule:
     """The rule of a method by its name."""
     if method in PAIRS:
-        end, nodes, matrix, dense = PAIRS[method]
-        return Pair(end, nodes, matrix, dense)
+        order, share = (8, SHARE) if method == "dop853" else (5, SHARE_OF_MANY)
+        end, nodes, matrix, dense, estimates = PAIRS[method]
+        return Pair(end, nodes, matrix, dense, estimates, order, share)
     if method == "radau5":
-        return Collocation.at(np.array(RADAU_NODES))
-    return Collocation.at(0.5 * legendre.leggauss(GAUSS_STAGES)[0] + 0.5)
+        return Collocation.at(np.array(RADAU_NODES), 6, 1, 1.0, SHARE_OF_MANY)
+    return Collocation.at(0.5 * legendre.leggauss(GAUSS_STAGES)[0] + 0.5, 16, 2, 1e3)

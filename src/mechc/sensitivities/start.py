@@ -11,6 +11,7 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
 from mechc.sensitivities.steps import on_tangent_space
+from mechc.simulation.checkpoints import ends_of
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -32,7 +33,7 @@ def start_columns(
     MechcError
         For a coordinate or speed that was not given by itself.
     """
-    t, state = float(run.times(0)[0]), run.states()[1][0]
+    t, state = (part[0] for part in ends_of(run))
     found = np.zeros((system.scene.width, columns.count))
     notes: tuple[str, ...] = ()
     if isinstance(given, Mapping):

@@ -17,8 +17,9 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
-from mechc.sensitivities.rules import rule_of
+from mechc.sensitivities.rules import Rule, rule_of
 from mechc.sensitivities.samples import check_steps
+from mechc.simulation.checkpoints import Checkpointed
 from mechc.simulation.segments import Segments, Until
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -55,7 +56,7 @@ class Piece:
         found = np.empty((len(times), *self.ends.shape[1:]))
         at_step = times == self.t[step + 1]
         found[at_step] = self.ends[step[at_step] + 1]
-        for first, last in self._alike(np.unique(step[~at_step])):
+        for first, last in self.alike(np.unique(step[~at_step])):
             here = np.flatnonzero((step >= first) & (step < last) & ~at_step)
             found[here] = self._between(first, last, step[here], times[here])
         return found
@@ -65,7 +66,7 @@ class Piece:
         self.run.project_columns(t, y, self.directions, found, self.columns.shapes)
         return found
 
-    def _alike(self, steps: Array) -> Iterator[tuple[int, int]]:
+    def alike(self, steps: Any) -> Iterator[tuple[int, int]]:
         """Ranges of steps by one method among those given, not too many at once."""
         most = max(1, NUMBERS_AT_ONCE // (16 * self.ends[0].size + 1))
         first = 0
@@ -79,12 +80,20 @@ class Piece:
                 yield int(steps[first]), int(steps[k - 1]) + 1
                 first = k
 
+    def rule(self, step: int) -> Rule:
+        """That of a step's method."""
+        return rule_of(NAMES[int(self.methods[step])])
+
+    def rates(self, first: int, last: int) -> Array:
+        """S' where steps first ... last - 1, by one method, take it: (steps, rates, nx, k)."""
+        start, count = np.ascontiguousarray(self.ends[first]), self.rule(first).rates
+        shapes = self.columns.shapes
+        rates: Array = self.run.vary(first, last, self.directions, start, count, shapes=shapes)[1]
+        return rates
+
     def _between(self, first: int, last: int, step: Any, times: Array) -> Array:
         """At times within steps first ... last - 1, by the dense output of their method."""
-        rule = rule_of(NAMES[int(self.methods[first])])
-        start = np.ascontiguousarray(self.ends[first])
-        shapes = self.columns.shapes
-        _, rates = self.run.vary(first, last, self.directions, start, rule.rates, shapes=shapes)
+        rule, rates = self.rule(first), self.rates(first, last)
         h = self.t[step + 1] - self.t[step]
         s = (times - self.t[step]) / h
         weights = rule.weights(s) * h[:, None]
@@ -117,6 +126,7 @@ def on_tangent_space(
     """Columns (nx, k) at the start of a run, moved onto the constraints' tangent space."""
     while isinstance(run, (Segments, Until)):
         run = run.pieces[0] if isinstance(run, Segments) else run.piece
+    run = run.part(0) if isinstance(run, Checkpointed) else run
     checked_run(system, run, values)
     given = columns.directions, start
     moved: Array = run.vary(0, 0, *given, project=True, shapes=columns.shapes)[0][0]

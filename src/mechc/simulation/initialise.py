@@ -31,7 +31,7 @@ def begin(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
         policy.first_step, policy.max_step, policy.max_steps, METHODS[policy.method],
         policy.dense, CHANGE_POINT_POLICIES[policy.on_change_point], policy.stiff_switch,
-        policy.max_bytes,
+        policy.max_bytes, policy.limits,
     )  # fmt: skip
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,12 +33,20 @@ class Policy(NamedTuple):
     on_change_point: str
     stiff_switch: bool
     max_bytes: float = LARGEST_TRAJECTORY
+    limits: tuple[Array, Array] | None = None  # times (n + 1,), the longest steps between them (n,)
+    checkpoints: float | None = None  # bytes for them, in place of the trajectory
+
+    def asked(self) -> dict[str, Any]:
+        """What decides the motion besides its limits, which follow from it, by name."""
+        told = self._asdict()
+        del told["limits"], told["checkpoints"]
+        return told
 
 
 def checked_policy(
     system: System, *, rtol: float, atol: Any, method: str, first_step: float | None,
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
-    max_bytes: float = LARGEST_TRAJECTORY,
+    max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
 ) -> Policy:  # fmt: skip
     """The policy of a run or a batch.
 
@@ -57,7 +66,22 @@ def checked_policy(
         checked_change_point(on_change_point),
         method == "auto",
         _positive("max_bytes", max_bytes, infinite=True),
+        checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
     )
+
+
+def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any]) -> None:
+    """
+    Raises
+    ------
+    ValueOutOfBoundsError
+        Where there are any.
+    """
+    if len(events) or len(sensitivities):
+        raise ValueOutOfBoundsError(
+            "a run with checkpoints takes neither events= nor sensitivities=: its gradient, "
+            "sol.gradient(...), needs neither"
+        )
 
 
 def checked_change_point(policy: str) -> str:
@@ -70,8 +94,9 @@ def checked_change_point(policy: str) -> str:
 def _chosen_method(system: System, method: str) -> str:
     without_c = system.reference.backend == "numpy"
     if method == "auto":
-        smooth = system.data.get("smooth", True) and not (system.driven and system.driven.called)
-        return "gauss8" if smooth and not without_c else "dop853"
+        smooth = system.data.get("smooth", True) or system.data.get("switches", 0) > 0
+        called = system.driven and system.driven.called
+        return "gauss8" if smooth and not called and not without_c else "dop853"
     method = SCIPYS.get(method, method) if isinstance(method, str) else method
     if not isinstance(method, str) or method not in METHODS:
         raise UnknownNameError("method", method, ("auto", *METHODS, *SCIPYS))

@@ -26,6 +26,7 @@ from mechc.native._codes import (
 )
 from mechc.native._run import Run
 from mechc.simulation.balance import energy_note
+from mechc.simulation.checkpoints import ends_of, with_checkpoints
 from mechc.simulation.contact.drive import ContactResets
 from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import (
@@ -87,6 +88,8 @@ def run(
     if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
         compiled = leave_change_point(system, span, first, values, policy) or compiled
+    if policy.checkpoints is not None:
+        compiled = with_checkpoints(compiled, policy.checkpoints)
     sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
@@ -142,7 +145,7 @@ def _driven(
     if code in LIMITED:
         status = explained(status, code, system, compiled, values, policy, span)
     found = finder.records() if finder else ()
-    failure = finder.failure if finder else None
+    failure = finder.failure if finder and code != INPUT_FAILED else None
     if code == INPUT_FAILED and driven is not None:
         status = replace(status, cause=driven.failure_in_words())
     if failure is not None:
@@ -166,7 +169,7 @@ def _finder(
     laws = contact_laws(events)
     slides = any(law.slip is not None for law in laws)
     if laws:
-        alone = system.driven is None or (compiled is not None and not slides)
+        alone = not (slides and system.driven is not None and system.driven.controlled)
         refuse_stops(system, span, alone and may_compile(run, first))
     if compiled is None or slides:
         return EventFinder(events, run, system.scene.width, first, policy.rtol)
@@ -174,7 +177,7 @@ def _finder(
 
 
 def _kind_of_resets(system: System, events: Sequence[Any], finder: EventFinder) -> Any:
-    if contact_laws(events) and system.driven is None:
+    if contact_laws(events):
         return ContactResets
     return CompiledResets if isinstance(finder, CompiledFinder) else Resets
 
@@ -246,6 +249,8 @@ def _drive(
                 if resets is None or not resets.takes(number):
                     return STOPPED_BY_EVENT, stop, finder
                 code = resets.after(stop, number)
+            elif code == FINISHED and resets is not None:
+                code = resets.finished()
             if progress is not None:
                 progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
@@ -278,10 +283,10 @@ def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...
     finest = COARSE * max(rtol, FINEST)
     if type(compiled) is Run and math.ulp(compiled.largest(system.angles)) <= finest:
         return ()  # nearly always, and fast
-    states = compiled.states()[1]
+    states = ends_of(compiled)[1]
     if not len(states):  # without memory not even the start was kept
         return ()
-    size = np.abs(states[[0, -1]]).max(axis=0)[: len(system.coordinates)]
+    size = np.abs(states).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
     if not len(angles) or not np.spacing(angles[largest]) > finest:

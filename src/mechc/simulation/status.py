@@ -225,7 +225,8 @@ CODES = {
     ),
     codes.OPEN_AT_START: (
         "open at the start",
-        "the start is not finite, its loops are open, or its speeds open one",
+        "the start is not finite, its loops are open, its speeds open one, or parts that touch "
+        "at a stop overlap",
         "Use mechc.Assembly(...), which closes the loops of each member",
     ),
     codes.INTERRUPTED: (

@@ -12,6 +12,7 @@ import numpy as np
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, in_contact, work_along
+from mechc.simulation.checkpoints import Checkpointed
 from mechc.simulation.events.event import EventRecord, event_titles
 from mechc.simulation.segments import Segments, SmoothPart
 from mechc.simulation.settings import Policy
@@ -119,7 +120,8 @@ class Trajectory:
     @cached_property
     def span(self) -> tuple[float, float]:
         """Times between which the run has states, s."""
-        t = self._run.times(0)
+        run = self._run
+        t = run.span if isinstance(run, Checkpointed) else run.times(0)
         return float(t[0]), float(t[-1]) if self._stop is None else self._stop
 
     @property

@@ -1,9 +1,13 @@
 """What other tools are given for derivatives is right: theirs are those of the references."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from mechc_codegen.library.chains.pendulum import pendulum
 
 from benchmarks.costs import equal_error
+from benchmarks.formulations.equations import derive
 from benchmarks.peers import variational
 from benchmarks.references.sensitivities.derivatives import posed
 
@@ -27,6 +31,21 @@ def test_derivatives_are_those_of_the_references(name, package):
         assert [run.way for run in runs] == ways
         for run in runs:
             assert equal_error.error_of(run, given.exact) < limit
+
+
+def test_the_order_of_the_states_is_the_models():
+    double = pendulum(2)
+    turned = SimpleNamespace(coordinates=("theta_1", "theta_0"), speeds=("omega_1", "omega_0"))
+    plain, other = (derive(m, {}) for m in (double, equal_error.ordered(double, turned)))
+    y, parameters = np.array([0.3, 1.1, -0.7, 0.4]), [1.2, 0.9, 1.5, 0.8, 9.81]
+    values = dict(zip(sorted(p.name for p in plain.parameters), parameters, strict=True))
+
+    def rates(equations, state):
+        own = [values[p.name] for p in equations.parameters]
+        return equations.rates().function()(*state, *own)
+
+    order = [1, 0, 3, 2]
+    np.testing.assert_allclose(rates(other, y[order]), np.array(rates(plain, y))[order], rtol=1e-12)
 
 
 def test_a_wrong_derivative_shows():

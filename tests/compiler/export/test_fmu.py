@@ -21,6 +21,7 @@ from mechc.cli.commands import main
 from mechc.compilation import toolchain
 
 fmpy = pytest.importorskip("fmpy")
+validate_fmu = pytest.importorskip("fmpy.validation").validate_fmu
 pytestmark = [pytest.mark.slow, pytest.mark.usefixtures("less_optimised")]
 STATES = ["theta_0", "theta_1", "theta_2", "omega_0", "omega_1", "omega_2"]
 REGULAR = {"l_3": 3.5}
@@ -112,8 +113,6 @@ class Instance:
 
 
 def test_descriptions_are_valid(four_bar, cart):
-    from fmpy.validation import validate_fmu
-
     assert validate_fmu(str(four_bar[0])) == []
     assert validate_fmu(str(cart[1])) == []
     units = {v.name: v.unit for v in fmpy.read_model_description(str(four_bar[0])).modelVariables}
@@ -322,3 +321,90 @@ def test_what_is_no_export_is_refused(tmp_path):
     with pytest.raises(CodegenError, match="cannot begin"):
         mechc.export_fmu("pendulum", tmp_path / "x.fmu", name="a b")
     assert list(tmp_path.iterdir()) == []
+
+
+# -- events -----------------------------------------------------------------------------------
+
+
+BOUNCE = (mechc.Event("q < 0", reset={"u": "-e*u"}), mechc.Event("u"))
+HEAVY = {"m": 1.0, "g": 9.81, "e": 0.8, "c": 0.0}
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """A ball over a floor, as SymPy describes it."""
+    q, u = me.dynamicsymbols("q u")
+    m, g, e, c = sm.symbols("m g e c")
+    N, O, P = me.ReferenceFrame("N"), me.Point("O"), me.Point("P")
+    O.set_vel(N, 0)
+    P.set_pos(O, q * N.x)
+    P.set_vel(N, u * N.x)
+    kane = me.KanesMethod(N, [q], [u], [q.diff() - u])
+    kane.kanes_equations([me.Particle("ball", P, m)], [(P, -(m * g + c * e * u) * N.x)])
+    return kane
+
+
+def states_of(record, names):
+    return record["time"], np.array([record[name] for name in names]).T
+
+
+@pytest.mark.parametrize("version", ["3.0", "2.0"])
+def test_events_are_indicators_and_resets_are_made(ball, version, tmp_path):
+    file = mechc.export_fmu(
+        ball, tmp_path / "ball.fmu", name="ball", version=version, y0=[1.0, 0.0], params=HEAVY,
+        events=BOUNCE, derivatives=False,
+    )  # fmt: skip
+    assert validate_fmu(str(file)) == []
+    described = fmpy.read_model_description(str(file))
+    assert (described.numberOfEventIndicators or len(described.eventIndicators)) == 2
+    assert not described.modelExchange.providesDirectionalDerivative
+    sol = mechc.compile(ball).simulate(2.0, [1.0, 0.0], HEAVY, events=BOUNCE)
+    assert len(sol.events[0].t) == 3
+    for kind, near in (("ModelExchange", 1e-6), ("CoSimulation", 1e-12)):
+        record = fmpy.simulate_fmu(
+            str(file), fmi_type=kind, stop_time=2.0, output_interval=0.01, record_events=False,
+            relative_tolerance=1e-9, output=["q", "u", "mechc.event[0]"],
+        )  # fmt: skip
+        times, states = states_of(record, ["q", "u"])
+        assert abs(times[:, None] - sol.events[0].t).min() > 1e-5  # none of them is at a jump
+        np.testing.assert_allclose(states, sol(np.minimum(times, 2.0)), atol=near)
+        np.testing.assert_array_equal(record["mechc.event[0]"], record["q"])
+    rest = np.sqrt(2.0 / 9.81) * (1.0 + 0.8) / (1.0 - 0.8)  # when it bounces no more
+    stepped = fmpy.simulate_fmu(
+        str(file), fmi_type="ModelExchange", stop_time=9.0, output_interval=0.01,
+        relative_tolerance=1e-9, record_events=False,
+    )  # fmt: skip
+    assert abs(stepped["time"][-1] - rest) < 0.02  # it is sampled each 10 ms
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        fmpy.simulate_fmu(str(file), fmi_type="CoSimulation", stop_time=9.0)
+
+
+def test_resets_of_a_linkage_keep_its_loop(start, tmp_path):
+    """The crank loses half of its speed at each passage; all other speeds follow by impulse."""
+    values, y0, model = start
+    event = mechc.Event("cos(theta_0) < 0", reset={"omega_0": "omega_0/2"})
+    file = mechc.export_fmu(
+        "four_bar", tmp_path / "linkage.fmu", y0=y0, params=REGULAR, events=event,
+        derivatives=False,
+    )  # fmt: skip
+    sol = model.simulate(2.0, y0, REGULAR, events=event)
+    assert len(sol.events[0].t) >= 1
+    for kind, near in (("ModelExchange", 1e-4), ("CoSimulation", 1e-9)):
+        times, states, _ = simulated(file, kind, relative_tolerance=1e-9)
+        assert abs(times[:, None] - sol.events[0].t).min() > 1e-5
+        np.testing.assert_allclose(states, sol(np.minimum(times, 2.0)), atol=near)
+    assert set(values) == set(STATES)
+
+
+@pytest.mark.parametrize(
+    ("event", "error", "words"),
+    [
+        (lambda t, y: y[0], mechc.ValueOutOfBoundsError, "as expressions"),
+        (mechc.Stop("q"), mechc.ValueOutOfBoundsError, "Stop is not exported"),
+        (mechc.Event("q", terminal=True), mechc.ValueOutOfBoundsError, "importer decides"),
+        ("height < 0", CodegenError, "height"),
+    ],
+)
+def test_events_that_no_importer_could_take_are_refused(ball, event, error, words, tmp_path):
+    with pytest.raises(error, match=words):
+        mechc.export_fmu(ball, tmp_path / "ball.fmu", name="ball", params=HEAVY, events=[event])

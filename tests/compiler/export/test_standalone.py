@@ -235,6 +235,11 @@ def test_a_name_that_is_no_prefix_is_refused(tmp_path, name):
     assert not (tmp_path / "none").exists()
 
 
+def test_a_start_by_names_is_refused(tmp_path):
+    with pytest.raises(mechc.ValueOutOfBoundsError, match="assemble"):
+        mechc.export_c("pendulum", tmp_path / "none", y0={"theta_0": 1.0})
+
+
 def test_what_users_name_is_no_code(tmp_path):
     """Names with signs of C are comments without them."""
     kane, (_, theta, *_), *_ = cart()

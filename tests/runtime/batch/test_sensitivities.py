@@ -38,6 +38,16 @@ def test_members_with_parameters_and_inputs_of_their_own(swing, method):
         np.testing.assert_array_equal(batch["y_eval"][k], sol.y)
 
 
+def test_with_error_control_of_their_own(swing):
+    """Of a member at rest, whose motion alone would let steps be long."""
+    by, rest = ["q", "F"], {"q": -np.pi / 2, "u": np.array([0.0, 0.4])}
+    policy = {"inputs": {"F": 0.0}, "t_eval": [1.0, 10.0], "sensitivities": by, "method": "dop853",
+              "sensitivity_error_control": True}  # fmt: skip
+    batch = swing.simulate_batch(10.0, rest, GIVEN, **policy)
+    for k, u in enumerate(rest["u"]):
+        compared(batch, k, swing.simulate(10.0, rest | {"u": u}, GIVEN, **policy), by)
+
+
 def test_members_with_a_signal(swing):
     values = np.array([0.3, -0.8, 0.5, 0.9])
     torque = mechc.Signal(np.linspace(0.0, T, 4), values, "linear")

@@ -192,7 +192,13 @@ def test_outputs_histories_and_files_know_the_inputs(pushed, tmp_path):
     sol = pushed.simulate(END, [0.0, 0.5], inputs={"F": signal}, rtol=1e-10)
     power = sol.model.output("power", sol.y, t=sol.t)
     np.testing.assert_allclose(power, signal(sol.t) * sol["u"], rtol=1e-13)
-    assert sol.save(tmp_path / "run.nc").exists()
+    saved = sol.save(tmp_path / "run.nc")
+    with pytest.raises(
+        mechc.MissingInputError, match=r"run.nc does not hold the inputs .*with_inputs"
+    ):
+        mechc.open(saved)
+    again = mechc.open(saved, pushed.with_inputs({"F": signal}))
+    np.testing.assert_array_equal(again.y, sol.y)
     assert sol.save(tmp_path / "run.csv").exists()
     assert sol.to_xarray()["q"].shape == sol.t.shape
     assert "finished" in sol._repr_html_()

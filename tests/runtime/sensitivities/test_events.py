@@ -45,6 +45,22 @@ def test_through_three_resets_and_jumps_of_an_input(swing, name):
     assert abs(backwards - forwards) < 1e-9 * np.abs(sol.sensitivity[name][-1]).max()
 
 
+def action(sol):
+    """The integral of the kinetic energy, by quadrature on every step."""
+    s, w = np.polynomial.legendre.leggauss(8)
+    t = sol._run.states()[0]
+    points = t[:-1, None] + np.diff(t)[:, None] * (0.5 + 0.5 * s)
+    energy = sol.model.kinetic_energy(sol(points.ravel()), sol.params).reshape(points.shape)
+    return np.diff(t) @ energy @ w / 2
+
+
+@pytest.mark.parametrize("name", ["l", "q"])
+def test_an_integral_whose_integrand_jumps_where_the_event_moves(swing, name):
+    found = bounced(swing, name, rtol=1e-11)(0.0).gradient(integral="kinetic_energy", by=[name])
+    wanted = extrapolated(lambda change: action(bounced(swing, name, rtol=1e-13)(change)), 0.004)
+    assert apart(found[name], wanted) < 1e-7
+
+
 def test_before_and_after_a_reset(swing):
     """Of the two rows at its time the first is before it; between them the columns jump."""
     sol = bounced(swing, "q", sensitivities=["q"])(0.0)

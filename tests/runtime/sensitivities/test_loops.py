@@ -33,6 +33,21 @@ def test_by_every_kind_of_name(bar, name, method):
     assert apart(sol.sensitivity[name][-1], extrapolated(moved(bar, name), 0.004)) < 1e-8
 
 
+@pytest.mark.parametrize("name", ["l_3", "m_1", "theta_0"])
+def test_multipliers_follow(bar, name):
+    sol = bar.simulate(1.5, START, REGULAR, rtol=1e-11, sensitivities=[name])
+    end = moved(bar, name)
+
+    def forces(change):
+        params = bar.defaults | REGULAR
+        own = {name: params[name] + change} if name in bar.parameters else {}
+        return bar.output("multipliers", end(change), REGULAR | own, 1.5)
+
+    found = sol.sensitivity_of("multipliers", name)
+    assert found.shape == (len(sol.t), 2)
+    assert apart(found[-1], extrapolated(forces, 0.004)) < 1e-7
+
+
 def test_columns_stay_tangent(bar):
     """The constraints' own derivative along a column vanishes, at the steps and between."""
     sol = bar.simulate(2.0, START, REGULAR, rtol=1e-6, sensitivities=["l_3", "theta_0"])

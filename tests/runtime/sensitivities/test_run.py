@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mechc_codegen.library.chains.pendulum import pendulum
 from sympy import Symbol, cos
 from sympy.physics.mechanics import KanesMethod, dynamicsymbols
 
@@ -178,3 +179,23 @@ def test_a_model_without_them_says_how_to_get_them():
     model = mechc.load("four_bar")
     with pytest.raises(mechc.UnavailableOutputError, match=r"outputs=\(\.\.\., 'sensitivities'\)"):
         model.simulate(0.1, {"theta_0": 1.4}, sensitivities=["l_3"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("output", ["point_accelerations", "pulls"])
+def test_outputs_of_the_accelerations_follow(output):
+    """They reach the accelerations by way of what they have in common."""
+    two = pendulum(2)
+    twice = two.u[0].diff(dynamicsymbols._t) ** 2 * cos(two.q[1])
+    pulls = {"pulls": [twice, 3 * twice + two.q[0]]}
+    model = mechc.compile(two, outputs=("accelerations", "sensitivities", pulls))
+    start, name = {"theta_0": 0.4, "theta_1": -0.9, "omega_0": 1.0}, "l_0"
+
+    def after(change):
+        params = {name: 0.8 + change}
+        y = model.simulate(1.0, start, params, rtol=1e-13).y[-1]
+        return np.ravel(model.output(output, y, params))
+
+    sol = model.simulate(1.0, start, {name: 0.8}, rtol=1e-11, sensitivities=[name])
+    found = sol.sensitivity_of(output, name)[-1]
+    assert apart(np.ravel(found), extrapolated(after, 0.004)) < 1e-7

@@ -6,10 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sympy import Matrix
+from sympy import Matrix, Symbol, cos, sin
+from sympy.physics.mechanics import dynamicsymbols
 
+import mechc
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.settings import checked_times
+from tests.support import scenes
 
 SPAN = (-0.25, 3.0)
 SLACK = 8 * math.ulp(3.0)
@@ -98,3 +101,25 @@ def test_a_start_may_be_a_column_and_nothing_else(model, regular):
 def test_a_wrong_number_of_tolerances_is_named(model, regular):
     with pytest.raises(ValueOutOfBoundsError, match="each of the 6 components of a state"):
         model.simulate(0.5, regular[1], regular[0], atol=[1e-9, 1e-9])
+
+
+@pytest.mark.slow
+def test_auto_keeps_of_two_methods_that_which_does_less_work():
+    """A bead that stiff springs and dampers draw along sin(t): to ten digits the implicit method,
+    of order 5, needs more steps than stability asks of collocation, unless they are stiffer."""
+    (q, u), t, f = dynamicsymbols("q u"), dynamicsymbols._t, Symbol("f")
+    drawn = -f * (u - cos(t)) - f * sin(q - sin(t)) + sin(3 * t) * cos(q)
+    model = mechc.compile(scenes.bead_with(drawn), outputs=())
+    start = {"q": 0.5, "u": 0.0}
+
+    def steps(stiffness, rtol, method="auto"):
+        run = model.simulate(20.0, start, {"f": stiffness}, rtol=rtol, method=method)
+        assert run.status.ok
+        return run.stats["steps"], run.y[-1]
+
+    for stiffness, rtol, most in ((30.0, 1e-8, 200), (30.0, 1e-10, 200), (100.0, 1e-10, 600)):
+        count, end = steps(stiffness, rtol)  # 1136, 3009 and 3557 where the trial is not judged
+        assert count < most
+        np.testing.assert_allclose(end, steps(stiffness, 1e-12, "gauss8")[1], atol=10 * rtol)
+    for stiffness, rtol, most in ((100.0, 1e-4, 200), (1e3, 1e-6, 500), (1e4, 1e-8, 1500)):
+        assert steps(stiffness, rtol)[0] < most < steps(stiffness, rtol, "gauss8")[0] / 2

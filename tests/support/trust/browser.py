@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -35,7 +35,14 @@ def opened_browser() -> Iterator[Any]:
 class OpenPage:
     """A page in the browser, and what it wrote to its console or asked of the network."""
 
-    def __init__(self, browser: Any, path: Path, **context: Any) -> None:
+    def __init__(
+        self,
+        browser: Any,
+        path: Path,
+        *,
+        before: Callable[[Any], object] = lambda page: None,
+        **context: Any,
+    ) -> None:
         self.messages: list[str] = []
         self.requests: list[str] = []
         settings = {"viewport": {"width": 900, "height": 620}, "reduced_motion": "reduce"}
@@ -44,6 +51,7 @@ class OpenPage:
         self.page.on("console", lambda message: self.messages.append(message.text))
         self.page.on("pageerror", lambda error: self.messages.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
+        before(self.page)
         self.page.goto(path.as_uri())
 
     def text(self, selector: str) -> str:

@@ -50,6 +50,30 @@ def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) 
     MechanismError
         For a function that has no form in C.
     """
+    text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
+    return Template(text).substitute(
+        functions=event_functions(events, width), width=width, parameters=parameters,
+        count=len(events),
+    )  # fmt: skip
+
+
+def event_functions(events: Sequence[EventExpressions], width: int) -> str:
+    """The C of the functions, and of the array ``mechc_functions`` of them.
+
+    Raises
+    ------
+    MechanismError
+        For a function that has no form in C.
+    """
+    samples = table_text(lookups(x for event in events for x in _expressions(event, width)))
+    functions, table = _functions_and_table(events, width)
+    array = "\n".join(["static const mechc_event_functions mechc_functions[] = {", *table, "};"])
+    return "\n\n".join([*([samples] if samples else []), *functions, array])
+
+
+def _functions_and_table(
+    events: Sequence[EventExpressions], width: int
+) -> tuple[list[str], list[str]]:
     functions, table = [], []
     for number, event in enumerate(events):
         names = [f"mechc_value_{number}", f"mechc_slopes_{number}"]
@@ -62,12 +86,7 @@ def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) 
             names[3] = f"mechc_restitution_{number}"
             functions.append(_value(names[3], event.restitution))
         table.append(f"    {{{', '.join(names)}}},")
-    text = files("mechc_codegen.emit").joinpath("templates", "events.c.in").read_text("utf-8")
-    samples = table_text(lookups(x for event in events for x in _expressions(event, width)))
-    return Template(text).substitute(
-        samples=samples, functions="\n\n".join(functions), table="\n".join(table), width=width,
-        parameters=parameters, count=len(events),
-    )  # fmt: skip
+    return functions, table
 
 
 def _expressions(event: EventExpressions, width: int) -> Iterator[Expr]:

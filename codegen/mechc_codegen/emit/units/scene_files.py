@@ -16,7 +16,7 @@ from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
-from mechc_codegen.ir.program import SineCosine
+from mechc_codegen.ir.program import SWITCHING, SineCosine
 
 VARIATIONAL = {
     "constraint_gradient": "MECHC_GRADIENT",
@@ -64,6 +64,9 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if found := periodic(functions):
         text += f"#define MECHC_PERIODIC {_listed(found)} /* in these alone */\n"
     text += "#define MECHC_LONG 1 /* equations: called, not in line */\n" if functions.long else ""
+    if SWITCHING in functions.outputs:
+        count = len(functions.outputs[SWITCHING].elements)
+        text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
     text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 

@@ -7,6 +7,13 @@
 
 typedef struct mechc_method mechc_method; /* see run/method.h */
 
+/* Longest steps over parts of a run's span: longest[i] between times[i] and times[i + 1], which
+ * increase; beyond them any step. */
+typedef struct {
+    ptrdiff_t count;
+    const double *times, *longest;
+} mechc_step_limits;
+
 typedef struct {
     double t0, t1;
     const double *y0;
@@ -24,6 +31,7 @@ typedef struct {
     int may_stiffen; /* an explicit method may hand over to the implicit one */
     const mechc_method *const *methods; /* by their numbers, or NULL: those of the unit */
     const int *stop; /* set by another thread: give up the step under way; NULL: never */
+    const mechc_step_limits *limits; /* kept by the caller as long as the run; NULL: none */
 } mechc_options;
 
 typedef struct {

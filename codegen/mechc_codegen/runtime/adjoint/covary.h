@@ -53,6 +53,13 @@ MECHC_STATIC int mechc_covary_alike(mechc_covarying *w, const mechc_covariation 
     return 1;
 }
 
+/* What was gathered over some steps: the sum does not depend on how many a call is about. */
+MECHC_STATIC void mechc_add_gathered(mechc_covarying *w, const mechc_covariation *v)
+{
+    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
+    memset(w->gathered, 0, sizeof w->gathered);
+}
+
 /* NULL without memory. */
 MECHC_STATIC mechc_covarying *mechc_new_covarying(const mechc_covariation *v)
 {
@@ -79,9 +86,9 @@ MECHC_ONCE int mechc_covary(const mechc_covariation *v)
                && methods[last - count - 1] == methods[last - 1])
             count++;
         whole = mechc_covary_alike(w, v, methods[last - 1], last - count, count);
+        mechc_add_gathered(w, v);
         last -= count;
     }
-    for (int k = 0; k < MECHC_NB; k++) v->gradient[k] += mechc_sum_of_lanes(w->gathered[k]);
     mechc_free_varying(w->blocks);
     mechc_free_aligned(w);
     return whole ? MECHC_RUNNING : MECHC_NOT_FINITE;

@@ -11,6 +11,10 @@
 #define MECHC_STATES 0 /* of the coordinates: those, the last, that no displacement moves */
 #endif
 
+#ifndef MECHC_SWITCHES
+#define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
+#endif
+
 /* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call
  * costs little beside them, and each copy as long to compile as all the rest. */
 #ifdef MECHC_LONG

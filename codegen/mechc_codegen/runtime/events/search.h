@@ -30,13 +30,14 @@ static double mechc_event_fraction(int i)
     return (i + 0.8 * (square - floor(square) - 0.5)) / MECHC_EVENT_SAMPLES;
 }
 
-/* Times at which a step is sampled; how many. */
-static int mechc_event_grid(mechc_watch *watch, double start, double end)
+/* Times at which a step is sampled for an event; how many. */
+static int mechc_event_grid(mechc_watch *watch, int number, double start, double end)
 {
     const double length = end - start, first = mechc_event_fraction(1);
     int count = 1, halvings = 0;
     if (start == watch->start) {
-        const double ratio = log2(first * fabs(length) / mechc_located(start));
+        const double nearest = fmax(mechc_located(start), watch->event[number].near);
+        const double ratio = log2(first * fabs(length) / nearest);
         halvings = ratio > 0.0 ? (int)fmin(ratio, MECHC_EVENT_HALVINGS) : 0;
     }
     watch->grid[0] = start;
@@ -193,7 +194,7 @@ static int mechc_event_zeros(mechc_watch *watch, int number, double begin, doubl
 {
     mechc_event *event = watch->event + number;
     mechc_event_point *points = watch->points, close[MECHC_EVENT_HALVINGS];
-    const int grid = mechc_event_grid(watch, begin, end);
+    const int grid = mechc_event_grid(watch, number, begin, end);
     int roots = 0;
     mechc_watch_states(watch, grid, watch->grid);
     int count = mechc_event_samples(watch, number, grid);

@@ -1,6 +1,7 @@
 /* The events of one run: their functions, what was found of them, and room to work in. */
 #pragma once
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,7 +29,10 @@ typedef struct {
     double grazing;   /* the first time that it may only touch zero, or NaN */
     double too_fast;  /* time from which it changes too fast to follow, or NaN */
     double side;      /* the sign that it has right after the start, where it is zero; else 0 */
+    double rounding;  /* of its value where its rates were taken last */
+    double near;      /* so long after the start its value may be rounding, s */
     double last, passed; /* times of its last reset, and of one that let it be crossed, or NaN */
+    double after;     /* its rate after its last reset */
     double fastest;   /* largest rate at a reset */
     double rate, later; /* before and after the reset at hand */
     int done;         /* whether it has reset the state at this instant */

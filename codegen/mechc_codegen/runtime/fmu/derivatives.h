@@ -4,7 +4,7 @@
 #include "fmu/instance.h"
 
 #define MECHC_FMU_KNOWNS (MECHC_NX + MECHC_NP + MECHC_NI)
-#define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_OWN)
+#define MECHC_FMU_UNKNOWNS (MECHC_NX + MECHC_FMU_VALUES)
 
 /* Rates, then outputs, by states, parameters and values of inputs: each row by row. */
 typedef struct {
@@ -73,7 +73,7 @@ MECHC_STATIC int mechc_fmu_change(const mechc_fmu_jacobian *of, const mechc_fmu_
     if (mechc_fmu_within(r, MECHC_OF_STATES, MECHC_OF_RATES)) *change = along->y[r - MECHC_OF_STATES];
     else if (mechc_fmu_within(r, MECHC_OF_PARAMETERS, MECHC_OF_DRIFT))
         *change = along->p[r - MECHC_OF_PARAMETERS];
-    else if (!rate && (r < MECHC_OF_OUTPUTS || r >= MECHC_REFERENCES)) return 0;
+    else if (!rate && (r < MECHC_OF_OUTPUTS || r >= MECHC_OF_EVENTS)) return 0;
     else {
         const int64_t row = rate ? r - MECHC_OF_RATES : MECHC_NX + r - MECHC_OF_OUTPUTS;
         *change = mechc_fmu_dot(of->by_state + row * MECHC_NX, along->y, MECHC_NX)
@@ -94,6 +94,7 @@ MECHC_STATIC int mechc_fmu_changes(mechc_fmu *fmu, const mechc_fmu_jacobian *of,
 }
 
 #define MECHC_FMU_NOT_DIFFERENTIATED "no derivative exists of or by this variable"
+#define MECHC_FMU_NO_DERIVATIVES "the unit was exported without derivatives"
 
 /* changes = d unknowns / d knowns seed. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
@@ -101,6 +102,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_directional(
     size_t known_count, const double *seed, double *changes)
 {
     mechc_fmu_direction along;
+    if (!MECHC_STATE_JACOBIAN) return mechc_fmu_fails(fmu, MECHC_FMU_NO_DERIVATIVES);
     mechc_fmu_jacobian *of = malloc(sizeof *of);
     if (!of) return mechc_fmu_fails(fmu, "no memory");
     int right = 1;
@@ -137,6 +139,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_adjoint(
     mechc_fmu *fmu, const uint32_t *unknowns, size_t unknown_count, const uint32_t *knowns,
     size_t known_count, const double *seed, double *gradient)
 {
+    if (!MECHC_STATE_JACOBIAN) return mechc_fmu_fails(fmu, MECHC_FMU_NO_DERIVATIVES);
     mechc_fmu_jacobian *of = malloc(sizeof *of);
     double *changes = malloc((unknown_count + 1) * sizeof *changes);
     int right = 0;

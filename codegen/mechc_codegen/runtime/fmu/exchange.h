@@ -2,7 +2,7 @@
  * in event mode, where FMI lets a unit change its states. */
 #pragma once
 
-#include "fmu/instance.h"
+#include "fmu/events.h"
 
 MECHC_STATIC void mechc_fmu_set_time(mechc_fmu *fmu, double t)
 {
@@ -55,16 +55,31 @@ MECHC_STATIC double mechc_fmu_drift(mechc_fmu *fmu)
     return farthest;
 }
 
-/* Does a completed step of the importer's ask for event mode? */
-MECHC_STATIC int mechc_fmu_asks_for_event(mechc_fmu *fmu)
+/* Are the loops to be closed in event mode? */
+MECHC_STATIC int mechc_fmu_has_drifted(mechc_fmu *fmu)
 {
     return MECHC_NC > 0 && fmu->now.drift > 0.0 && mechc_fmu_drift(fmu) > fmu->now.drift;
 }
 
-/* Event mode: loops are closed; whether a state changed. */
-MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed)
+/* Does a completed step of the importer's ask for event mode? */
+MECHC_STATIC int mechc_fmu_asks_for_event(mechc_fmu *fmu)
 {
-    const int asked = fmu->moved || mechc_fmu_asks_for_event(fmu);
+    return mechc_fmu_has_drifted(fmu) || mechc_fmu_missed(fmu);
+}
+
+MECHC_STATIC mechc_fmu_status mechc_fmu_indicators(mechc_fmu *fmu, double *values, size_t count)
+{
+    if (count != MECHC_FMU_EVENTS)
+        return mechc_fmu_fails(fmu, "this is not the number of event indicators");
+    mechc_fmu_evaluate(fmu);
+    if (MECHC_FMU_EVENTS > 0) memcpy(values, fmu->indicators, count * sizeof *values);
+    return MECHC_FMU_OK;
+}
+
+/* Loops are closed where they drifted open or values were given; whether a state changed. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_close_again(mechc_fmu *fmu, int *changed)
+{
+    const int asked = fmu->moved || mechc_fmu_has_drifted(fmu);
     double before[MECHC_NX];
     *changed = 0;
     if (MECHC_NC == 0 || !asked) return MECHC_FMU_OK;
@@ -76,6 +91,24 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed)
     return MECHC_FMU_OK;
 }
 
+/* Event mode: loops are closed and resets made; whether a state changed, and whether no motion goes
+ * on. */
+MECHC_STATIC mechc_fmu_status mechc_fmu_update(mechc_fmu *fmu, int *changed, int *ends)
+{
+    const mechc_fmu_status status = mechc_fmu_close_again(fmu, changed);
+    *ends = 0;
+#if MECHC_FMU_EVENTS > 0
+    int reset = 0;
+    if (status != MECHC_FMU_OK) return status;
+    const int crossed = mechc_fmu_cross(fmu, &reset);
+    *changed |= reset;
+    *ends = crossed == MECHC_RESETS_ACCUMULATE;
+    if (crossed != MECHC_RUNNING && !*ends)
+        return mechc_fmu_fails(fmu, "an event or its reset has no finite value");
+#endif
+    return status;
+}
+
 /* The end of initialization: the loops are closed at the nearest state. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
 {
@@ -85,5 +118,7 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_begin(mechc_fmu *fmu)
     if (mechc_fmu_close(fmu) != MECHC_RUNNING)
         return mechc_fmu_fails(fmu, "the loops cannot be closed near the start values");
     fmu->moved = 0;
+    mechc_fmu_begin_events(fmu);
+    mechc_fmu_take_sides(fmu);
     return MECHC_FMU_OK;
 }

@@ -164,7 +164,7 @@ MECHC_FMI int fmi2EnterEventMode(mechc_fmu *fmu) { return fmu ? MECHC_FMU_OK : M
 MECHC_FMI int fmi2NewDiscreteStates(mechc_fmu *fmu, mechc_fmi2_event *event)
 {
     memset(event, 0, sizeof *event);
-    return (int)mechc_fmu_update(fmu, &event->states_changed);
+    return (int)mechc_fmu_update(fmu, &event->states_changed, &event->terminate);
 }
 
 MECHC_FMI int fmi2EnterContinuousTimeMode(mechc_fmu *fmu)
@@ -209,8 +209,7 @@ MECHC_FMI int fmi2GetNominalsOfContinuousStates(mechc_fmu *fmu, double *nominals
 
 MECHC_FMI int fmi2GetEventIndicators(mechc_fmu *fmu, double *values, size_t count)
 {
-    (void)values;
-    return (int)mechc_fmu_has_none(fmu, count);
+    return (int)mechc_fmu_indicators(fmu, values, count);
 }
 
 /* Co-simulation. */

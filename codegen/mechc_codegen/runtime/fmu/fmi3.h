@@ -279,11 +279,12 @@ MECHC_FMI int fmi3UpdateDiscreteStates(mechc_fmu *fmu, bool *again, bool *termin
                                        bool *nominals_changed, bool *states_changed,
                                        bool *event_defined, double *event)
 {
-    int changed;
-    const mechc_fmu_status status = mechc_fmu_update(fmu, &changed);
-    *again = *terminate = *nominals_changed = *event_defined = false;
+    int changed, ends;
+    const mechc_fmu_status status = mechc_fmu_update(fmu, &changed, &ends);
+    *again = *nominals_changed = *event_defined = false;
     *event = 0.0;
     *states_changed = changed;
+    *terminate = ends;
     return (int)status;
 }
 
@@ -329,14 +330,13 @@ MECHC_FMI int fmi3GetNominalsOfContinuousStates(mechc_fmu *fmu, double *nominals
 
 MECHC_FMI int fmi3GetEventIndicators(mechc_fmu *fmu, double *values, size_t count)
 {
-    (void)values;
-    return (int)mechc_fmu_has_none(fmu, count);
+    return (int)mechc_fmu_indicators(fmu, values, count);
 }
 
 MECHC_FMI int fmi3GetNumberOfEventIndicators(mechc_fmu *fmu, size_t *count)
 {
     (void)fmu;
-    *count = 0;
+    *count = MECHC_FMU_EVENTS;
     return MECHC_FMU_OK;
 }
 

@@ -1,12 +1,15 @@
 /* One instance of the unit: its values by their references, evaluated when they are asked for.
  *
- * References: time, states, their rates, parameters, the least drift, inputs, outputs. */
+ * References: time, states, their rates, parameters, the least drift, inputs, outputs, events. */
 #pragma once
 
 #include <stdint.h>
 #include <stdlib.h>
 #include "fmu/model.h"
 #include "fmu/outputs.h"
+#if MECHC_FMU_EVENTS > 0
+#include "events/resets.h"
+#endif
 #include "unit/standalone.h"
 #include "unit/unit.h"
 
@@ -17,7 +20,8 @@ enum {
     MECHC_OF_DRIFT = MECHC_OF_PARAMETERS + MECHC_NP,
     MECHC_OF_INPUTS = MECHC_OF_DRIFT + 1,
     MECHC_OF_OUTPUTS = MECHC_OF_INPUTS + MECHC_FMU_INPUTS,
-    MECHC_REFERENCES = MECHC_OF_OUTPUTS + MECHC_OWN
+    MECHC_OF_EVENTS = MECHC_OF_OUTPUTS + MECHC_FMU_VALUES,
+    MECHC_REFERENCES = MECHC_OF_EVENTS + MECHC_FMU_EVENTS
 };
 
 #define MECHC_UNIT_TABLE MECHC_JOIN(mechc_unit_, MECHC_UNIT)
@@ -29,6 +33,8 @@ typedef enum { MECHC_FMU_OK = 0, MECHC_FMU_DISCARD = 2, MECHC_FMU_ERROR = 3 } me
 typedef struct {
     double t, rtol, drift;
     double y[MECHC_NX], p[MECHC_AT_LEAST_ONE(MECHC_NP)], inputs[MECHC_AT_LEAST_ONE(MECHC_NI)];
+    double side[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* the sign that each event has after it */
+    unsigned char away[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)]; /* not seen there since its reset */
 } mechc_moment;
 
 typedef void mechc_fmu_logger(void);
@@ -40,9 +46,16 @@ struct mechc_fmu {
     int driven;           /* inputs were given: a run goes on with others */
     int evaluated;        /* rates and outputs are those of `now` */
     mechc_standalone model;
-    double rates[MECHC_NX], outputs[MECHC_AT_LEAST_ONE(MECHC_OWN)];
+    double rates[MECHC_NX], outputs[MECHC_AT_LEAST_ONE(MECHC_FMU_VALUES)];
+    double indicators[MECHC_AT_LEAST_ONE(MECHC_FMU_EVENTS)];
     mechc_held held; /* the inputs, as a run takes them */
     mechc_run *run;  /* of co-simulation; it may be ahead */
+#if MECHC_FMU_EVENTS > 0
+    mechc_watch watch;
+    double scale[MECHC_NX]; /* of its states */
+    ptrdiff_t looked;       /* steps of the run that were searched */
+    double stop;            /* time of a reset that the run has come to, or HUGE_VAL */
+#endif
     void *environment;
     void (*say)(const mechc_fmu *fmu, mechc_fmu_status status, const char *message);
     mechc_fmu_logger *logger; /* the importer's, of the version's type */
@@ -58,6 +71,9 @@ MECHC_STATIC mechc_fmu_status mechc_fmu_fails(const mechc_fmu *fmu, const char *
 
 MECHC_STATIC void mechc_fmu_drop_run(mechc_fmu *fmu)
 {
+#if MECHC_FMU_EVENTS > 0
+    fmu->stop = HUGE_VAL;
+#endif
     if (!fmu->run) return;
     mechc_unit_release(fmu->run);
     free(fmu->run);
@@ -81,6 +97,33 @@ MECHC_STATIC void mechc_fmu_reset(mechc_fmu *fmu)
     fmu->driven = fmu->evaluated = 0;
 }
 
+/* Room for the events; 0 without memory. */
+MECHC_STATIC int mechc_fmu_make_events(mechc_fmu *fmu)
+{
+#if MECHC_FMU_EVENTS > 0
+    const mechc_fmu_model *scene = &mechc_fmu_scene;
+    if (!mechc_watch_make(&fmu->watch, &MECHC_UNIT_TABLE, scene->events, MECHC_NQ, MECHC_NU,
+                          MECHC_NC))
+        return 0;
+    for (int k = 0; k < MECHC_FMU_EVENTS; k++)
+        fmu->watch.event[k].direction = scene->directions[k];
+#else
+    (void)fmu;
+#endif
+    return 1;
+}
+
+MECHC_STATIC void mechc_fmu_free(mechc_fmu *fmu)
+{
+    if (!fmu) return;
+    mechc_fmu_drop_run(fmu);
+#if MECHC_FMU_EVENTS > 0
+    mechc_watch_free(&fmu->watch);
+#endif
+    free(fmu->name);
+    free(fmu);
+}
+
 /* NULL where memory is out or the token is that of another description. */
 MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
 {
@@ -89,21 +132,13 @@ MECHC_STATIC mechc_fmu *mechc_fmu_make(const char *name, const char *token)
     if (!fmu) return 0;
     const size_t room = name ? strlen(name) + 1 : 1;
     fmu->name = calloc(1, room);
-    if (!fmu->name) {
-        free(fmu);
+    if (!fmu->name || !mechc_fmu_make_events(fmu)) {
+        mechc_fmu_free(fmu);
         return 0;
     }
     if (name) memcpy(fmu->name, name, room);
     mechc_fmu_reset(fmu);
     return fmu;
-}
-
-MECHC_STATIC void mechc_fmu_free(mechc_fmu *fmu)
-{
-    if (!fmu) return;
-    mechc_fmu_drop_run(fmu);
-    free(fmu->name);
-    free(fmu);
 }
 
 /* The model of the present parameters and inputs. */
@@ -150,6 +185,9 @@ MECHC_STATIC void mechc_fmu_evaluate(mechc_fmu *fmu)
     mechc_standalone_##label(model, fmu->now.t, fmu->now.y, out), out += width;
     MECHC_FMU_OUTPUTS(MECHC_FMU_EVALUATE)
     (void)out;
+    for (int k = 0; k < MECHC_FMU_EVENTS; k++)
+        fmu->indicators[k] = mechc_fmu_scene.events->functions[k].value(fmu->now.t, fmu->now.y,
+                                                                        fmu->now.p);
     fmu->evaluated = 1;
 }
 
@@ -170,7 +208,8 @@ MECHC_STATIC double *mechc_fmu_place(mechc_fmu *fmu, uint32_t reference)
     if (r < MECHC_OF_INPUTS) return &fmu->now.drift;
     if (r < MECHC_OF_OUTPUTS)
         return &fmu->now.inputs[mechc_fmu_scene.inputs[r - MECHC_OF_INPUTS]];
-    return r < MECHC_REFERENCES ? &fmu->outputs[r - MECHC_OF_OUTPUTS] : 0;
+    if (r < MECHC_OF_EVENTS) return &fmu->outputs[r - MECHC_OF_OUTPUTS];
+    return r < MECHC_REFERENCES ? &fmu->indicators[r - MECHC_OF_EVENTS] : 0;
 }
 
 MECHC_STATIC int mechc_fmu_is_evaluated(uint32_t reference)

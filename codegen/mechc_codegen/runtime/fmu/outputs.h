@@ -7,5 +7,12 @@
 #define MECHC_FMU_INPUTS 0 /* inputs that an importer gives */
 #endif
 #ifndef MECHC_FMU_OUTPUTS
-#define MECHC_FMU_OUTPUTS(X) /* X(label, width) of each, MECHC_OWN values in all */
+#define MECHC_FMU_OUTPUTS(X) /* X(label, width) of each, MECHC_FMU_VALUES in all */
+#define MECHC_FMU_VALUES 0
+#endif
+#ifndef MECHC_FMU_EVENTS
+#define MECHC_FMU_EVENTS 0 /* events of mechc_fmu_scene.events */
+#endif
+#ifndef MECHC_FMU_RESETS
+#define MECHC_FMU_RESETS 0 /* whether one of them changes the state */
 #endif

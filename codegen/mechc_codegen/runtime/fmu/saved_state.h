@@ -22,7 +22,8 @@ MECHC_STATIC mechc_fmu_saved *mechc_fmu_new_saved(size_t size)
 /* In place of what `state` is, which may be NULL. */
 MECHC_STATIC mechc_fmu_status mechc_fmu_save(mechc_fmu *fmu, mechc_fmu_saved **state)
 {
-    const size_t size = fmu->run ? mechc_saved_size(fmu->run) : 0;
+    /* With resets a run begins anew: the search for events is not saved. */
+    const size_t size = fmu->run && !MECHC_FMU_RESETS ? mechc_saved_size(fmu->run) : 0;
     mechc_fmu_saved *saved = mechc_fmu_new_saved(size);
     if (!saved) return mechc_fmu_fails(fmu, "no memory");
     mechc_fmu_current(fmu);

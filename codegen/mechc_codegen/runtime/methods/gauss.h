@@ -30,6 +30,8 @@
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
 /* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
+/* Changes that grow so end a step; across a jump they need not shrink at all. */
+#define MECHC_GAUSS_DIVERGES (MECHC_SWITCHES ? 1.0 : 2.0)
 #define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
 
 /* Stability limits the steps where the iteration converges slowly although the steps are far more
@@ -236,7 +238,7 @@ MECHC_STATIC int mechc_gauss_converge(mechc_integration *run, double h)
         if (iteration > 1 && rate > 2.0 / 3.0) {
             const int noise = change <= mechc_gauss_floor(run, h);
             if (noise && rate * rate_before > 4.0 / 9.0) return MECHC_RUNNING;
-            if (!noise && iteration > 3 && rate > 2.0) return MECHC_NOT_CLOSED;
+            if (!noise && iteration > 3 && rate > MECHC_GAUSS_DIVERGES) return MECHC_NOT_CLOSED;
             /* changes that stay equal are gaps of one rounding unit, closed back and forth */
             if (!noise && iteration > 3) g->left = mechc_min(mechc_max(2.0 * g->left, 0.5), 8.0);
         }
@@ -373,6 +375,33 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     return mechc_gauss_end_rates(run, h, end);
 }
 
+#if MECHC_SWITCHES
+/* Of the step's start, its stages and its end. */
+MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *values)
+{
+    mechc_gauss *g = mechc_gauss_of(run);
+    const int nodes = MECHC_STAGES + 2;
+    const double t = run->head.t;
+    double value[MECHC_SWITCHES], end[MECHC_NX];
+    mechc_scalar_output_switching(t, run->y, run->y + MECHC_NQ, &run->given, value);
+    for (int i = 0; i < MECHC_SWITCHES; i++) values[i * nodes] = value[i];
+    for (int block = 0; block < MECHC_BLOCKS; block++) {
+        mechc_vector state[MECHC_NX], found[MECHC_SWITCHES];
+        const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
+        mechc_gauss_states(g, run->y, h, block, state);
+        for (int i = 0; i < MECHC_NQ; i++) state[i] += g->shift[i][block];
+        mechc_vector_output_switching(time, state, state + MECHC_NQ, &g->given, found);
+        for (int i = 0; i < MECHC_SWITCHES; i++)
+            for (int lane = 0; lane < MECHC_LANES; lane++)
+                values[i * nodes + 1 + block * MECHC_LANES + lane] = found[i][lane];
+    }
+    memcpy(end, run->y, sizeof end);
+    mechc_gauss_end(g, run->y, h, end);
+    mechc_scalar_output_switching(t + h, end, end + MECHC_NQ, &run->given, value);
+    for (int i = 0; i < MECHC_SWITCHES; i++) values[i * nodes + nodes - 1] = value[i];
+}
+#endif
+
 /* Keep the polynomial of an accepted step. */
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
@@ -454,6 +483,9 @@ MECHC_STATIC void mechc_gauss_renew(mechc_integration *run)
 static const mechc_method mechc_gauss8 = {
     MECHC_GAUSS8_TRAITS,
     .node = mechc_gauss_node,
+#if MECHC_SWITCHES
+    .switching = mechc_gauss_switching,
+#endif
     .work_size = sizeof(mechc_gauss),
     .make = mechc_gauss_make,
     .enter = mechc_gauss_enter,

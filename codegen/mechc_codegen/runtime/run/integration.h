@@ -10,6 +10,21 @@
 
 typedef struct mechc_driver mechc_driver;
 
+#if MECHC_SWITCHES
+/* What a run knows of its switching functions: stepping/switches.h. */
+typedef struct {
+    double cut;     /* the step to try, which is to end at a zero; 0: as step control says */
+    double planned; /* the step before it was cut; 0: it was not */
+    int refused;    /* attempts in a row */
+    int unwatched;  /* until a step is accepted */
+    int rest, rests; /* steps that are left to the pair, and were left to it the last time */
+    int row;        /* steps in a row that ended at a zero, */
+    double row_t, row_step; /* the first of them there; how long the next was to be */
+    double size[MECHC_SWITCHES]; /* of the largest values so far */
+    int at_start[MECHC_SWITCHES], at_end[MECHC_SWITCHES]; /* of this step: is it zero there? */
+} mechc_switches;
+#endif
+
 typedef struct {
     mechc_run head;
     const mechc_driver *driver;
@@ -22,6 +37,7 @@ typedef struct {
     int missed;                  /* crossings in a row that the method could not step over */
     int has_tolerances;
     double t1, rtol, max_step, step, direction;
+    const mechc_step_limits *limits; /* or NULL */
     long max_steps;
     int refused; /* the last attempt failed: do not let the step grow */
     int failure; /* why a stage of it could not be taken; 0 */
@@ -41,6 +57,15 @@ typedef struct {
     double rates[MECHC_MOST_RATES * MECHC_NX]; /* of this step; the first are those of y */
     int may_stiffen;           /* go over to the implicit method where stability limits the step */
     int stiff, easy;           /* steps in a row that were limited so; that were not */
+    int trial, trials;         /* steps left of the implicit method's trial; trials so far */
+    int goes_back;             /* the trial is lost */
+    const mechc_method *left;  /* the method before the trial, */
+    double pace;               /* and how far a unit of work led by it */
+    double pace_t;             /* since this time, */
+    long pace_rhs;             /* and after so many evaluations */
+#if MECHC_SWITCHES
+    mechc_switches switches;
+#endif
     int alone;                 /* too near a critical configuration for lockstep with others */
     double last_step, last_factor; /* of the last step taken in lockstep: its length, and by which
                                       its error would have let it grow; 0: none */

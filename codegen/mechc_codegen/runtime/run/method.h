@@ -32,6 +32,9 @@ struct mechc_method {
     /* Critical configurations. */
     /* The configuration at a node of the step, between its ends; NULL: they are not kept. */
     void (*node)(const mechc_integration *run, int node, double *q);
+    /* Values of the switching functions at the nodes of the step from its start to its end, node
+     * after node of each; NULL: its steps are not cut at their zeros. */
+    void (*switching)(mechc_integration *run, double h, double *values);
     int holds_crossing; /* a step may hold a crossing in a wide gap between its nodes */
     double horizon;     /* steps ahead that crossings are looked for */
 

@@ -11,11 +11,14 @@
 #include "stepping/lockstep_fit.h"
 #include "stepping/passages.h"
 #include "stepping/stiffness.h"
+#include "stepping/switches.h"
 
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
-    const double left = fabs(run->t1 - run->head.t), step = mechc_min(run->step, run->max_step);
+    const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
+    const double step = run->limits ? mechc_within_limits(run, free) : free;
+    if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
     if (run->current->reach) {
         const double open = mechc_min(step, left), planned = mechc_step_ahead(run, open);
         *h = run->direction * planned;
@@ -95,7 +98,7 @@ MECHC_STATIC int mechc_accept(mechc_integration *run, double h, double t, const 
         run->monitor.stayed = 0;
     }
     mechc_monitor_accept(run, h, conditioning);
-    if (run->stiff >= MECHC_STIFF) made &= mechc_use_method(run, run->methods[MECHC_RADAU5]);
+    made &= mechc_change_method(run);
     mechc_widen_scale(run);
     mechc_return_to_lockstep(run);
     run->head.stats.steps++;
@@ -192,8 +195,9 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     if (!last && fabs(h) < mechc_smallest_step(run)) return mechc_too_small(run);
     mechc_monitor_begin(&run->monitor, run->y);
     const int status = run->current->step(run, h, end);
+    const double error = status == MECHC_RUNNING ? run->current->error(run, h, end) : HUGE_VAL;
+    if (mechc_cut_at_switch(run, h, status, error)) return run->head.status;
     if (status != MECHC_RUNNING) return mechc_fail(run, h, status);
-    const double error = run->current->error(run, h, end);
     run->step = fabs(h);
     const double factor = mechc_limited_factor(run, error);
     if (!(error <= run->allowed)) return mechc_shorten(run, h, end, error, factor);
@@ -205,6 +209,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     if (accepted != MECHC_RUNNING) /* the dense output's own stages could not be closed */
         return mechc_refuse(run, 0.5);
     mechc_lengthen(run, h, error, factor);
+    mechc_pass_switches(run);
     return last ? MECHC_FINISHED : MECHC_RUNNING;
 }
 

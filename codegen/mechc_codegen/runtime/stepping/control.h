@@ -78,6 +78,41 @@ MECHC_STATIC double mechc_smallest_step(const mechc_integration *run)
     return 16.0 * MECHC_EPSILON * mechc_max(fabs(t), fabs(run->t1 - t));
 }
 
+/* The part of the limits that holds t, or would after it; count where there is none. */
+MECHC_STATIC ptrdiff_t mechc_limit_at(const mechc_step_limits *limits, double t, double direction)
+{
+    ptrdiff_t low = 0, high = limits->count;
+    while (low < high) {
+        const ptrdiff_t middle = low + (high - low) / 2;
+        const double end = limits->times[direction > 0.0 ? middle + 1 : limits->count - 1 - middle];
+        if (direction * (end - t) > 0.0) high = middle;
+        else low = middle + 1;
+    }
+    return low;
+}
+
+/* A step cut to what the limits allow: over parts with different limits the shares add up to one
+ * whole.  Near a critical configuration it is the crossing that decides. */
+MECHC_RARE double mechc_within_limits(const mechc_integration *run, double step)
+{
+    const mechc_step_limits *limits = run->limits;
+    const ptrdiff_t last = limits->count - 1;
+    const double forwards = run->direction, t = run->head.t;
+    double share = 1.0, before = 0.0;
+    if (MECHC_NH > 0 && mechc_nears_critical(&run->monitor, run->horizon)) return step;
+    for (ptrdiff_t n = mechc_limit_at(limits, t, forwards); n <= last && before < step; n++) {
+        const ptrdiff_t part = forwards > 0.0 ? n : last - n;
+        const double begin = limits->times[forwards > 0.0 ? part : part + 1];
+        const double end = limits->times[forwards > 0.0 ? part + 1 : part];
+        before = mechc_max(before, forwards * (begin - t));
+        const double to_end = forwards * (end - t), longest = limits->longest[part];
+        if (before + share * longest < to_end) return mechc_min(step, before + share * longest);
+        share -= (to_end - before) / longest;
+        before = to_end;
+    }
+    return step;
+}
+
 /* A step so long, cut to the run's end or to half of the rest; 1 where it is the last. */
 MECHC_STATIC int mechc_fit_to_end(const mechc_integration *run, double step, double *h)
 {

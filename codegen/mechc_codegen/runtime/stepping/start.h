@@ -10,6 +10,7 @@
 #include "run/trajectory.h"
 #include "stepping/control.h"
 #include "stepping/crossings.h"
+#include "stepping/switches.h"
 
 /* Scales of the speeds before any is known: what the first accelerations reach within one unit
  * of the coordinate, and never nothing. */
@@ -42,6 +43,7 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
     mechc_scalar_give_inputs(&run->given, 0, inputs);
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
+    mechc_forget_switches(run);
     run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
 }
 #endif
@@ -79,6 +81,7 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->rtol = options->rtol;
     run->has_tolerances = options->atol != 0;
     run->max_step = options->max_step;
+    run->limits = options->limits;
     run->max_steps = options->max_steps;
     run->on_change_point = options->on_change_point;
     run->may_stiffen = options->may_stiffen;

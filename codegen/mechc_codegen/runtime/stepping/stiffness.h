@@ -1,4 +1,9 @@
-/* Where stability, not accuracy, limits the steps: the implicit method takes over. */
+/* Where stability, not accuracy, limits the steps: the implicit method takes over, on trial.
+ *
+ * Its order is lower: where a motion is followed to many digits it may need more steps than stability
+ * does.  So its first steps are compared with those before it, by how far the same work leads; if it
+ * is slower the method before continues, and the next trial is after twice as many steps.
+ */
 #pragma once
 
 #include "run/integration.h"
@@ -7,16 +12,65 @@
 
 #define MECHC_STIFF 15 /* such steps, with fewer than MECHC_EASY others in a row between */
 #define MECHC_EASY 6
+#define MECHC_TRIAL 16     /* steps of the implicit method */
+#define MECHC_TRIAL_GROWS 4 /* the first of them, which do not count: they still grow */
+
+/* Work of one evaluation, over that of the rates of a single state: one of collocation is a lane of a
+ * vector, which costs about two. */
+MECHC_STATIC double mechc_work_of_evaluation(const mechc_method *method)
+{
+    return method->number == MECHC_GAUSS8 ? 2.0 / MECHC_LANES : 1.0;
+}
+
+/* The pace is measured from the end of this step on. */
+MECHC_STATIC void mechc_start_pace(mechc_integration *run, double h)
+{
+    run->pace_t = run->head.t + h;
+    run->pace_rhs = run->head.stats.rhs_evaluations;
+}
+
+/* How far a unit of work has led since then, to the end of this step. */
+MECHC_STATIC double mechc_pace(const mechc_integration *run, double h)
+{
+    const double made = (double)(run->head.stats.rhs_evaluations - run->pace_rhs);
+    return fabs(run->head.t + h - run->pace_t) / (made * mechc_work_of_evaluation(run->method));
+}
+
+/* Count a step on trial; at the end of it the slower method gives way. */
+MECHC_STATIC void mechc_count_trial(mechc_integration *run, double h)
+{
+    run->trial--;
+    if (run->trial == MECHC_TRIAL - MECHC_TRIAL_GROWS) mechc_start_pace(run, h);
+    if (run->trial == 0 && mechc_pace(run, h) < run->pace) run->goes_back = 1;
+}
 
 /* Count an accepted step. */
 MECHC_STATIC void mechc_watch_stiffness(mechc_integration *run, double h, const double *end,
                                         double error)
 {
     const mechc_method *method = run->method;
-    if (!run->may_stiffen || run->current != method || !method->limited) return;
+    if (!run->may_stiffen || run->current != method) return;
+    if (run->trial > 0 && method->number == MECHC_RADAU5) mechc_count_trial(run, h);
+    if (!method->limited) return;
     if (MECHC_NH > 0 && run->monitor.first < MECHC_NARROW) return;
     const int limited = method->limited(run, h, end, error);
     run->stiff = limited ? run->stiff + 1 : run->stiff;
     run->easy = limited ? 0 : run->easy + 1;
+    if (run->stiff == 1 && limited) mechc_start_pace(run, h);
     if (run->easy >= MECHC_EASY) run->stiff = 0;
+}
+
+/* Begin a trial of the implicit method, or end one that it has lost; 0 without memory. */
+MECHC_STATIC int mechc_change_method(mechc_integration *run)
+{
+    const int back = run->goes_back;
+    run->goes_back = 0;
+    if (back) return mechc_use_method(run, run->methods[run->left->number]);
+    if (run->stiff < MECHC_STIFF << run->trials) return 1;
+    run->pace = mechc_pace(run, 0.0);
+    run->left = run->method;
+    run->stiff = 0;
+    run->trial = MECHC_TRIAL;
+    run->trials = run->trials < 8 ? run->trials + 1 : run->trials;
+    return mechc_use_method(run, run->methods[MECHC_RADAU5]);
 }

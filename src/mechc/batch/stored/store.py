@@ -163,7 +163,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         for i, column in enumerate(named.values())
     }
     names = {kind: list(named) for kind, named in _columns(recipe).items()}
-    policy = recipe.policy._asdict()
+    policy = recipe.policy.asked()
     atol = policy.pop("atol")
     told: dict[str, Any] = {
         "count": recipe.count, "span": recipe.span, "guess": dict(recipe.guess), "names": names,
@@ -171,6 +171,7 @@ def _write_inputs(notes: Path, recipe: Recipe) -> None:
         "reductions": recipe.reductions, "until": recipe.until, "policy": policy,
         "events": None if recipe.events is None else recipe.events.told(),
         "sensitivities": recipe.sensitivities,
+        "sensitivity_error_control": recipe.sensitivity_error_control,
     }  # fmt: skip
     arrays: dict[str, Any] = columns | {"t_eval": recipe.t_eval}
     told["signals"] = {}
@@ -387,6 +388,7 @@ def _read_recipe(notes: Path) -> Recipe:
         params=columns["params"], coordinates=columns["coordinates"], speeds=columns["speeds"],
         inputs=driven if any(driven) else NONE, events=events_told(told.get("events")),
         sensitivities=names_of(told.get("sensitivities", []), "its sensitivities"),
+        sensitivity_error_control=told.get("sensitivity_error_control") is True,
     )  # fmt: skip
     every = {name: values for kind in columns.values() for name, values in kind.items()}
     if recipe.states is not None:
@@ -405,7 +407,7 @@ def _read_signals(told: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[
 
 def _checked_again(system: System, recipe: Recipe) -> Recipe:
     """The request, checked as a user's; raises ValueError if the result differs."""
-    told = recipe.policy._asdict()
+    told = recipe.policy.asked()
     switches = told.pop("stiff_switch")
     told["method"] = "auto" if switches else told["method"]
     told["first_step"] = told["first_step"] or None
@@ -418,7 +420,10 @@ def _checked_again(system: System, recipe: Recipe) -> Recipe:
         recipe.keep_states, recipe.outputs, recipe.reductions, recipe.until,
         checked_policy(system, **told), {**recipe.inputs.numbers, **recipe.inputs.signals},
     )  # fmt: skip
-    again = replace(again, events=recipe.events, sensitivities=recipe.sensitivities)
+    again = replace(
+        again, events=recipe.events, sensitivities=recipe.sensitivities,
+        sensitivity_error_control=recipe.sensitivity_error_control,
+    )  # fmt: skip
     if again.sensitivities:
         check_names(system, again)
     if again.told() != recipe.told():

@@ -44,7 +44,7 @@ FEWEST_FRAMES: Final = 240
 MOST_POSITIONS: Final = 120_000  # frames times points
 SCRIPTS: Final = (
     *("data", "theme", "solids", "camera", "stage", "body", "arrows", "trails", "plots"),
-    *("player", "panel", "export", "main"),
+    *("player", "panel", "live", "export", "main"),
 )
 
 

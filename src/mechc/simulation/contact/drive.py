@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
 
+from mechc.errors import ValueOutOfBoundsError
 from mechc.native._codes import (
     CONTACT_INCONSISTENT,
     CONTACT_UNDECIDED,
     CONTACTS_TOO_MANY,
+    FINISHED,
+    RESETS_ACCUMULATE,
     RUNNING,
     STOPPED_BY_EVENT,
 )
@@ -30,8 +33,9 @@ from mechc.simulation.contact.modes import (
 )
 from mechc.simulation.contact.place import EPS, Contacts, Free, Place
 from mechc.simulation.events.compiled import CompiledFinder, CompiledResets
-from mechc.simulation.events.event import EventFinder, FunctionFailedError, located
-from mechc.simulation.events.resets import CHANGE, SHORTEST, TOUCHING, Resets
+from mechc.simulation.events.event import EventFinder, FunctionFailedError, Side, located
+from mechc.simulation.events.expressions import rounding_of
+from mechc.simulation.events.resets import CHANGE, FLIGHT, SHORTEST, TOUCHING, Resets
 from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
@@ -57,31 +61,56 @@ class ContactResets(CompiledResets):
         finder: EventFinder,
     ) -> None:  # fmt: skip
         self.laws = Laws(contact_laws(finder.events), system, values)
-        self.contacts = Contacts(self.laws, system, values)
+        start = float(chain.tail(1)[0][-1])
+        self.contacts = Contacts(self.laws, system, values, (start, t_end))
         self.numbers_of = [law.number for law in self.laws.laws]
         self.mode: Mode = (State.OPEN,) * len(self.laws)
         self.lasting = not isinstance(finder, CompiledFinder)
         self.fastest_gap, self.fastest_slip = np.zeros((2, len(self.laws)))
+        self.speeds_met = np.zeros(len(system.speeds))
         self.changed_at, self.changes = np.nan, 0
+        self.until = t_end  # no piece in contact crosses the kinks of inputs
+        driven = system.driven
+        self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
     def begin(self) -> int:
-        t, y = (rows[-1] for rows in self.chain.tail(1))
-        if not self.lasting and (not self._may_rest(float(t), y) or self._is_free(float(t), y)):
+        times, states = self.chain.tail(1)
+        t, y = float(times[-1]), states[-1]
+        self._refuse_overlap(t, y)
+        if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
             return RUNNING
+        if self.controlled:
+            return RESETS_ACCUMULATE
         self._watch_modes()
-        return self._enter(float(t), y, first=True)
+        self._see_until_kink(t)
+        return self._enter(t, y, first=True)
+
+    def _refuse_overlap(self, t: float, y: Array) -> None:
+        gaps = [self.finder.events[law.number].function for law in self.laws.laws]
+        found = np.array([gap(t, y) for gap in gaps])  # 1 of what has none
+        overlaps = found < 0.0
+        if overlaps.any():
+            overlaps &= found < -self._zero_gaps(self.contacts.place(t, y))
+        for k in np.flatnonzero(overlaps):
+            raise ValueOutOfBoundsError(
+                f"event {self.numbers_of[k]}: the gap {gaps[k].title} is {found[k]:.6g} at the "
+                "start, so the parts overlap: a gap is positive where they are apart"
+            )
 
     def _is_free(self, t: float, y: Array) -> bool:
-        """Whether a run may begin in compiled code: nothing that touches presses."""
+        """Whether a run may begin in compiled code: what touches opens."""
         place = self.contacts.place(t, y)
         slow, _ = self._slow(place, self.contacts.free(place))
-        strikes = self._touching(place, ()) & (place.numbers.rate < -slow)
-        try:
-            mode, *_ = self._decided(t, y, (), (), ())
-        except (Inconsistent, TooManyContactsError):
-            return False
-        return not strikes.any() and all(state is State.OPEN for state in mode)
+        return not (self._touching(place, ()) & (place.numbers.rate <= slow)).any()
+
+    def _see_until_kink(self, t: float) -> None:
+        """Take the inputs as they are from here to their next kink."""
+        driven = self.system.driven
+        if driven is not None:
+            self.until = next(iter(driven.breaks(t, self.t_end, self.policy.rtol)), self.t_end)
+            system = self.system.replaced_scene(driven.between(t, self.until))
+            self.contacts = Contacts(self.laws, system, self.values, (t, self.until))
 
     def _may_rest(self, t: float, y: Array) -> bool:
         least = NEAR_START * float(self.system.scale(self.values).max(initial=0.0))
@@ -106,6 +135,7 @@ class ContactResets(CompiledResets):
         if not self.lasting:
             return super().after(t, number)
         before = self._stop_at(t)
+        self._see_until_kink(t)
         if number >= self.finder.own:
             return self._end_mode(t, before, self.finder.ends[number - self.finder.own])
         if number in self.numbers_of:
@@ -114,14 +144,23 @@ class ContactResets(CompiledResets):
         state, accumulate = Resets._reset(self, t, before, number)
         if accumulate:
             return Resets._go_on(self, t, number, state, accumulate)
-        return self._enter(t, state, causes=tuple(self.caused_by))
+        return self._enter(t, state, causes=tuple(self.caused_by), reset=True)
+
+    def finished(self) -> int:
+        t = self.chain.t
+        if t == self.t_end:
+            return FINISHED
+        before = self._stop_at(t)
+        self._see_until_kink(t)
+        return self._enter(t, before, still=set(self._stuck()))
 
     def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
         """Contact instead of ever more impacts."""
         stops = [n for n in self.caused_by if n in self.numbers_of]
-        if self.lasting or not (accumulate and stops):
+        if self.lasting or self.controlled or not (accumulate and stops):
             return super()._go_on(t, number, state, accumulate)
         self._watch_modes()
+        self._see_until_kink(t)
         hit = {self.numbers_of.index(n) for n in stops}
         return self._enter(t, state, hit=hit, causes=tuple(self.caused_by), noted=True)
 
@@ -129,6 +168,12 @@ class ContactResets(CompiledResets):
         k = end.contact
         if end.kind == "paradox":
             return CONTACT_INCONSISTENT
+        if end.kind == "negative":
+            raise FunctionFailedError(
+                f"the friction of event {self.numbers_of[k]} is negative from t = {t:.9g} s on, "
+                "and would push: write the force that presses as one that is not negative, "
+                "Abs(N), or Max(N, 0) of SymPy"
+            )
         if end.kind == "clear":
             code = self._continue(t, before, self.mode, jump=False)
             number = self.numbers_of[k]
@@ -138,6 +183,8 @@ class ContactResets(CompiledResets):
             self.finder.add(self.numbers_of[k], t, before)
         still = {k} if end.kind == "halt" else set()
         hit = {k} if end.kind == "back" else set()
+        if hit:
+            self.last[self.numbers_of[k]] = t  # it has come from rest, and goes back to it
         return self._enter(t, before, hit=hit, still=still, left=states_left(end))
 
     # -- modes ----------------------------------------------------------------------------------
@@ -145,22 +192,25 @@ class ContactResets(CompiledResets):
     def _enter(
         self, t: float, y: Array, *, hit: Collection[int] = (), still: Collection[int] = (),
         left: Collection[tuple[int, State]] = (), causes: tuple[int, ...] = (),
-        first: bool = False, noted: bool = False,
+        first: bool = False, noted: bool = False, reset: bool = False,
     ) -> int:  # fmt: skip
         """Go on from a state, after the impacts there, in the mode that follows.
 
         ``hit``: contacts whose gaps have just closed, and rest where they did so just before;
         ``still``: whose slip has just come to 0; ``left``: states that have come to their
-        limits; ``noted``: the impacts are recorded.
+        limits; ``noted``: the impacts are recorded; ``reset``: the state is not the one that the
+        last mode has led to.
         """
         self.changes = self.changes + 1 if self._is_soon(t) else 0
         self.changed_at = t
         if self.changes > MOST_CHANGES:
             return CONTACT_UNDECIDED
-        again = {k for k in hit if self._is_now(self.last, self.numbers_of[k], t)}
+        self.speeds_met = np.maximum(self.speeds_met, np.abs(y[self.contacts.split :]))
+        again = self._again(t, y, hit)
         self.last |= dict.fromkeys((self.numbers_of[k] for k in hit), t)
         try:
             struck, more = self._struck(t, y, hit, again, noted)
+            still = set() if more or reset else {*still, *self._stuck()}
             mode, leaving, rests = self._decided(t, struck, hit, still, left, again)
         except Inconsistent as error:
             return CONTACT_UNDECIDED if error.several else CONTACT_INCONSISTENT
@@ -176,6 +226,21 @@ class ContactResets(CompiledResets):
         given = (*causes, *(n for n in more if n not in causes))
         return self._continue(t, state, mode, given, leaving, rests, first=first)
 
+    def _again(self, t: float, y: Array, hit: Collection[int]) -> set[int]:
+        """Those of the contacts that were hit just before."""
+        if not hit:
+            return set()
+        place = self.contacts.place(t, y)
+        rates, rounding = place.numbers.rate, place.rounding
+        return {
+            k for k in hit
+            if self._is_now(self.last, self.numbers_of[k], t, float(rates[k]), float(rounding[k]))
+        }  # fmt: skip
+
+    def _stuck(self) -> Iterator[int]:
+        """Contacts that have no slip by the mode that has been, whatever its rounding."""
+        return (k for k, state in enumerate(self.mode) if state is State.STICKS)
+
     def _is_soon(self, t: float) -> bool:
         return bool(abs(t - self.changed_at) <= SHORTEST * located(t))
 
@@ -183,8 +248,11 @@ class ContactResets(CompiledResets):
         """What gaps (n,) may be where they are 0 as far as the motion is known."""
         scale = self.system.scale(self.values)[: self.contacts.split]
         met = np.array([self.finder.sizes[number] for number in self.numbers_of])
-        reach = np.abs(place.numbers.slopes) @ np.maximum(scale, np.abs(place.y[: len(scale)]))
-        return np.asarray(TOUCHING * self.policy.rtol * np.maximum(met, reach))
+        slopes, q = np.abs(place.numbers.slopes), np.abs(place.y[: len(scale)])
+        rtol, atol = self.policy.rtol, self.policy.atol
+        asked = rtol * scale if atol is None else atol[: len(scale)] + rtol * q
+        allowed = np.maximum(rtol * met, slopes @ asked)
+        return np.asarray(TOUCHING * (allowed + place.rounding))
 
     def _touching(self, place: Place, hit: Collection[int]) -> Mask:
         touching: Mask = np.abs(place.numbers.gap) <= self._zero_gaps(place)
@@ -199,8 +267,10 @@ class ContactResets(CompiledResets):
         numbers, speeds = place.numbers, np.abs(place.y[self.contacts.split :])
         gaps, slips = (64 * EPS * (np.abs(rows) @ speeds)
                        for rows in (self._gap_rows(place), numbers.rows))  # fmt: skip
-        flight = FEW * SHORTEST * located(place.t)
-        gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight * np.abs(free.normal)))
+        fall = FEW * np.abs(free.normal)
+        flight = np.maximum(SHORTEST * located(place.t) * fall,
+                            np.sqrt(0.5 * FLIGHT * place.rounding * fall))  # fmt: skip
+        gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight))
         return gaps, np.maximum(slips, SLOW * self.fastest_slip)
 
     def _gap_rows(self, place: Place) -> Array:
@@ -268,7 +338,8 @@ class ContactResets(CompiledResets):
         lasts = any(state is not State.OPEN for state in mode)
         piece: Any
         if lasts:
-            piece = ContactRun(manifold, (t, t_end), y, self.policy)
+            span = t, min(t_end, self.until)
+            piece = ContactRun(manifold, span, y, self.policy, self.speeds_met)
         else:
             piece = begin(self.system, (t, t_end), y, self.values, self.policy)
         words = told(mode, self.numbers_of, self.finder.own)
@@ -295,9 +366,12 @@ class ContactResets(CompiledResets):
         idle = {self.numbers_of[k] for k in np.flatnonzero(manifold.closed | leaving)}
         rates = self._user_rates(t, y, manifold, place)
         sides = [
-            np.sign(rate) if rate and number not in idle and self._touches(t, y, number, rate)
-            else 0.0 for number, rate in enumerate(rates)
-        ]  # fmt: skip
+            Side() if number in idle else self._side(t, y, number, rate)
+            for number, rate in enumerate(rates)
+        ]
+        for number in self.numbers_of:
+            if self.last.get(number) == t:
+                self.rate_after[number] = rates[number]
         self.finder.enter_mode(piece, ends, idle, sides)
 
     def _clear_of(self, k: int, zero: float) -> list[ModeEnd]:
@@ -330,6 +404,10 @@ class ContactResets(CompiledResets):
             return super()._rates_of_events(t, state)
         manifold = ContactManifold(self.contacts, self.mode)
         return np.array(self._user_rates(t, state, manifold, self.contacts.place(t, state)))
+
+    def _rounding(self, t: float, state: Array, number: int) -> float:
+        events = self.finder.every if self.lasting else self.finder.events
+        return rounding_of(events[number].function, t, state)
 
     def _value(self, t: float, state: Array, number: int) -> float:
         """Of a run's event, as it is given."""

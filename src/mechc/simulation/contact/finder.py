@@ -12,7 +12,7 @@ from mechc.simulation.contact.laws import Mask
 from mechc.simulation.contact.manifold import Forces
 from mechc.simulation.contact.modes import State
 from mechc.simulation.contact.place import EPS
-from mechc.simulation.events.event import Event, EventFinder, EventRecord
+from mechc.simulation.events.event import SMALLEST, Event, EventFinder, EventRecord, Side
 from mechc.system.parameters import Array
 
 ROUNDING = 64.0 * EPS  # of the terms of a slip, and of the forces at a contact
@@ -50,7 +50,7 @@ class ModeFinder(EventFinder):
         self.grazing, self.too_fast = before.grazing, before.too_fast
 
     def enter_mode(
-        self, run: Any, ends: Sequence[ModeEnd], idle: Collection[int], sides: Sequence[float]
+        self, run: Any, ends: Sequence[ModeEnd], idle: Collection[int], sides: Sequence[Side]
     ) -> None:
         """Go on in a run in another mode, in which the events ``idle`` do not happen."""
         own = [
@@ -60,7 +60,7 @@ class ModeFinder(EventFinder):
         self.ends, self.cleared = ends, {}
         self.events = own + [Event(end.function, -1.0, terminal=1) for end in ends]
         self.sizes = self.sizes[: self.own] + [0.0] * len(ends)
-        self.enter(run, 0, [*sides, *(end.side for end in ends)])
+        self.enter(run, 0, [*sides, *(Side(end.side) for end in ends)])
 
     def keep(self) -> None:
         self.found = self.found[: self.own]
@@ -99,13 +99,21 @@ def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEn
         for k, state in enumerate(answer.mode)
         if state.way
     ]
+    limits: list[tuple[str, int, Callable[[float, Array], float]]]
     if answer.is_redundant:
-        found.append(ModeEnd("margin", -1, lambda s, x: forces(s, x)[1].margin()))
+        limits = [("margin", -1, lambda s, x: forces(s, x)[1].margin())]
     else:
-        found += [
-            ModeEnd(kind, k, _limit(forces, number))
+        limits = [
+            (kind, k, _limit(forces, number))
             for number, (kind, k, _, _) in enumerate(answer.limits())
         ]
+    limits += [
+        ("negative", k, _friction(forces, k))
+        for k, state in enumerate(answer.mode)
+        if state.way or state is State.STICKS
+    ]
+    # at its limit, as far as that is known, a mode may begin: it ends at once where it goes beyond
+    found += [ModeEnd(kind, k, left, float(left(t, y) <= 0.0)) for kind, k, left in limits]
     slides = any(state.way and forces.manifold.has_gap[k] for k, state in enumerate(answer.mode))
     if slides:
         found.append(ModeEnd("paradox", -1, lambda s, x: forces(s, x)[1].stiffness))
@@ -121,6 +129,17 @@ def _slip(forces: Forces, k: int, way: float) -> Callable[[float, Array], float]
         return way * float(numbers.slip[k]) + rounding
 
     return slip
+
+
+def _friction(forces: Forces, k: int) -> Callable[[float, Array], float]:
+    """The coefficients, or forces; 0 is one too."""
+
+    def least(t: float, y: Array) -> float:
+        numbers = forces(t, y)[0].numbers
+        size = ROUNDING * forces(t, y)[1].force_of(k)
+        return float(min(numbers.friction[k], numbers.static[k])) + max(size, SMALLEST)
+
+    return least
 
 
 def _limit(forces: Forces, number: int) -> Callable[[float, Array], float]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from mechc.simulation.events.event import Event
-from mechc.simulation.events.expressions import function_of
+from mechc.simulation.events.event import Event, FunctionFailedError
+from mechc.simulation.events.expressions import MOST_KEPT, function_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import StopReset
 from mechc.system.parameters import Array
@@ -91,48 +91,64 @@ class Laws:
     def at(self, t: float, y: Array, v: Array) -> Numbers:
         """At one state (nq + nu,) with the coordinates' rates v (nq,)."""
         nq, nu = len(self.system.coordinates), len(self.system.speeds)
-        table = np.array(self._function(t, np.concatenate([y, v]), self.p), dtype=np.float64)
-        table = table.reshape(len(self.laws), -1)
+        with np.errstate(all="ignore"):
+            values = self._function(t, np.concatenate([y, v]), self.p)
+        table = np.array(values, dtype=np.float64).reshape(len(self.laws), -1)
+        if not np.isfinite(table).all():
+            self._leave_out_open(table, t)
         gap, rate, bend, slip, drift, restitution, friction, static = table[:, :8].T
         slopes, rows = table[:, 8 : 8 + nq], table[:, 8 + nq : 8 + nq + nu]
         return Numbers(
             gap, rate, bend, slopes, slip, drift, rows, restitution, friction, static
         )  # fmt: skip
 
+    def _leave_out_open(self, table: Array, t: float) -> None:
+        """An open gap needs no slopes and no slip: in the middle of a bush there are none."""
+        bad = ~np.isfinite(table).all(axis=1)
+        for k in np.flatnonzero(bad & ~(table[:, 0] > 0.0)):
+            raise FunctionFailedError(
+                f"the contact of event {self.laws[k].number} has no rate, slip or friction at "
+                f"t = {t:.9g} s: its expressions are not finite there"
+            )
+        table[bad, 1:] = 0.0
+
     @cached_property
     def _function(self) -> Any:
-        return function_of([entry for law in self.laws for entry in self._entries(law)])
-
-    def _entries(self, law: ContactLaw) -> list[Any]:
-        from sympy import Integer, Symbol, diff, sympify
-
-        nq, nu = len(self.system.coordinates), len(self.system.speeds)
-        t = Symbol("t", real=True)
-        q, u, v = (
-            [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
-            for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
-        )
-
-        def along(value: Any) -> Any:
-            return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))
-
-        gap = Integer(0) if law.gap is None else law.gap
-        slip = Integer(0) if law.slip is None else law.slip
-        rate = along(gap)
-        coefficients = map(sympify, (law.restitution, law.friction, law.static))
-        return [
-            gap, rate, along(rate), slip, along(slip), *coefficients,
-            *(diff(gap, x) for x in q), *(diff(slip, x) for x in u),
-        ]  # fmt: skip
+        sizes = len(self.system.coordinates), len(self.system.speeds)
+        return function_of([entry for law in self.laws for entry in _entries(law, *sizes)])
 
 
-def has_plain_kinematics(system: System, p: Array) -> bool:
-    """Whether q' = u at every state: at two that have nothing in common."""
+@lru_cache(MOST_KEPT)
+def _entries(law: ContactLaw, nq: int, nu: int) -> list[Any]:
+    """The columns of :meth:`Laws.at`."""
+    from sympy import Integer, Symbol, diff, sympify
+
+    t = Symbol("t", real=True)
+    q, u, v = (
+        [Symbol(f"y{k}", real=True) for k in range(first, first + count)]
+        for first, count in ((0, nq), (nq, nu), (nq + nu, nq))
+    )
+
+    def along(value: Any) -> Any:
+        return diff(value, t) + sum(diff(value, x) * rate for x, rate in zip(q, v, strict=True))
+
+    gap = Integer(0) if law.gap is None else law.gap
+    slip = Integer(0) if law.slip is None else law.slip
+    rate = along(gap)
+    coefficients = map(sympify, (law.restitution, law.friction, law.static))
+    return [
+        gap, rate, along(rate), slip, along(slip), *coefficients,
+        *(diff(gap, x) for x in q), *(diff(slip, x) for x in u),
+    ]  # fmt: skip
+
+
+def has_plain_kinematics(system: System, p: Array, times: tuple[float, float]) -> bool:
+    """Whether q' = u at every state: at two that have nothing in common, at two times."""
     nq, nu = len(system.coordinates), len(system.speeds)
     if nq != nu:
         return False
-    for k in (1.0, 2.0):
+    for k, t in zip((1.0, 2.0), times, strict=True):
         y = np.modf(IRRATIONAL * k * np.arange(1.0, 1.0 + nq + nu))[0]
-        if not np.array_equal(system.rates(y, p, k)[:nq], y[nq:]):
+        if not np.array_equal(system.rates(y, p, t)[:nq], y[nq:]):
             return False
     return True

@@ -111,18 +111,32 @@ class ContactManifold:
 
 
 class ContactRun(NumpyRun):
-    """A run in one mode of contact, by Dormand & Prince's pair of order 8(5,3)."""
+    """A run in one mode of contact, by Dormand & Prince's pair of order 8(5,3).
+
+    ``met`` (nu,): the size of speeds before; what rests has none but rounding.
+    """
 
     def __init__(
-        self, manifold: ContactManifold, span: tuple[float, float], y0: Array, policy: Policy
-    ) -> None:
-        contacts = manifold.contacts
+        self, manifold: ContactManifold, span: tuple[float, float], y0: Array, policy: Policy,
+        met: Array,
+    ) -> None:  # fmt: skip
+        self.contact, self.contacts, self.met = manifold, manifold.contacts, met
         limits = RunLimits(
             span[1], policy.rtol, policy.atol, policy.max_step, policy.max_steps, True,
             policy.max_bytes,
         )  # fmt: skip
-        scale = contacts.system.scale(contacts.p)
+        scale = self.contacts.system.scale(self.contacts.p)
         super().__init__(manifold, span[0], y0, scale, policy.first_step, limits)  # type: ignore[arg-type]
+
+    def _accelerations(self) -> Array:
+        """Those without what holds: with it they may be rounding."""
+        place, answer = self.contact.answer(self.t, self.y)
+        free = np.abs(self.contacts.free(place).rates[self.width :])
+        free += np.abs(place.speeds(answer.given))
+        return np.asarray(np.maximum(super()._accelerations(), free))
+
+    def _speeds(self) -> Array:
+        return np.asarray(np.maximum(super()._speeds(), self.met))
 
     def record(self) -> dict[str, Any]:
         """Its steps as JSON data."""

@@ -133,6 +133,8 @@ class Answer:
     def _solved(self) -> tuple[Array, int]:
         if not len(self.owners):
             return np.zeros(0), 0
+        if len(self.owners) == 1 and self.matrix[0, 0] != 0.0:
+            return self.aim / self.matrix[0, 0], 1
         found, _, rank, _ = np.linalg.lstsq(self.matrix, self.aim, rcond=DEPENDENT)
         return np.asarray(found, np.float64), int(rank)
 

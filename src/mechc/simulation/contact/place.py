@@ -22,6 +22,7 @@ EPS = float(np.finfo(float).eps)
 DEPENDENT = 1e-12  # of the largest singular value: a smaller one is zero
 APART = 1e-3  # of the size of a state: between neighbours of a difference along the motion
 ITERATIONS = 20
+SOON = 1e-3  # of a run: inputs are known there
 
 
 class Place(NamedTuple):
@@ -41,6 +42,13 @@ class Place(NamedTuple):
     kinematic: Array | None
     jacobian: Array
 
+    @property
+    def rounding(self) -> Array:
+        """Of the values of the gaps (n,): that of their terms."""
+        slopes, q = self.numbers.slopes, self.y[: len(self.v)]
+        by_time = (self.numbers.rate - slopes @ self.v) * self.t
+        return np.asarray(EPS * (np.abs(by_time) + np.abs(slopes) @ np.abs(q)))
+
     def speeds(self, change: Array) -> Array:
         """Speeds (nu,) for a change along rows R."""
         return np.asarray(np.linalg.solve(self.root.T, change))
@@ -55,17 +63,18 @@ class Free(NamedTuple):
 
 
 class Contacts:
-    """The contacts of one run of a system with parameters p (np,)."""
+    """The contacts of one run of a system with parameters p (np,), between two times."""
 
-    def __init__(self, laws: Laws, system: System, p: Array) -> None:
-        self.laws, self.system, self.p = laws, system, p
+    def __init__(self, laws: Laws, system: System, p: Array, span: tuple[float, float]) -> None:
+        self.laws, self.system, self.p, self.span = laws, system, p, span
         self.split = len(system.coordinates)
         self.closes_loops = bool(system.scene.rows)
 
     @cached_property
     def plain(self) -> bool:
         """Whether q' = u."""
-        return has_plain_kinematics(self.system, self.p)
+        start, end = self.span
+        return has_plain_kinematics(self.system, self.p, (start, start + SOON * (end - start)))
 
     def place(self, t: float, y: Array) -> Place:
         """
@@ -151,4 +160,6 @@ def _without_loops(rows: Array, root: Array, jacobian: Array) -> Array:
 
 def least_change(rows: Array, values: Array) -> Array:
     """The shortest x with rows x = values; rows may be redundant."""
+    if len(rows) == 1 and (size := float(rows[0] @ rows[0])) > 0.0:
+        return np.asarray(rows[0] * (values[0] / size))
     return np.asarray(np.linalg.lstsq(rows, values, rcond=DEPENDENT)[0])

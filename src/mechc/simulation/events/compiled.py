@@ -16,7 +16,7 @@ import numpy as np
 from mechc.native._codes import METHODS, RESETS_ACCUMULATE, RUNNING
 from mechc.native._events import Watch
 from mechc.native._run import Run
-from mechc.simulation.events.event import Event, EventFinder, FunctionFailedError
+from mechc.simulation.events.event import Event, EventFinder, FunctionFailedError, Side
 from mechc.simulation.events.expressions import compiled_functions
 from mechc.simulation.events.resets import Resets
 from mechc.simulation.segments import Segment, Segments
@@ -76,7 +76,7 @@ class CompiledFinder(EventFinder):
         )  # fmt: skip
         super().__init__(events, run, system.scene.width, first, policy.rtol)
 
-    def enter(self, run: Any, first: int, sides: Sequence[float] | None = None) -> None:
+    def enter(self, run: Any, first: int, sides: Sequence[Side] | None = None) -> None:
         """Go on in a run, or in the last piece of one, from the start of that."""
         part = _last(run)
         t, y = part.states()
@@ -107,7 +107,7 @@ class CompiledResets(Resets):
 
     finder: CompiledFinder
 
-    def _sides(self, t: float, state: Array) -> list[float]:
+    def _sides(self, t: float, state: Array) -> list[Side]:
         return []  # compiled code has them when the motion is entered
 
     def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:

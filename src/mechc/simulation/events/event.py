@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -100,6 +100,17 @@ def _title(event: Any, number: int) -> str:
     return given if given not in ("", "<lambda>", "expression") else f"event {number}"
 
 
+class Side(NamedTuple):
+    """How an event begins that is zero at the start of a motion.
+
+    ``sign``: that of its value right after, 0 where it is not zero; ``near``: so long its value may
+    be rounding, s.
+    """
+
+    sign: float = 0.0
+    near: float = 0.0
+
+
 class EventFinder:
     """Searches a run's new steps for zeros.
 
@@ -126,10 +137,10 @@ class EventFinder:
         self.failure: FunctionFailedError | None = None
         self.too_fast: dict[int, float] = {}  # event: time from which it changes too fast to follow
 
-    def enter(self, run: Any, first: int, sides: Sequence[float] | None = None) -> None:
+    def enter(self, run: Any, first: int, sides: Sequence[Side] | None = None) -> None:
         """Go on in a run from its accepted state ``first``.
 
-        ``sides``: of each event that is zero there the sign that it has right after, else 0.
+        ``sides``: of each event whether it is zero there, and what it is right after.
         """
         self.run, self.looked_at, self.sides = run, first, sides
         self.found: list[list[float]] = [[] for _ in self.events]
@@ -204,9 +215,11 @@ class EventFinder:
         points = [(t, evaluated(event, t, y)) for t, y in zip(grid.tolist(), states, strict=True)]
         self.sizes[number] = max(self.sizes[number], *(abs(value) for _, value in points))
         begins = self.sides is not None and points[0][0] == self.start
-        if begins and self.sides is not None and self.sides[number]:
-            points[0] = (self.start, self.sides[number] * SMALLEST)
+        side = self.sides[number] if begins and self.sides is not None else Side()
+        if side.sign:
+            points[0] = (self.start, side.sign * SMALLEST)
         close = points[1 : len(points) - SAMPLES]  # only where the motion began with a reset
+        close = [point for point in close if abs(point[0] - self.start) >= side.near]
         points = points[:1] + points[len(points) - SAMPLES :]
         while _changes_fast(points):
             if len(points) > MOST_SAMPLES:

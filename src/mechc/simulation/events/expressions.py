@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,8 @@ from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+EPS = float(np.finfo(float).eps)
+MOST_KEPT = 256  # functions of expressions, from one run to the next
 _DIRECTIONS = {">": 1.0, ">=": 1.0, "<": -1.0, "<=": -1.0, "==": 0.0}  # SymPy's names
 
 
@@ -107,11 +109,64 @@ def as_written(given: Any) -> str:
     return " ".join(str(given).replace("(t)", "").split())
 
 
+@dataclass(frozen=True)
+class StateNames:
+    """The names that events of a description may contain, before there is a system."""
+
+    coordinates: Sequence[str]
+    speeds: Sequence[str]
+    parameters: Sequence[str]
+    states: Sequence[str] = ()
+
+
+class PlainEvent(NamedTuple):
+    """An event over the symbols t, y0, y1, ..., p0, p1, ...; ``changes`` as of its reset."""
+
+    title: str
+    direction: float
+    value: Any
+    changes: Mapping[int, Any] | None
+
+
+def plain_events(given: Any, names: StateNames, parse: Callable[..., Any]) -> list[PlainEvent]:
+    """Events of expressions, or one by itself, for a program that is no run of mechc.
+
+    Raises
+    ------
+    UnknownNameError, ValueOutOfBoundsError, ExpressionError
+        As :func:`checked_events`, and for events that are no expressions, stops, friction, and
+        events that end a run.
+    """
+    if not isinstance(given, (tuple, list)) and _is_one(given):
+        given = [given]
+    reader = _Reader(names, np.zeros(len(names.parameters)), parse)
+    return [_plain_event(event, reader) for event in given]
+
+
+def _plain_event(given: Any, reader: _Reader) -> PlainEvent:
+    if isinstance(given, (Stop, DryFriction)):
+        raise ValueOutOfBoundsError(f"a {type(given).__name__} is not exported: give its reset")
+    event = reader.event(given)
+    if not is_compilable(event):
+        raise ValueOutOfBoundsError(
+            f"events and resets are exported as expressions, not as {brief(given)}"
+        )
+    if event.terminal:
+        raise ValueOutOfBoundsError(
+            "a terminal event is not exported: the importer decides when a simulation ends"
+        )
+    changes = getattr(event.reset, "changes", None)
+    return PlainEvent(
+        event.function.title, float(event.direction), event.function.expression, changes
+    )
+
+
 class _Reader:
     """Reads the events of one model with parameters p (np,)."""
 
-    def __init__(self, system: System, p: Array, parse: Callable[..., Any]) -> None:
+    def __init__(self, system: Any, p: Array, parse: Callable[..., Any]) -> None:
         self.system, self.p, self.parse = system, p, parse
+        self.width = len(system.coordinates) + len(system.speeds)
 
     @cached_property
     def names(self) -> dict[str, Any]:
@@ -134,7 +189,7 @@ class _Reader:
             return given
         if is_expression(given.function):
             expression, direction = self._difference(given.function)
-            function = ValueExpression(expression, self.p, self.system.scene.width)
+            function = ValueExpression(expression, self.p, self.width)
             function.title = as_written(given.function)
             given = replace(given, function=function, direction=given.direction or direction)
         if isinstance(given.reset, Mapping):
@@ -162,16 +217,16 @@ class _Reader:
                 "a gap is an expression of coordinates, of SymPy or as text, not "
                 f"{brief(given.gap)}"
             )
-        gap = ValueExpression(self._plain(given.gap), self.p, system.scene.width)
+        gap = ValueExpression(self._plain(given.gap), self.p, self.width)
         gap.title = as_written(given.gap)
-        kept = ValueExpression(self._plain(given.restitution), self.p, system.scene.width)
+        kept = ValueExpression(self._plain(given.restitution), self.p, self.width)
         for name in (*system.speeds, *system.states):
             symbol = self.names[name]
             if gap.expression.has(symbol) or kept.expression.has(symbol):
                 raise ValueOutOfBoundsError(
                     f"a gap and its restitution depend on coordinates, not on {name}"
                 )
-        if not 0.0 <= kept(0.0, np.zeros(system.scene.width)) <= 1.0:
+        if not 0.0 <= kept(0.0, np.zeros(self.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
         reset = StopReset(gap, kept, system, self.p, self._friction_of_stop(given))
         return Event(gap, -1.0, given.terminal, reset)
@@ -257,18 +312,26 @@ class _Reader:
 
 def function_of(expressions: Sequence[Any]) -> Callable[[float, Array, Array], Any]:
     """A function of t, y and p for expressions over plain symbols."""
+    return _function_of(tuple(expressions))
+
+
+@lru_cache(MOST_KEPT)
+def _function_of(expressions: tuple[Any, ...]) -> Callable[[float, Array, Array], Any]:
     from sympy import Symbol, lambdify
 
     free = sorted({s for e in expressions for s in e.free_symbols}, key=str)
     places = {kind: [s for s in free if s.name.startswith(kind)] for kind in "yp"}
-    at = {kind: [int(s.name[1:]) for s in found] for kind, found in places.items()}
+    at = {kind: np.array([int(s.name[1:]) for s in found], np.intp)
+          for kind, found in places.items()}  # fmt: skip
     arguments = [Symbol("t", real=True), places["y"], places["p"]]
     compiled = lambdify(arguments, list(expressions), "numpy", cse=True)
-    return lambda t, y, p: compiled(t, y[at["y"]], p[at["p"]])
+    of_state, of_parameters = at["y"], at["p"]
+    return lambda t, y, p: compiled(t, y[of_state], p[of_parameters])
 
 
+@lru_cache(MOST_KEPT)
 def _derivatives(
-    values: Sequence[Any], width: int, parameters: int
+    values: tuple[Any, ...], width: int, parameters: int
 ) -> Callable[[float, Array, Array], tuple[Array, Array, Array]]:
     """Of n values by t (n,), state (n, width) and parameters (n, np), as a function of t, y, p."""
     from sympy import Symbol, diff
@@ -318,12 +381,22 @@ class ValueExpression:
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:
-        return _derivatives([self.expression], self.width, len(self.p))
+        return _derivatives((self.expression,), self.width, len(self.p))
 
     def slopes(self, t: float, y: Array, p: Array | None = None) -> tuple[float, Array, Array]:
         """Derivatives by time, state (nq + nu,) and parameters (np,), for those of the run or p."""
         by_time, by_state, by_parameters = self._derivatives(t, y, self.p if p is None else p)
         return float(by_time[0]), by_state[0], by_parameters[0]
+
+
+def rounding_of(function: Any, t: float, y: Array) -> float:
+    """Of the value of an expression: that of its largest terms; 0 of functions of Python."""
+    if not isinstance(function, ValueExpression):
+        return 0.0
+    with np.errstate(all="ignore"):
+        by_time, by_state, _ = function.slopes(t, y)
+        terms = float(abs(by_time * t) + np.abs(by_state) @ np.abs(y))
+    return EPS * terms if np.isfinite(terms) else 0.0
 
 
 class ResetExpressions:
@@ -355,7 +428,7 @@ class ResetExpressions:
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:
-        return _derivatives(list(self.changes.values()), self.width, len(self.p))
+        return _derivatives(tuple(self.changes.values()), self.width, len(self.p))
 
     def slopes(self, t: float, y: Array) -> tuple[Array, Array, Array]:
         """Of the state after it by time (nx,), state (nx, nx) and parameters (nx, np)."""

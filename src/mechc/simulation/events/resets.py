@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechc.native._codes import (
+    FINISHED,
     MEMORY_LIMIT,
     RESETS_ACCUMULATE,
     RUNNING,
@@ -18,9 +19,11 @@ from mechc.simulation.events.event import (
     Event,
     EventFinder,
     FunctionFailedError,
+    Side,
     evaluated,
     located,
 )
+from mechc.simulation.events.expressions import rounding_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
@@ -34,6 +37,9 @@ PLASTIC = 1e-9  # of the rate before: what is left after a reset that does not t
 TOUCHING = 10.0  # times rtol of an event's largest value: it may be zero
 SHORTEST = 64.0  # times the exactness of an event's time: resets nearer to each other accumulate
 MOST_AT_ONCE = 1000  # resets at one instant
+ROUNDS = 4.0  # times the rounding of an event's terms: its value may be zero
+NEAR = 16.0  # times it: a value that tells its sign
+FLIGHT = 64.0  # times it: how far it goes where a zero is told from the last
 LEAST_STATES, ROWS_A_STEP = 64, 12  # room of a piece: states; rows of the dense output a step
 
 
@@ -55,6 +61,7 @@ class Resets:
         self.system, self.values, self.policy, self.t_end = system, values, policy, t_end
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
+        self.rate_after: dict[int, float] = {}  # event: its rate after that
         self.passed: dict[int, float] = {}  # the same, of a reset that let the zero be crossed
         self.caused_by: list[int] = []  # the events whose resets made the last jump, in order
         self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
@@ -67,6 +74,10 @@ class Resets:
     def begin(self) -> int:
         """Before the first step; RUNNING, or the status that ends the run."""
         return RUNNING
+
+    def finished(self) -> int:
+        """The last piece has come to its end; RUNNING, or the status that ends the run."""
+        return FINISHED
 
     def takes(self, number: int) -> bool:
         """Whether an event that stopped the search is applied here, and does not end the run."""
@@ -122,14 +133,16 @@ class Resets:
     def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:
         """The state after an event's reset and those that it causes at the same instant; whether
         the resets accumulate."""
-        accumulate = self._is_now(self.last, number, t)
         rates = self._rates_of_events(t, state)
+        rounding = self._rounding(t, state, number)
+        accumulate = self._is_now(self.last, number, t, rates[number], rounding)
         largest, done, self.caused_by = 0.0, {number}, [number]
         for _ in range(MOST_AT_ONCE):
             self.last[number] = t
             self.fastest = np.maximum(self.fastest, np.abs(rates))
             state = self._changed(t, state, number)
             later = self._rates_of_events(t, state)
+            self.rate_after[number] = later[number]
             largest = max(largest, float(np.abs([rates, later]).max()))
             if self._stays(t, state, number, rates[number], later[number]):
                 return state, True
@@ -145,8 +158,13 @@ class Resets:
             self.finder.add(number, t, state)
         return state, True
 
-    def _is_now(self, times: dict[int, float], number: int, t: float) -> bool:
-        return abs(t - times.get(number, -math.inf)) <= SHORTEST * located(t)
+    def _is_now(
+        self, times: dict[int, float], number: int, t: float, rate: float, rounding: float
+    ) -> bool:
+        """Whether a zero is told from an earlier one by neither its time nor the way between."""
+        since = abs(t - times.get(number, -math.inf))
+        fastest = max(abs(rate), abs(self.rate_after.get(number, math.inf)))
+        return since <= SHORTEST * located(t) or since * fastest <= FLIGHT * rounding
 
     def _stays(self, t: float, state: Array, number: int, before: float, after: float) -> bool:
         """Whether a reset ends the motion towards the zero and leaves the state there."""
@@ -167,33 +185,44 @@ class Resets:
                 crosses = number not in done and before[number] * after[number] > 0.0
             if (
                 crosses
-                and not self._is_now(self.passed, number, t)
+                and not self._is_passed(t, state, number, after[number])
                 and self._touches(t, state, number, after[number])
             ):
                 return number
         return None
 
+    def _is_passed(self, t: float, state: Array, number: int, rate: float) -> bool:
+        """Whether it is a zero that a reset has just let be crossed."""
+        rounding = self._rounding(t, state, number) if number in self.passed else 0.0
+        return self._is_now(self.passed, number, t, rate, rounding)
+
     def _touches(self, t: float, state: Array, number: int, rate: float) -> bool:
         """Whether an event is zero as far as the motion is known; what is clearly still to come is
         found later."""
         value, allowed = self._value(t, state, number), self._zero(number)
-        soon = 2.0 * located(t) * abs(rate)
+        soon = 2.0 * located(t) * abs(rate) + ROUNDS * self._rounding(t, state, number)
         return abs(value) <= soon or (value * rate > 0.0 and abs(value) <= allowed)
 
     def _value(self, t: float, state: Array, number: int) -> float:
         return evaluated(self.finder.events[number], t, state)
 
+    def _rounding(self, t: float, state: Array, number: int) -> float:
+        return rounding_of(self.finder.events[number].function, t, state)
+
     def _zero(self, number: int) -> float:
         """What an event may be where it is zero as far as the motion is known."""
         return TOUCHING * self.policy.rtol * self.finder.sizes[number]
 
-    def _sides(self, t: float, state: Array) -> list[float]:
-        """For each event the side on which its motion begins: +-1, or 0 where it is not zero."""
+    def _sides(self, t: float, state: Array) -> list[Side]:
+        """For each event how its motion begins."""
         rates = self._rates_of_events(t, state)
-        return [
-            math.copysign(1.0, rate) if rate != 0.0 and self._touches(t, state, k, rate) else 0.0
-            for k, rate in enumerate(rates)
-        ]
+        return [self._side(t, state, k, rate) for k, rate in enumerate(rates)]
+
+    def _side(self, t: float, state: Array, number: int, rate: float) -> Side:
+        if rate == 0.0 or not self._touches(t, state, number, rate):
+            return Side()
+        near = NEAR * self._rounding(t, state, number) / abs(rate)
+        return Side(math.copysign(1.0, rate), near)
 
     def _rates_of_events(self, t: float, state: Array) -> Array:
         """g' of every event with a reset, in the run's direction; 0 for others.

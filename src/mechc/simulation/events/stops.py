@@ -69,8 +69,7 @@ def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> N
     if not compiled:
         raise MechcError(
             f"{system.name}: stops and dry friction need a C compiler and a start that is no "
-            "change point; with inputs given with the run there is no friction, and other events "
-            "are expressions"
+            "change point; with sampled controllers there is no friction"
         )
 
 

@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+import sympy
+from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 
 import mechc
-from mechc.errors import MechcError, ValueOutOfBoundsError
+from mechc.errors import InputError, MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
+from tests.support.pendulums import pushed_mass
 
 
 @pytest.fixture(scope="module", name="block")
@@ -43,6 +46,76 @@ def test_a_ball_bounces_ever_less_and_then_rests(ball):
     assert sol.work[-1] == pytest.approx(-G, rel=1e-12)
 
 
+@pytest.mark.parametrize("height", [1.0, 1e4])
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "v_x"}])
+def test_far_from_the_origin_a_ball_rests_no_earlier(block, height, friction):
+    """There a gap is a difference of large numbers: what is rounding of it is no impact."""
+    stop, e, upright = mechc.Stop(f"y - {height}", 0.5, **friction), 0.5, {"a": 0.0}
+    sol = block.simulate(2.0, [0, height + 1, 0, 0], upright, events=stop, rtol=1e-12)
+    assert not sol.status.warnings
+    assert words(sol)[-1][0] in ("held", "sticks")
+    shortest = np.sqrt(256 * np.finfo(float).eps * height / G)  # s, of flights told from none
+    assert sol.segments[-1].t0 == pytest.approx(np.sqrt(2 / G) * 3.0, abs=2 * shortest / (1 - e))
+    count = len(sol.events[0].t)
+    assert count >= (22 if height == 1.0 else 16)
+    np.testing.assert_allclose(sol.events[0].t, impacts(e, count), atol=2 * shortest)
+
+
+def between_stops(low, high, e, omega):
+    """Times of the impacts of a pendulum of 1 m that leaves its lower stop upwards, and of its
+    rest, in elliptic integrals; angles from the vertical."""
+    w, t, hits = sqrt(mpf(G)), mpf(0), ([], [])
+    ends = [sin(x / 2) ** 2 for x in (low, high)]
+
+    def way(number, k2):
+        """From the lower stop to the upper one, or to where it turns."""
+        top = asin(sqrt(ends[1] / k2)) if number else pi / 2
+        return (ellipf(top, k2) - ellipf(asin(sqrt(ends[0] / k2)), k2)) / w
+
+    while omega > mpf(10) ** -12:
+        k2 = ends[0] + (omega / (2 * w)) ** 2
+        reaches = ends[1] < k2
+        t += way(reaches, k2)
+        if reaches:
+            hits[1].append(t)
+            k2 = ends[1] + e**2 * (k2 - ends[1])
+        t += way(reaches, k2)
+        hits[0].append(t)
+        omega = e * 2 * w * sqrt(k2 - ends[0])
+    return hits, t
+
+
+def test_a_pendulum_between_two_stops_comes_to_rest():
+    stops = [mechc.Stop("theta_0 - 0.2", 0.8), mechc.Stop("0.6 - theta_0", 0.8)]
+    model = mechc.load("pendulum")
+    sol = model.simulate(8.0, [0.2, 5.0], events=stops, rtol=1e-12)
+    with workdps(25):
+        hits, rest = between_stops(mpf(0.2), mpf(0.6), mpf(0.8), mpf(5))
+    assert sol.status.ok
+    assert not sol.status.warnings
+    assert len(sol.events[1].t) == len(hits[1]) == 3
+    np.testing.assert_allclose(sol.events[1].t, np.array(hits[1], float), rtol=0, atol=1e-12)
+    np.testing.assert_allclose(
+        sol.events[0].t[:30], np.array(hits[0][:30], float), rtol=0, atol=1e-12
+    )
+    assert sol.segments[-1].contacts == ("held", "open")
+    assert sol.segments[-1].t0 == pytest.approx(float(rest), abs=1e-6)
+    assert np.diff(sol.energy).max() < 1e-12
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+@pytest.mark.parametrize("e", [0.0, 0.8])
+def test_a_grazing_impact_is_one_or_none_and_flagged(five_springs, e, friction):
+    """An oscillator of amplitude 1 + d and a wall at 1 m."""
+    stop = mechc.Stop("q_0 + 1", e, **friction)
+    for d in (1e-4, 1e-8, 1e-10, 1e-13, 0.0, -1e-13, -1e-10, -1e-8, -1e-4):
+        sol = five_springs.simulate(4.0, [1.0 + d, *np.zeros(9)], events=stop, rtol=1e-9)
+        assert sol.status.ok
+        assert ("grazing" in str(sol.status)) == (abs(d) < 1e-6)
+        if abs(d) > 1e-12:  # beyond the rounding of the place, not of its time
+            assert len(sol.events[0].t) == (d > 0)
+
+
 def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):
     for height, impacts_there in ((1.0, 1), (0.0, 0)):
         sol = ball.simulate(2.0, [height, 0.0], events=mechc.Stop("q_0"))
@@ -73,6 +146,22 @@ def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_g
     for part in held:
         t = np.linspace(part.t0, part.t1, 9)[:-1]
         np.testing.assert_allclose(sol(t)[:, 0], A * np.sin(w * t), atol=1e-12)
+
+
+def test_what_has_rested_on_a_table_bounces_again(ball):
+    stop = mechc.Stop("q_0 - 1 - sin(10*t)/5", 0.3)
+    sol = ball.simulate(0.6, [1.0, 2.0], events=stop, rtol=1e-11)
+    assert [word[0] for word in words(sol)][:3] == ["held", "open", "open"]
+    flight, after = sol.segments[1:3]
+    table = 2.0 * np.cos(10 * flight.t1)
+    assert flight.t1 - flight.t0 > 0.2
+    assert after.y0[1] - table == pytest.approx(-0.3 * (flight.y1[1] - table), rel=1e-12)
+
+
+def test_a_wall_that_begins_to_move_after_the_start_takes_a_mass_along(five_springs):
+    """At the start neither gap, rate nor acceleration tell that it will press."""
+    sol = five_springs.simulate(1.0, np.zeros(10), events=mechc.Stop("q_0 - t**3", 0.5))
+    np.testing.assert_allclose(sol.y[-1][[0, 5]], [1.0, 3.0], atol=1e-12)
 
 
 def test_several_contacts_last_and_open_one_by_one(five_springs):
@@ -180,6 +269,59 @@ def test_stick_and_slip_on_a_belt(five_springs):
     assert len(sol.events[0].t) == len(sol.segments) - 1
 
 
+def test_a_mass_at_rest_slides_once_its_friction_has_faded(five_springs):
+    """0.3 m from its spring's rest and held by up to 2 - t, it starts at 0.8 s, slides at a quarter
+    of that and takes along the one that sticks to it; nothing moves before, so that speeds are
+    rounding and no faster one is known."""
+    ground = mechc.DryFriction("u_0", 0.25, normal="2 - t", static=1.0)
+    other = mechc.DryFriction("u_1 - u_0", 0.5)
+    sol = five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=[ground, other], rtol=1e-12)
+    assert words(sol) == [("sticks", "sticks"), ("slides -", "sticks")]
+    assert sol.events[0].t == pytest.approx([0.8], abs=1e-12)
+    s = sol.t[sol.t > 0.8] - 0.8  # 2 x'' + 8 (x - 0.3) = -1.2 + 0.25 (1.2 - s)
+    moved = (-0.9 - 0.25 * s + 0.9 * np.cos(2 * s) + 0.125 * np.sin(2 * s)) / 8
+    np.testing.assert_allclose(
+        sol.y[sol.t > 0.8][:, :2] - [0.3, 0.0], moved[:, None] * [1, 1], atol=1e-11
+    )
+
+
+def test_a_mode_that_begins_beyond_its_limit_by_rounding_ends_at_once(five_springs):
+    """Held by 1.2 N less 1e-10 that fades, against a spring's 1.2 N."""
+    ground = mechc.DryFriction("u_0", 1.0, normal="1.2 - 1e-10 - t")
+    sol = five_springs.simulate(0.5, np.eye(10)[0] * 0.3, events=ground, rtol=1e-12)
+    t = sol.t  # x'' + 4 (x - 0.3) = -t
+    moved = -(t - np.sin(2 * t) / 2) / 4
+    np.testing.assert_allclose(sol["q_0"], 0.3 + moved, atol=1e-9)
+    assert sol["q_0"][-1] < 0.29
+
+
+@pytest.mark.parametrize("q_0", [0.0, 0.3])
+def test_where_everything_sticks_steps_are_those_of_a_motion(five_springs, q_0):
+    """A belt rubs on a mass that two others hold: accelerations cancel, but for their rounding."""
+    belt = mechc.DryFriction("u_0 - 1", 1.0, normal="1 + 0.1*sin(4*t)")
+    held = [mechc.DryFriction("u_0 - u_1/3", 5.0), mechc.DryFriction("u_1", 5.0), belt]
+    sol = five_springs.simulate(2.0, [q_0, *np.zeros(9)], events=held, max_steps=100)
+    assert sol.status.ok
+    assert words(sol) == [("sticks", "sticks", "slides -")]
+    assert abs(sol.y - sol.y[0]).max() < 1e-14
+
+
+def test_a_force_that_presses_and_becomes_negative_is_an_error(five_springs):
+    """It would push what slides; from where it is 0 nothing rubs."""
+    fading = mechc.DryFriction("u_0", 0.1, normal="1 - 2*t")
+    with pytest.raises(mechc.EventError, match=r"negative from t = 0.5 s") as error:
+        five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=fading)
+    assert error.value.solution.t[-1] == pytest.approx(0.5, abs=1e-9)
+    none = mechc.DryFriction("u_0", 0.1, normal=sympy.Max(1 - 2 * sympy.Symbol("t"), 0))
+    assert five_springs.simulate(1.0, np.eye(10)[0] * 0.3, events=none).status.ok
+
+
+@pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
+def test_a_start_at_which_parts_overlap_is_refused(five_springs, friction):
+    with pytest.raises(ValueOutOfBoundsError, match=r"event 0: the gap q_0 is -0.001"):
+        five_springs.simulate(1.0, np.eye(10)[0] * -1e-3, events=mechc.Stop("q_0", **friction))
+
+
 def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):
     """Four forces on three freedoms: they are not unique, the motion is."""
     other = mechc.Stop("y + l*sin(theta)", friction=0.4, slip="v_x - l*sin(theta)*omega")
@@ -248,6 +390,88 @@ def test_energy_never_grows(rod):
         assert np.diff(sol.energy).max() < 1e-8
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_pin_falls_from_the_middle_of_its_bush_and_rests_below(block, friction):
+    """A clearance joint: in the middle the gap has no direction."""
+    slip = "(x*v_y - y*v_x)/sqrt(x**2 + y**2)" if friction else None
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)", friction=friction, slip=slip)
+    sol = block.simulate(1.0, np.zeros(4), {"a": 0.0}, events=bush, rtol=1e-10)
+    assert sol.events[0].t == pytest.approx([np.sqrt(0.4 / G)], abs=1e-12)
+    assert words(sol)[-1] == (("sticks" if friction else "held"),)
+    np.testing.assert_allclose(sol.y[-1], [0.0, -0.2, 0.0, 0.0], atol=1e-9)
+
+
+def test_a_pin_that_rests_in_its_bush_swings_as_a_pendulum(block):
+    """Of the length of the play, with the period 4 K(sin(1/2)) sqrt(c/g)."""
+    bush = mechc.Stop("0.2 - sqrt(x**2 + y**2)")
+    start = np.array([0.2 * np.sin(1.0), -0.2 * np.cos(1.0), 0.0, 0.0])
+    period = float(4 * sqrt(0.2 / G) * ellipk(sin(0.5) ** 2))
+    sol = block.simulate(period, start, {"a": 0.0}, events=bush, rtol=1e-11)
+    assert words(sol) == [("held",)]
+    np.testing.assert_allclose(sol.y[-1], start, atol=1e-10)
+
+
+# -- with inputs -----------------------------------------------------------------------------------
+
+
+TIMES = [0.0, 1.0, 2.0, 3.0, 4.0]
+
+
+@pytest.fixture(scope="module", name="pushed")
+def mass_pushed_by_an_input():
+    return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
+
+
+@pytest.mark.parametrize("kind", ["previous", "linear"])
+def test_a_mass_that_an_input_presses_on_a_wall_leaves_it_when_the_push_ends(pushed, kind):
+    """At a jump of the push, and where it passes 0; it begins to press after the start."""
+    values = [-1.0, -2.0, 3.0, -4.0, -4.0] if kind == "previous" else [0.0, -2.0, 2.0, -4.0, -4.0]
+    push = {"F": mechc.Signal(np.array(TIMES), np.array(values), kind)}
+    sol = pushed.simulate(3.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5), rtol=1e-12)
+    lift = 2.0 if kind == "previous" else 1.5
+    flight = next(p for p in sol.segments if p.contacts == ("open",) and p.t0 > 0.1)
+    assert flight.t0 == pytest.approx(lift, abs=1e-12)
+    assert abs(sol(np.linspace(0, lift, 50))).max() < 1e-9
+    assert len(sol.events[0].t) == 0
+    if kind == "previous":
+        np.testing.assert_allclose(sol.y[-1], [0.75, 1.5], atol=1e-12)
+        return
+    # (F is 4 (t - 3/2) until 2 s, then 2 - 6 (t - 2)); m = 2 kg
+    np.testing.assert_allclose(sol(2.0), [1 / 24, 0.25], atol=1e-11)
+    np.testing.assert_allclose(sol.y[-1], [1 / 24 + 0.25 + 0.5 - 0.5, 0.25 + 1.0 - 1.5], atol=1e-11)
+
+
+def test_a_push_that_jumps_lets_go_and_turns_what_friction_holds(pushed):
+    push = {"F": mechc.Signal(np.array(TIMES), np.array([-1.0, -2.0, 3.0, -1.0, -1.0]), "previous")}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5), rtol=1e-12)
+    assert [(p.t0, p.contacts[0]) for p in sol.segments] == [
+        (0.0, "sticks"), (1.0, "slides -"), (2.0, "slides -"),
+        (pytest.approx(2 + 0.25 / 2.25, abs=1e-12), "slides +"), (3.0, "slides +"),
+        (pytest.approx(3 + (1 - 0.25 / 2.25) * 0.75 / 1.25, abs=1e-12), "sticks"),
+    ]  # fmt: skip
+    assert sol.work[-1] == pytest.approx(sol.energy[-1] - sol.energy[0], rel=1e-9)
+
+
+def test_inputs_are_needed_within_the_run_alone(pushed):
+    """Samples that end with it, and a function that fails later; the motion until then is kept."""
+    push = {"F": mechc.Signal(np.array([0.0, 0.5]), np.array([-1.0, -2.0]), "linear")}
+    sol = pushed.simulate(0.5, [0, 0], inputs=push, events=mechc.Stop("q"))
+    assert abs(sol.y[-1]).max() < 1e-15
+    fails = {"F": lambda t: -1.0 if t < 1.0 else 1.0 / 0.0}
+    with pytest.raises(InputError, match="ZeroDivisionError") as caught:
+        pushed.simulate(4.0, [0, 0], inputs=fails, events=mechc.Stop("q"))
+    assert 0.0 < caught.value.solution.t[-1] < 1.0
+    assert words(caught.value.solution) == [("held",)]
+
+
+def test_controllers_and_contact_end_in_a_status_or_are_refused(pushed):
+    push = {"F": mechc.Sampled(lambda t, q, u: -1.0, period=0.05)}
+    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5))
+    assert sol.status.code == "resets accumulate"
+    with pytest.raises(MechcError, match="with sampled controllers there is no friction"):
+        pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5))
+
+
 # -- beside other things ---------------------------------------------------------------------------
 
 
@@ -284,13 +508,10 @@ def test_a_motion_with_contact_is_continued_saved_and_drawn(block, tmp_path):
     assert again.plot()
 
 
-def test_what_contact_does_not_have_yet_is_refused(block, ball):
+def test_what_contact_does_not_have_yet_is_refused(block):
     stop = mechc.Stop("y", friction=0.5, slip="v_x")
     start = [0.0, 0.0, 2.0, 0.0]
     with pytest.raises(MechcError, match="no derivatives of a motion with friction"):
         block.simulate(1.0, start, events=stop, sensitivities=["a"])
-    for events in (stop, mechc.DryFriction("v_x", 0.5)):
-        with pytest.raises(ValueOutOfBoundsError, match="a batch has no friction"):
-            block.simulate_batch(1.0, [start], events=events, progress=False)
-    batch = ball.simulate_batch(5.0, [[1.0, 0.0]], events=mechc.Stop("q_0"), progress=False)
-    assert batch.status(0).code == "resets accumulate"
+    with pytest.raises(ValueOutOfBoundsError, match="reductions are computed in compiled code"):
+        block.simulate_batch(1.0, [start], events=stop, reduce=["max(x)"], progress=False)

@@ -151,8 +151,8 @@ function showInferred(on) {
 function moveBodies(at) {
   for (let i = 0; i < parts.length; i += 1) { parts[i].move(at); }
 }
-const colourCount = motion.links.length + motion.solids.length;
 function paintBodies() {
+  const colourCount = motion.links.length + motion.solids.length;
   painted.forEach(function (item) { item.mesh.material.color.set(colourOf(item.index, colourCount)); });
   steel.forEach(function (mesh) { mesh.material.color.set(mixed(look.ink, look.paper, look.name === "dark" ? 0.12 : 0.4)); });
   earth.forEach(function (mesh) { mesh.material.color.set(mixed(look.quiet, look.paper, 0.35)); });

@@ -1,15 +1,18 @@
 // The motion at any time: frames, filled in by cubics (Catmull and Rom).
-const motion = JSON.parse(document.getElementById("motion").textContent);
-const span = motion.step * (motion.frames - 1);
+let motion, span, tracks, pointCount, placed, solidCount, timeDigits;
 
+function takeData(given) {
+  motion = given;
+  span = motion.step * (motion.frames - 1);
+  tracks = floats(motion.tracks); pointCount = motion.points.length;
+  placed = floats(motion.placed); solidCount = motion.solids.length;  // x, y, z and a quaternion
+  timeDigits = span > 0 ? digitsFor(span) : 3;
+}
 function floats(text) {
   const raw = atob(text), bytes = new Uint8Array(raw.length);
   for (let i = 0; i < raw.length; i += 1) { bytes[i] = raw.charCodeAt(i); }
   return new Float32Array(bytes.buffer);
 }
-const tracks = floats(motion.tracks), pointCount = motion.points.length;
-const placed = floats(motion.placed), solidCount = motion.solids.length;  // x, y, z and a quaternion
-
 function fractionAt(elapsed) {
   return motion.step > 0 ? Math.max(0, Math.min(elapsed / motion.step, motion.frames - 1)) : 0;
 }
@@ -48,7 +51,6 @@ function number(value, digits) {
 function digitsFor(largest) {
   return largest > 0 ? Math.max(0, Math.min(9, 3 - Math.floor(Math.log10(largest)))) : 2;
 }
-const timeDigits = span > 0 ? digitsFor(span) : 3;
 function timeText(elapsed) { return number(motion.start + elapsed, timeDigits) + " s"; }
 function element(tag, text, parent) {
   const made = document.createElement(tag);
@@ -57,3 +59,4 @@ function element(tag, text, parent) {
   return made;
 }
 function found(id) { return document.getElementById(id); }
+takeData(JSON.parse(found("motion").textContent));

@@ -1,16 +1,10 @@
 // The start.
 found("title").textContent = motion.title;
-found("notes").textContent = motion.notes.join(" \u00b7 ");
+tellNotes();
 addPlots();
 addMarks();
 if (startStage()) {
-  addLinks();
-  addJoints();
-  addGround();
-  addStruts();
-  addSolids();
-  addArrows();
-  addTrails();
+  addMechanism();
   startCamera(canvas);
   addViews();
   addShows();
@@ -29,4 +23,5 @@ if (window.ResizeObserver) {
   new ResizeObserver(function () { resize(); show(); }).observe(stage);
   new ResizeObserver(drawPlots).observe(found("plots"));
 }
+if (motion.live) { listenToWidget(); }
 if (!openAtHash() && !stillSystem.matches) { setPlaying(true); }

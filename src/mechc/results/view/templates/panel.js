@@ -33,6 +33,7 @@ function addFollow(box) {
     redraw();
   });
 }
+const reapplied = [];  // to bodies that are made anew
 function toggle(text, key, on, use) {
   const made = button(found("shows"), text, key, function () { flip(); });
   function flip() {
@@ -42,6 +43,7 @@ function toggle(text, key, on, use) {
     say(text + (on ? " shown." : " hidden."));
   }
   made.setAttribute("aria-pressed", String(on));
+  reapplied.push(function () { use(on); });
   return flip;
 }
 const keyed = {};
@@ -50,7 +52,7 @@ function addShows() {
   if (inferred.length) { keyed.b = toggle("Bodies", "(b): uniform bodies with the inertia that is known", true, showInferred); }
   if (motion.arrows.length) { keyed.v = toggle("Reactions", "(v): forces in the joints", true, function (on) { showArrows("reaction", on); }); }
   if (motion.loads.length) { keyed.o = toggle("Loads", "(o): forces among the loads", false, function (on) { showArrows("load", on); }); }
-  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { grid.visible = on; found("scale").hidden = !on; redraw(); }); }
+  if (grid) { keyed.g = toggle("Grid", "(g)", true, function (on) { if (grid) { grid.visible = on; } found("scale").hidden = !on; redraw(); }); }
 }
 function fullScreen() {
   if (document.fullscreenElement) { document.exitFullscreen(); return; }

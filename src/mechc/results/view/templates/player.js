@@ -70,7 +70,9 @@ const speedButtons = motion.speeds.map(function (choice) {
   button.addEventListener("click", function () { setSpeed(choice); });
   return button;
 });
+function tellNotes() { found("notes").textContent = motion.notes.join(" \u00b7 "); }
 function addMarks() {
+  found("ticks").textContent = "";
   motion.marks.forEach(function (mark) {
     if (!(span > 0)) { return; }
     const tickMark = element("i", "", found("ticks"));

@@ -23,13 +23,10 @@ function addPlots() {
   if (!charts.length) { found("plots-button").hidden = box.hidden = true; }
 }
 function addLine(chart, line, i, legend) {
-  const values = floats(line.values), button = element("button", "", legend);
-  const swatch = element("canvas", "", button);
+  const button = element("button", "", legend), swatch = element("canvas", "", button);
   element("b", line.name, button).style.fontWeight = "500";
-  const made = { name: line.name, dash: line.dash, values: values, index: i, shown: true, swatch: swatch, told: element("span", "", button) };
-  let largest = 0;
-  for (let k = 0; k < values.length; k += 1) { largest = Math.max(largest, Math.abs(values[k])); }
-  made.digits = chart.panel.unit === "\u00b0" ? 1 : digitsFor(largest);
+  const made = { name: line.name, index: i, shown: true, swatch: swatch, told: element("span", "", button) };
+  fillLine(chart, made, line);
   button.type = "button";
   button.title = "Show or hide";
   button.setAttribute("aria-pressed", "true");
@@ -39,6 +36,16 @@ function addLine(chart, line, i, legend) {
     drawChart(chart);
   });
   return made;
+}
+function fillLine(chart, made, line) {
+  const largest = (made.values = floats(line.values)).reduce(function (most, x) { return Math.max(most, Math.abs(x)); }, 0);
+  made.dash = line.dash;
+  made.digits = chart.panel.unit === "\u00b0" ? 1 : digitsFor(largest);
+}
+function fillPlots() {
+  charts.forEach(function (chart, k) {
+    chart.lines.forEach(function (made, i) { fillLine(chart, made, motion.panels[k].lines[i]); });
+  });
 }
 function listen(chart) {
   function seekThere(event) {

@@ -9,9 +9,13 @@ const shapes = {
   stand: new THREE.CylinderBufferGeometry(0.35, 1, 1, 20)
 };
 ["ball", "disc"].forEach(function (name) { shapes[name + "Turning"] = sectored(shapes[name]); });
-const reach = motion.solids.reduce(function (most, solid) { return Math.max(most, halfSize(solid)); }, 0);
-const unit = typicalSize();
+let reach = 0, unit = 1;
+measure();
 
+function measure() {
+  reach = motion.solids.reduce(function (most, solid) { return Math.max(most, halfSize(solid)); }, 0);
+  unit = typicalSize();
+}
 function sectored(shape) {
   // Of a body of revolution alternate sectors are darker, so that its spin is seen.
   const made = shape.toNonIndexed(), at = made.attributes.position, shades = new Float32Array(3 * at.count);

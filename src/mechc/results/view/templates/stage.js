@@ -29,7 +29,6 @@ function startStage() {
   const turn = new THREE.Matrix4().makeBasis(right, up, new THREE.Vector3().crossVectors(right, up));
   world.quaternion.setFromRotationMatrix(turn).invert();
   world.updateMatrixWorld(true);
-  addGrid();
   return true;
 }
 function resize() {

@@ -1,0 +1,350 @@
+/* Switching functions: arguments of Abs, sign, Max, Piecewise and the like, at whose zeros the
+ * equations have a corner or a jump.  Between two zeros the motion is smooth, so steps end at them;
+ * see Hairer, Norsett & Wanner (1993), section II.6.
+ *
+ * A step is judged by the values at its nodes and by the polynomial through them.  Where one
+ * vanishes before the last node, rates of both forms are mixed in the step: it is cut so that the
+ * zero lies between the last node and the end.  There all rates are of one form, and the step leads
+ * on beyond the zero as that form would: where the polynomial vanishes the step has to end.  What
+ * this does not settle in some attempts, as a body that dry friction holds, is left to the explicit
+ * pair for a number of steps, each time twice as many.
+ */
+#pragma once
+
+#include "run/integration.h"
+#include "run/method.h"
+#include "stepping/control.h"
+
+#if MECHC_SWITCHES
+#define MECHC_SWITCH_NODES (MECHC_MOST_NODES + 1)
+#define MECHC_SWITCH_PIECES 4        /* between two nodes, in which a sign is looked for */
+#define MECHC_SWITCH_NEAR 1e-3       /* of the step: the end is corrected by one step of Newton's method */
+#define MECHC_SWITCH_EXACT 3e-3      /* of rtol: of the step, off a zero */
+#define MECHC_SWITCH_ATTEMPTS 12
+#define MECHC_SWITCH_ROW 16          /* steps in a row that end at zeros, within one that was planned */
+#define MECHC_SWITCH_REST 32         /* steps that are left to the pair, at first */
+
+/* A switching function along a step: the polynomial through its values, divided by the fraction of
+ * the step where it vanishes at the start. */
+typedef struct {
+    int first, last; /* nodes */
+    const double *at;
+    double noise; /* values as small are zero */
+    double least; /* fraction of a step: no step is as short */
+    double value[MECHC_SWITCH_NODES], weight[MECHC_SWITCH_NODES];
+} mechc_switch_curve;
+
+MECHC_STATIC void mechc_switch_weigh(mechc_switch_curve *curve)
+{
+    for (int i = curve->first; i <= curve->last; i++) {
+        double product = 1.0;
+        for (int j = curve->first; j <= curve->last; j++)
+            if (j != i) product *= curve->at[i] - curve->at[j];
+        curve->weight[i] = 1.0 / product;
+    }
+}
+
+/* In the barycentric form. */
+MECHC_STATIC double mechc_switch_value(const mechc_switch_curve *curve, double s)
+{
+    double above = 0.0, below = 0.0;
+    for (int i = curve->first; i <= curve->last; i++) {
+        if (s == curve->at[i]) return curve->value[i];
+        const double part = curve->weight[i] / (s - curve->at[i]);
+        above += part * curve->value[i];
+        below += part;
+    }
+    return above / below;
+}
+
+/* Between two fractions of the step with values of different signs. */
+MECHC_STATIC double mechc_switch_bisect(const mechc_switch_curve *curve, double low, double high)
+{
+    const int sign = mechc_switch_value(curve, high) > 0.0;
+    for (int i = 0; i < 52; i++) {
+        const double middle = 0.5 * (low + high);
+        if ((mechc_switch_value(curve, middle) > 0.0) == sign) high = middle;
+        else low = middle;
+    }
+    return high;
+}
+
+/* No value is as near to zero as the next one is to it. */
+MECHC_STATIC int mechc_switch_is_far(const mechc_switch_curve *curve)
+{
+    double low = fabs(curve->value[curve->last]), change = 0.0;
+    for (int i = curve->first; i < curve->last; i++) {
+        low = mechc_min(low, fabs(curve->value[i]));
+        change = mechc_max(change, fabs(curve->value[i + 1] - curve->value[i]));
+    }
+    return low > change;
+}
+
+/* A point of the curve. */
+typedef struct {
+    double at, value;
+} mechc_switch_point;
+
+/* The start of a curve that was divided: the function's rate there.  It counts where the function, if
+ * it turns back from there, goes farther than noise: by about its square over four of the largest. */
+MECHC_STATIC int mechc_switch_sample_start(const mechc_switch_curve *curve,
+                                           mechc_switch_point *points)
+{
+    double most = 0.0;
+    const double rate = mechc_switch_value(curve, 0.0);
+    for (int i = curve->first; i <= curve->last; i++)
+        most = mechc_max(most, fabs(curve->value[i]));
+    points[0] = (mechc_switch_point){0.0, rate};
+    return curve->first && rate * rate > curve->noise * most;
+}
+
+/* The nodes with points between them, without those where the function is zero; how many. */
+MECHC_STATIC int mechc_switch_sample(const mechc_switch_curve *curve, mechc_switch_point *points)
+{
+    int count = mechc_switch_sample_start(curve, points);
+    for (int i = curve->first; i <= curve->last; i++)
+        for (int piece = MECHC_SWITCH_PIECES - 1; piece >= 0; piece--) {
+            const double back = i > curve->first ? curve->at[i] - curve->at[i - 1] : 0.0;
+            const double at = curve->at[i] - back * piece / MECHC_SWITCH_PIECES;
+            const double value = mechc_switch_value(curve, at);
+            const int repeated = piece > 0 && back == 0.0;
+            if (repeated || fabs(value) * (curve->first ? at : 1.0) <= curve->noise) continue;
+            points[count++] = (mechc_switch_point){at, value};
+        }
+    return count;
+}
+
+/* Of three points of one sign, where the function is nearest to zero or beyond it. */
+MECHC_STATIC double mechc_switch_dip(const mechc_switch_curve *curve,
+                                     const mechc_switch_point *points)
+{
+    const double sign = points[1].value > 0.0 ? 1.0 : -1.0;
+    double low = points[0].at, high = points[2].at;
+    for (int i = 0; i < 48; i++) {
+        const double third = (high - low) / 3.0;
+        const double left = sign * mechc_switch_value(curve, low + third);
+        const double right = sign * mechc_switch_value(curve, high - third);
+        if (left < right) high -= third;
+        else low += third;
+        if (mechc_min(left, right) < -curve->noise) break;
+    }
+    return 0.5 * (low + high);
+}
+
+/* May the function be zero near the middle of three points of one sign?  A parabola that is lies
+ * nearer to zero there than one of the others lies to it. */
+MECHC_STATIC int mechc_switch_may_dip(const mechc_switch_point *points)
+{
+    const double near = fabs(points[1].value);
+    const double before = fabs(points[0].value), after = fabs(points[2].value);
+    return near < before && near <= after && near <= mechc_max(before, after) - near;
+}
+
+/* The zero before a point, or on both sides of it the first; infinite: there is none. */
+MECHC_STATIC double mechc_switch_before(const mechc_switch_curve *curve,
+                                        const mechc_switch_point *here, int is_last)
+{
+    if (here[0].value * here[-1].value < 0.0)
+        return mechc_switch_bisect(curve, here[-1].at, here[0].at);
+    if (is_last || here[0].value * here[1].value < 0.0 || !mechc_switch_may_dip(here - 1))
+        return HUGE_VAL;
+    const double lowest = mechc_switch_dip(curve, here - 1);
+    const int dips = mechc_switch_value(curve, lowest) * here[0].value < 0.0;
+    return dips ? mechc_switch_bisect(curve, here[-1].at, lowest) : HUGE_VAL;
+}
+
+/* The first zero, as a fraction of the step; infinite: there is none. */
+MECHC_STATIC double mechc_switch_zero(const mechc_switch_curve *curve)
+{
+    mechc_switch_point points[MECHC_SWITCH_NODES * MECHC_SWITCH_PIECES];
+    if (mechc_switch_is_far(curve)) return HUGE_VAL;
+    const int count = mechc_switch_sample(curve, points);
+    for (int i = 1; i < count; i++) {
+        const double zero = mechc_switch_before(curve, points + i, i + 1 == count);
+        if (zero < HUGE_VAL && zero >= curve->least) return zero;
+    }
+    return HUGE_VAL;
+}
+
+/* Of the polynomial at the step's end, per step. */
+MECHC_STATIC double mechc_switch_slope(const mechc_switch_curve *curve)
+{
+    const double by = 1e-4;
+    return (curve->value[curve->last] - mechc_switch_value(curve, 1.0 - by)) / by;
+}
+
+MECHC_STATIC void mechc_switch_curve_of(const mechc_integration *run, double h, int which,
+                                        const double *values, mechc_switch_curve *curve)
+{
+    const mechc_nodes *nodes = &run->current->nodes;
+    curve->least = 2.0 * mechc_smallest_step(run) / fabs(h);
+    curve->at = nodes->at;
+    curve->last = nodes->count;
+    curve->noise = 64.0 * MECHC_EPSILON * run->switches.size[which];
+    curve->first = run->switches.at_start[which] || fabs(values[0]) <= curve->noise;
+    for (int i = curve->first; i <= curve->last; i++)
+        curve->value[i] = curve->first ? values[i] / curve->at[i] : values[i];
+    mechc_switch_weigh(curve);
+}
+
+/* Of the step, how far off a zero its end may be. */
+MECHC_STATIC double mechc_switch_exact(const mechc_integration *run, double h, double noise,
+                                       double slope)
+{
+    const double time = 4.0 * MECHC_EPSILON * fabs(run->head.t / h);
+    return mechc_max(MECHC_SWITCH_EXACT * run->rtol, mechc_max(time, 4.0 * noise / fabs(slope)));
+}
+
+/* The zero of one function, as a fraction of the step; infinite: there is none before its end, or it
+ * is at the end, which is noted. */
+MECHC_STATIC double mechc_switch_of(mechc_integration *run, double h, int which,
+                                    const double *values)
+{
+    mechc_switches *switches = &run->switches;
+    mechc_switch_curve curve;
+    mechc_switch_curve_of(run, h, which, values, &curve);
+    const double zero = mechc_switch_zero(&curve), slope = mechc_switch_slope(&curve);
+    const double beyond = -curve.value[curve.last] / slope;
+    if (!(fabs(beyond) <= MECHC_SWITCH_NEAR && zero > 1.0 - MECHC_SWITCH_NEAR)) return zero;
+    switches->at_end[which] = fabs(beyond) <= mechc_switch_exact(run, h, curve.noise, slope);
+    return switches->at_end[which] ? HUGE_VAL : 1.0 + beyond;
+}
+
+/* The first of all. */
+MECHC_RARE double mechc_first_switch(mechc_integration *run, double h)
+{
+    const int nodes = run->current->nodes.count + 1;
+    double values[MECHC_SWITCHES * MECHC_SWITCH_NODES], first = HUGE_VAL;
+    run->current->switching(run, h, values);
+    for (int k = 0; k < MECHC_SWITCHES; k++) {
+        const double *own = values + k * nodes;
+        double *size = &run->switches.size[k];
+        for (int i = 0; i < nodes; i++) *size = fmax(*size, fabs(own[i]));
+        first = mechc_min(first, mechc_switch_of(run, h, k, own));
+    }
+    return first;
+}
+
+/* The pair takes over for a while where the method is free, else the step is judged by its error alone. */
+MECHC_RARE int mechc_leave_switches(mechc_integration *run, double h)
+{
+    mechc_switches *switches = &run->switches;
+    switches->unwatched = 1;
+    if (!run->may_stiffen) return 0;
+    switches->rest = switches->rests = mechc_max(2 * switches->rests, MECHC_SWITCH_REST);
+    run->step = fabs(h);
+    run->head.status = mechc_use_method(run, run->methods[MECHC_DOP853]) ? MECHC_RUNNING
+                                                                         : MECHC_NO_MEMORY;
+    return 1;
+}
+
+/* After an accepted step of the pair. */
+MECHC_STATIC void mechc_return_to_switches(mechc_integration *run)
+{
+    mechc_switches *switches = &run->switches;
+    const int over = switches->rest > 0 && --switches->rest == 0;
+    if (over && run->method == run->methods[MECHC_DOP853] && !run->resumed
+        && !mechc_use_method(run, run->methods[run->number]))
+        run->head.status = MECHC_NO_MEMORY;
+}
+
+/* After a step that ended at a zero. */
+MECHC_STATIC void mechc_leave_zero(mechc_integration *run)
+{
+    mechc_switches *switches = &run->switches;
+    if (run->current->renew) run->current->renew(run);
+    run->step = mechc_max(run->step, switches->planned);
+    if (switches->row++ > 0) return;
+    switches->row_t = run->head.t;
+    switches->row_step = run->step;
+}
+#endif
+
+/* Is the step to try one that ends at a zero? */
+MECHC_STATIC int mechc_ends_at_switch(const mechc_integration *run)
+{
+#if MECHC_SWITCHES
+    return run->switches.cut > 0.0;
+#else
+    (void)run;
+    return 0;
+#endif
+}
+
+/* That step; 1 where it is the last. */
+MECHC_STATIC int mechc_step_to_switch(const mechc_integration *run, double left, double *h)
+{
+#if MECHC_SWITCHES
+    *h = run->direction * mechc_min(run->switches.cut, left);
+    return run->switches.cut >= left;
+#else
+    (void)run, (void)left, (void)h;
+    return 0;
+#endif
+}
+
+#if MECHC_SWITCHES
+/* The same, of a step that can be judged. */
+MECHC_RARE int mechc_cut_step(mechc_integration *run, double h, int good)
+{
+    mechc_switches *switches = &run->switches;
+    const mechc_nodes *nodes = &run->current->nodes;
+    const double last = nodes->at[nodes->count - 1], length = fabs(h);
+    const double zero = mechc_first_switch(run, h);
+    const int clean = zero > last; /* all rates are of one form */
+    if (good && zero == HUGE_VAL) return 0;
+    if (++switches->refused > MECHC_SWITCH_ATTEMPTS) return mechc_leave_switches(run, h);
+    if (clean && (!good || zero * length >= fabs(run->t1 - run->head.t))) return 0;
+    switches->planned = mechc_max(switches->planned, length);
+    switches->cut = length * (clean ? zero : zero / (0.5 * (last + 1.0)));
+    run->head.stats.rejected++;
+    return 1;
+}
+#endif
+
+/* 1 where the step is to be tried anew, since a switching function vanishes within it. */
+MECHC_STATIC int mechc_cut_at_switch(mechc_integration *run, double h, int status, double error)
+{
+#if MECHC_SWITCHES
+    mechc_switches *switches = &run->switches;
+    memset(switches->at_end, 0, sizeof switches->at_end);
+    switches->cut = 0.0;
+    if (!run->current->switching || switches->unwatched) return 0;
+    if (status != MECHC_RUNNING && status != MECHC_NOT_CLOSED) return 0;
+    return mechc_cut_step(run, h, error <= run->allowed);
+#else
+    (void)run, (void)h, (void)status, (void)error;
+    return 0;
+#endif
+}
+
+/* No zero is known at the state reached, where the inputs change. */
+MECHC_STATIC void mechc_forget_switches(mechc_integration *run)
+{
+#if MECHC_SWITCHES
+    memset(run->switches.at_start, 0, sizeof run->switches.at_start);
+#else
+    (void)run;
+#endif
+}
+
+/* The step stands: the next one begins where this one ended. */
+MECHC_STATIC void mechc_pass_switches(mechc_integration *run)
+{
+#if MECHC_SWITCHES
+    mechc_switches *switches = &run->switches;
+    int ended = 0;
+    for (int k = 0; k < MECHC_SWITCHES; k++) ended |= switches->at_end[k];
+    memcpy(switches->at_start, switches->at_end, sizeof switches->at_start);
+    if (ended) mechc_leave_zero(run);
+    else switches->row = 0;
+    switches->refused = switches->unwatched = 0;
+    mechc_return_to_switches(run);
+    if (switches->row > MECHC_SWITCH_ROW
+        && fabs(run->head.t - switches->row_t) < switches->row_step)
+        mechc_leave_switches(run, run->step);
+    switches->planned = 0.0;
+#else
+    (void)run;
+#endif
+}

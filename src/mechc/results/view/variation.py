@@ -1,0 +1,147 @@
+"""A run with some of its values given anew: parameters, the start, inputs that are numbers.
+
+Input: the arguments of ``simulate`` and ranges by name.  Output: a Solution for any values in them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
+
+import numpy as np
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
+from mechc.results.sampling import clean_text, pretty_name, shown_unit
+from mechc.system.names import by_name
+from mechc.system.parameters import doubles
+
+MOST: Final = 40
+EXAMPLE: Final = "{name or symbol: (lowest, highest)}"
+
+
+@dataclass(frozen=True)
+class Variation:
+    """``model.simulate(t_span, y0, params, inputs=..., **policy)`` and ranges of values in it."""
+
+    model: Any
+    t_span: Any
+    y0: Any
+    params: Any
+    inputs: Mapping[str, Any]
+    policy: Mapping[str, Any]
+    ranges: Mapping[str, tuple[float, float]]
+
+    def simulate(self, values: Mapping[str, float]) -> Any:
+        """The run with these values, whose names are among the ranges."""
+        y0, params, inputs = self.y0, self.params, dict(self.inputs)
+        for name, value in values.items():
+            if name in inputs:
+                inputs[name] = value
+            elif name in self.model.parameters:
+                params = _replaced(params, "params", self.model.parameters, name, value)
+            else:
+                y0 = _replaced(y0, "y0", self._states, name, value)
+        return self.model.simulate(
+            self.t_span, y0, params, inputs=inputs or None, **dict(self.policy)
+        )
+
+    @cached_property
+    def first(self) -> Any:
+        """The run with the values as they were given."""
+        return self.simulate({})
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """What was given, or follows by default, for each name of the ranges.
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            If a value is not within its range.
+        """
+        values = {name: self._given(name) for name in self.ranges}
+        for name, value in values.items():
+            low, high = self.ranges[name]
+            if not low <= value <= high:
+                raise ValueOutOfBoundsError(
+                    f"{name} is {value:g} at first, which is not between {low:g} and {high:g}"
+                )
+        return values
+
+    def _given(self, name: str) -> float:
+        if name in self.inputs:
+            return float(self.inputs[name])
+        if name in self.model.parameters:
+            return float(self.first.params[self.model.parameters.index(name)])
+        return float(self.first.y[0][self._states.index(name)])
+
+    @property
+    def _states(self) -> tuple[str, ...]:
+        return (*self.model.coordinates, *self.model.speeds)
+
+    def sliders(self) -> list[dict[str, Any]]:
+        """For each name a label, a unit, and the range in units of the API and as it is shown."""
+        return [self._slider(name, *self.ranges[name]) for name in self.ranges]
+
+    def _slider(self, name: str, low: float, high: float) -> dict[str, Any]:
+        unit = shown_unit(self.model, name)
+        digits = max(0, min(9, 2 - math.floor(math.log10(unit.factor * (high - low)))))
+        return {
+            "name": name, "label": pretty_name(name), "title": clean_text(name), "low": low,
+            "high": high, "factor": unit.factor, "unit": unit.label, "digits": digits,
+        }  # fmt: skip
+
+
+def variation(
+    model: Any, t_span: Any, y0: Any, params: Any, sliders: Any, policy: Mapping[str, Any]
+) -> Variation:
+    """The variation by ``sliders``: names or symbols to their ranges (lowest, highest).
+
+    Raises
+    ------
+    UnknownNameError
+        For a name that is no parameter, coordinate, speed or input that is a number.
+    ValueOutOfBoundsError
+        For a range that is none.
+    """
+    ranges = {
+        name: _range(name, given) for name, given in by_name(sliders, "sliders", EXAMPLE).items()
+    }
+    if len(ranges) > MOST:
+        raise ValueOutOfBoundsError(f"there are at most {MOST} sliders, not {len(ranges)}")
+    rest = dict(policy)
+    inputs = by_name(rest.pop("inputs", None) or {}, "inputs")
+    numbers = [name for name, value in inputs.items() if isinstance(value, (int, float))]
+    known = (*model.parameters, *model.coordinates, *model.speeds, *numbers)
+    for name in ranges:
+        if name not in known:
+            raise UnknownNameError("parameter, coordinate, speed or constant input", name, known)
+    if isinstance(y0, Mapping):
+        y0 = by_name(y0, "y0")
+    if isinstance(params, Mapping):
+        params = by_name(params, "params")
+    return Variation(model, t_span, y0, params, inputs, rest, ranges)
+
+
+def _range(name: str, given: Any) -> tuple[float, float]:
+    try:
+        low, high = (float(x) for x in given)
+    except (TypeError, ValueError):
+        low = high = math.nan
+    if not (math.isfinite(high - low) and low < high):
+        raise ValueOutOfBoundsError(
+            f"the range of {name} is (lowest, highest), two numbers, not {brief(given)}"
+        )
+    return low, high
+
+
+def _replaced(given: Any, what: str, names: tuple[str, ...], name: str, value: float) -> Any:
+    """A mapping or an array with one value in place of another."""
+    if given is None or isinstance(given, Mapping):
+        return {**(given or {}), name: value}
+    changed = np.array(doubles(given, what))
+    changed[names.index(name)] = value
+    return changed

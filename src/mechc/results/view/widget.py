@@ -1,0 +1,95 @@
+"""The page in space with sliders, as a widget of a notebook: each value is simulated anew.
+
+Input: a Variation.  Output: a widget.  Python and the notebook's page exchange its traits: values
+come from the sliders, a motion goes back as the data of a page.  The notebook keeps one message on
+its way at a time and only the newest value waiting, so that a slow motion delays no slider.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from importlib import resources
+from typing import Any
+
+from mechc.errors import MechcError, MissingPackageError, UnknownNameError
+from mechc.results.sampling import clean_text
+from mechc.results.view.page import page, view_data
+from mechc.results.view.variation import Variation
+
+try:
+    import anywidget
+    import traitlets
+except ModuleNotFoundError:
+    raise MissingPackageError(
+        "sliders in a notebook are those of anywidget: pip install 'mechc[notebook]'"
+    ) from None
+
+
+def _text(name: str) -> str:
+    found = resources.files("mechc.results.view").joinpath("templates", name)
+    return found.read_text("utf-8")
+
+
+class MotionWidget(anywidget.AnyWidget):  # type: ignore[misc]  # it has no types here
+    """A motion in space with sliders; the last value of a notebook's cell displays itself.
+
+    Attributes
+    ----------
+    values
+        Name -> value, SI units; those that are set are simulated, and the sliders move.
+    solution
+        The :class:`mechc.Solution` that is shown.
+    note
+        Why there is no motion for the values, or nothing.
+    """
+
+    _esm = _text("widget.js")
+    _css = _text("widget.css")
+    page = traitlets.Unicode().tag(sync=True)
+    sliders: Any = traitlets.List().tag(sync=True)
+    first = traitlets.Dict().tag(sync=True)
+    values = traitlets.Dict().tag(sync=True)
+    motion = traitlets.Dict().tag(sync=True)
+    note = traitlets.Unicode().tag(sync=True)
+
+    def __init__(self, variation: Variation, fps: float) -> None:
+        self._variation, self._fps = variation, fps
+        self.solution, self._now = variation.first, variation.values
+        shown = {**view_data(self.solution, fps=fps), "live": True}
+        super().__init__(
+            page=page(shown), sliders=variation.sliders(), first=variation.values,
+            values=variation.values,
+        )  # fmt: skip
+
+    @traitlets.validate("values")
+    def _checked(self, proposal: Any) -> dict[str, float]:
+        """All values, within their ranges."""
+        ranges = self._variation.ranges
+        for name in proposal["value"]:
+            if name not in ranges:
+                raise UnknownNameError("slider", name, ranges)
+        given = {name: _within(value, *ranges[name]) for name, value in proposal["value"].items()}
+        return {**self._now, **given}
+
+    @traitlets.observe("values")
+    def _simulate_anew(self, change: Mapping[str, Any]) -> None:
+        if change["new"] == self._now:
+            return  # those it begins with
+        self._now = change["new"]
+        try:
+            found = self._variation.simulate(change["new"])
+            motion = view_data(found, fps=self._fps)
+        except (MechcError, ValueError) as error:
+            self.note = clean_text(str(error), 300)
+            return
+        self.solution = found
+        with self.hold_sync():
+            self.motion, self.note = motion, ""
+
+
+def _within(value: Any, low: float, high: float) -> float:
+    number = float(value)
+    if math.isnan(number):
+        raise traitlets.TraitError("a slider's value is a number")
+    return min(max(number, low), high)

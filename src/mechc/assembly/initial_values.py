@@ -40,7 +40,7 @@ def filled_start(
 
 def closed_freedoms(system: System) -> int:
     """How many coordinates can be given before closing the loops settles the others."""
-    return len(system.coordinates) - len(system.states) - system.scene.holonomic
+    return int(len(system.coordinates) - len(system.states) - system.scene.holonomic)
 
 
 def guess_of_start(system: System, given: Values) -> dict[str, Any]:

@@ -36,7 +36,7 @@ class Manifold:
         self.k = equations.constants(self.p)
         self.ordinary_sum = 0.0
 
-    def measured_at(self, t: float, q: Array, angles: Array) -> Manifold:
+    def measured_at(self, t: float, q: Array, angles: Any) -> Manifold:
         """The same constraints, with the least sum of the entries of an ordinary row.
 
         Where links come in line a row may vanish, but not the rounding of its gap: see

@@ -119,6 +119,24 @@ def test_a_run_that_ends_at_a_change_point_is_right_or_says_so(method, rtol):
     assert model.simulate(passed - 1e-3, start, rtol=rtol, method=method).status.ok
 
 
+def test_the_last_step_may_be_the_one_that_finds_the_change_point():
+    """Its end, 1.4e-11 s before, had speeds that rounding decided; the run said finished."""
+    lengths = [2.3924522399902344, 3.3053646087646484, 2.0769386291503906, 3.620878219604492]
+    params = dict(zip(("l_0", "l_1", "l_2", "l_3"), lengths, strict=True))
+    start = [1.01545001, -0.05488404, -2.04094922, 1.71896495, -0.11570356, 1.8986287]
+    model = mechc.load("four_bar")
+    y0 = model.assemble(
+        {"theta_0": start[0]}, {"omega_0": start[3]},
+        {"theta_1": start[1], "theta_2": start[2]}, params,
+    )  # fmt: skip
+    passed = model.simulate(2.0, y0, params, rtol=1e-12).change_points[0].t
+    for off in (0.0, -1.4e-11, 1.4e-11, -1e-9, 1e-9, -1e-6):
+        sol = model.simulate(passed + off, y0, params, rtol=1e-4, method="gauss8")
+        wanted = model.simulate(passed + 0.1, y0, params, rtol=1e-11)(passed + off)
+        assert sol.status.ok
+        np.testing.assert_allclose(sol.y[-1], wanted, rtol=0, atol=1e-6)
+
+
 @pytest.mark.parametrize("method", ["gauss8", "radau5"])
 def test_rounding_does_not_grow_over_many_passages(method):
     """The motion turns round 0.01 rad beyond a change point, which it passes 40 times: rounding of

@@ -12,8 +12,8 @@ import numpy as np
 from mechc.assembly.sizes import allowed_gaps
 from mechc.assembly.speeds import consistent
 from mechc.batch.assemble import configurations
-from mechc.batch.contact import Found, run_in_contact
 from mechc.batch.driven import driven_by, evaluated, in_segments
+from mechc.batch.hybrid.contact import Found, run_in_contact
 from mechc.batch.reductions import read_reduction, read_stop
 from mechc.batch.sensitivities import Members
 from mechc.batch.spec import Recipe

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from mechc.batch.controlled import run_controlled
-from mechc.batch.events import batch_events
+from mechc.batch.hybrid.controlled import run_controlled
+from mechc.batch.hybrid.events import batch_events
 from mechc.batch.results import Batch
 from mechc.batch.run import cores, run_members
 from mechc.batch.sensitivities import check_names, one_number_each

@@ -1,0 +1,1 @@
+"""Batches whose members jump: events, contact, and controllers called at their instants."""

@@ -16,26 +16,29 @@ def found(key: str, load: Callable[[Path], Any] | None = None) -> Any:
     """What an entry holds, if it exists and can be loaded, else None; by default a model."""
     load = load or capsule_of
     path = cache.find(key)
+    known = None if path is None else cache.identity(path)
     try:
         return None if path is None else load(path)
     except ImportError:
-        cache.discard(key)
+        cache.discard(key, known)
         return None
 
 
 def made(key: str, make: Callable[[Path], None], load: Callable[[Path], Any] | None = None) -> Any:
     """The same of an entry that is made if it is missing, or is removed before it is loaded."""
     load = load or capsule_of
+    path = cache.entry(key, make)
+    known = cache.identity(path)
     try:
-        return load(cache.entry(key, make))
+        return load(path)
     except ImportError:
-        cache.discard(key)
+        cache.discard(key, known)
     path = cache.entry(key, make)
     try:
         return load(path)
     except ImportError as error:
         raise CacheError(
-            f"the compiled scene cannot be loaded: {error}. If programs may not run from "
+            f"what was compiled cannot be loaded: {error}. If programs may not run from "
             f"{path.parents[1]} (a file system mounted noexec), set MECHC_CACHE_DIR to a folder "
             "elsewhere; otherwise the compiler does not work for this machine"
         ) from None

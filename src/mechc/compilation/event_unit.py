@@ -8,11 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mechc.compilation import cache, toolchain
+from mechc.compilation import cache, entries, toolchain
 from mechc.compilation.compiler import errors_of_compiler
 from mechc.compilation.one_at_a_time import one_at_a_time
 from mechc.compilation.toolchain.processor import environment
-from mechc.errors import CacheError
 from mechc.native._events import EventFunctions
 
 SOURCE = "events.c"
@@ -77,12 +76,10 @@ def loaded(text: str) -> EventFunctions:
     deciding = "\n".join([text, header, *FLAGS, *environment()])
     key = hashlib.sha256(deciding.encode()).hexdigest()
     if key not in _compiled:
-        try:
-            path = cache.entry(key, lambda folder: _make(text, folder))
-            _compiled[key] = EventFunctions(path, text)
-        except ImportError as error:
-            cache.discard(key)
-            raise CacheError(f"the compiled events cannot be loaded: {error}") from None
+        made = entries.made(
+            key, lambda folder: _make(text, folder), lambda path: EventFunctions(path, text)
+        )
+        _compiled[key] = made
     return _compiled[key]
 
 

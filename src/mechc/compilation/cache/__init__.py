@@ -79,11 +79,21 @@ def find(key: str) -> Path | None:
     return root / key / SHARED_OBJECT
 
 
-def discard(key: str) -> None:
-    """Remove an entry that cannot be used here."""
+def identity(shared: Path) -> tuple[int, int] | None:
+    """What tells this shared object from one that replaced it; None if it was removed."""
+    try:
+        status = shared.stat()
+    except OSError:
+        return None
+    return status.st_ino, status.st_mtime_ns
+
+
+def discard(key: str, known: tuple[int, int] | None) -> None:
+    """Remove an entry that cannot be used here, if it is still the one of this identity."""
     root = cache_folder()
     with suppress(OSError), locked(root / f"{key}.lock"):
-        shutil.rmtree(root / key, ignore_errors=True)
+        if known is not None and identity(root / key / SHARED_OBJECT) == known:
+            shutil.rmtree(root / key, ignore_errors=True)
 
 
 def remembered(what: str, stamp: str, make: Callable[[], str]) -> str:

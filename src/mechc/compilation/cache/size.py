@@ -62,7 +62,7 @@ def keep_within(root: Path, keys: list[str], seal: str, kept: str) -> None:
             size -= entry.size
     with_entry = {entry.folder.name for entry in found}
     for key in {*keys} - with_entry - {kept}:
-        _remove(root, key)
+        _remove(root, key, unless_entry=True)  # another process may have made it by now
 
 
 def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
@@ -72,12 +72,12 @@ def _stored(root: Path, keys: list[str], seal: str) -> Iterator[Stored]:
             yield Stored((root / key / seal).stat().st_mtime, size, root / key)
 
 
-def _remove(root: Path, key: str) -> bool:
+def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:
     """Remove an entry, its lock and its temporary files, unless a process is using it."""
     lock = root / f"{key}.lock"
     try:
         with locked_if_free(lock) as free:
-            if not free:
+            if not free or (unless_entry and (root / key).exists()):
                 return False
             shutil.rmtree(root / key, ignore_errors=True)
             for unfinished in root.glob(f".new-{key}-*"):

@@ -7,6 +7,7 @@ import time
 import pytest
 
 from mechc.compilation import cache
+from mechc.compilation.cache import size
 from mechc.errors import CacheError
 
 KEYS = [f"{i:x}" * 64 for i in range(10)]
@@ -71,6 +72,33 @@ def test_locks_and_rests_without_an_entry_go_and_other_files_stay(root):
     cache.entry(KEYS[1], make)
     kept = {KEYS[0], KEYS[1], f"{KEYS[0]}.lock", f"{KEYS[1]}.lock", "notes", new.name}
     assert names(root) == kept
+
+
+def test_an_entry_made_while_locks_without_one_are_looked_for_stays(root, monkeypatch):
+    """Its lock was there before it, and is free again when it is tried."""
+    cache.entry(KEYS[0], make)
+    (root / f"{KEYS[5]}.lock").touch()
+    stored = size._stored
+
+    def and_then_another(*given):
+        yield from stored(*given)
+        (root / KEYS[5]).mkdir()
+
+    monkeypatch.setattr(size, "_stored", and_then_another)
+    cache.entry(KEYS[1], make)
+    assert (root / KEYS[5]).exists()
+
+
+def test_an_entry_that_replaced_one_is_not_discarded_for_it(root):
+    path = cache.entry(KEYS[0], make)
+    known = cache.identity(path)
+    cache.discard(KEYS[0], known)
+    assert not path.exists()
+    assert cache.identity(path) is None
+    cache.entry(KEYS[0], make)
+    for gone in (known, None):
+        cache.discard(KEYS[0], gone)
+        assert path.exists()
 
 
 def test_a_size_that_is_no_number_is_told(monkeypatch):

@@ -117,10 +117,7 @@ def _part(name: str, which: str) -> list[Vector]:
     family = made(name)
     if which == SECOND_WAY:
         end = SECOND[name](seeds(family.given, family.by), family.t)
-        return [
-            [x.value for x in end],
-            *([x.slopes[k] for x in end] for k in range(len(family.by))),
-        ]
+        return _columns(end, len(family.by))
     if which == END_ALONE:
         return [at(family, {key: mpf(value) for key, value in family.given.items()})]
     return [derivative(family, which)]

@@ -132,9 +132,12 @@ class NumpyScene:
         dense: bool, on_change_point: int = 0, may_stiffen: bool = False,
         max_bytes: float = np.inf, limits: Any = None, inputs: Any = None,
     ) -> Any:  # fmt: skip
-        """Begin a run of the explicit pair of order 8(5,3), whatever the method."""
+        """Begin a run of the explicit pair of order 8(5,3), whatever the method.
+
+        ``limits`` are those of sensitivities, which only compiled code has.
+        """
         from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 
-        limits = RunLimits(t1, rtol, atol, max_step, max_steps, dense, max_bytes)
+        chosen = RunLimits(t1, rtol, atol, max_step, max_steps, dense, max_bytes)
         manifold = self._manifold(t0, y0, p, inputs)
-        return NumpyRun(manifold, t0, y0, scale, first_step, limits)
+        return NumpyRun(manifold, t0, y0, scale, first_step, chosen)

@@ -28,7 +28,7 @@ SHORTEST = 0.3  # of a step's length: of one far too long the error tells little
 RUNS = 12
 ROUNDING = 3
 LEAST_FALL = 0.999  # with the third power of the length, else an error is rounding
-SPACING = 2.220446049250313e-16
+EPS = float(np.finfo(float).eps)
 Made = TypeVar("Made", bound=Trajectory)
 
 
@@ -78,7 +78,7 @@ class StepErrors:
     def limits(self) -> tuple[Array, Array]:
         """The longest steps that keep to the tolerance, none longer than now; any where shorter
         ones are of no use."""
-        factors = SAFETY * np.maximum(self.errors, SPACING) ** (-1.0 / self.orders)
+        factors = SAFETY * np.maximum(self.errors, EPS) ** (-1.0 / self.orders)
         longest = self.lengths * np.clip(factors, SHORTEST, 1.0)
         return self.times, np.where(self.stayed < ROUNDING, longest, np.inf)
 
@@ -216,7 +216,7 @@ class _Sizes:
         if self.atol is None:
             return self.rtol * size
         asked = self.rtol * reached + np.reshape(self.atol, (-1, 1)) / self.by
-        return np.maximum(asked, SPACING * size)
+        return np.maximum(asked, EPS * size)
 
     def _largest(self, whole: Array) -> list[Array]:
         """The largest of coordinates and of speeds."""

@@ -13,6 +13,7 @@
 #endif
 #include "abi/codes.h"
 #include "abi/inputs.h"
+#include "dynamics/block_motion.h"
 #include "dynamics/given.h"
 #include "dynamics/linear.h"
 #include "dynamics/loop_motion.h"
@@ -158,7 +159,8 @@ MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 #if MECHC_LINKS > 0
     return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
 #else
-    return FN(conditioning_squared)(&place->rows, place->mass, place->ordinary_length);
+    return FN(conditioning_squared)(place->jacobian, place->mass, place->ordinary_length,
+                                    &place->rows);
 #endif
 }
 
@@ -172,6 +174,8 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 {
 #if MECHC_LINKS > 0
     FN(cut_rates)(place->saved, x, rates);
+#elif MECHC_ROW_BLOCKS > 0
+    FN(rates_in_blocks)(place->jacobian, x, rates);
 #else
     for (int i = 0; i < MECHC_NC; i++) {
         rates[i] = R(0.0);
@@ -189,6 +193,8 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
     return FN(most_partials)(place->saved);
+#elif MECHC_ROW_BLOCKS > 0
+    return FN(partials_in_blocks)(place->jacobian);
 #else
     real terms = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) {

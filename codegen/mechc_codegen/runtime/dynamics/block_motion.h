@@ -8,11 +8,11 @@
  * A set of dependent speeds may become a bad one along the motion though J is not, and near a
  * critical configuration every set is.  Lanes where this shows are solved by the orthogonal factors
  * of linear.h.  It shows in
- *     a row that is short beside the longest,
+ *     a row that is short beside the longest, or beside what that has at ordinary configurations,
  *     the sine between the columns of a square block, or between the rows of another one,
  *     the share of a free direction that lies in its own block: where this is small the blocks after
  *     it move far by a small move of its own, and a and n z cancel.
- * Rounding is magnified by the inverse of sine and share; the least squares allow a digit.
+ * Rounding is magnified by the inverse of sine and share, three times at most.
  */
 #include "simd/real.h"
 #if R_VECTOR ? !defined MECHC_BLOCK_MOTION_VECTOR : !defined MECHC_BLOCK_MOTION_SCALAR
@@ -47,14 +47,14 @@ MECHC_ONCE __attribute__((cold)) void FN(factor_together)(const real *jacobian, 
 }
 
 /* The lanes in which no row is short; f->longest. */
-MECHC_INLINE rmask FN(long_rows)(const real *lengths, FN(solver) *f)
+MECHC_INLINE rmask FN(long_rows)(const real *lengths, real ordinary, FN(solver) *f)
 {
     real shortest = f->longest = lengths[0];
     for (int i = 1; i < MECHC_NC; i++) {
         shortest = R_SELECT(R_MASK(lengths[i] < shortest), lengths[i], shortest);
         f->longest = FN(larger)(f->longest, lengths[i]);
     }
-    return R_MASK(shortest > MECHC_SAFE_LENGTH * f->longest);
+    return R_MASK(shortest > MECHC_SAFE_LENGTH * FN(larger)(f->longest, ordinary));
 }
 
 /* n^T M n, factored; the lanes in which enough of every direction lies in its own block. */
@@ -70,8 +70,8 @@ MECHC_INLINE rmask FN(reduce_mass)(const real *own, FN(solver) *f)
     return safe;
 }
 
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
-                                   FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
+                                   real ordinary, int regular, FN(solver) *f)
 {
     real weight[MECHC_NU], lengths[MECHC_NC], own[MECHC_AT_LEAST_ONE(MECHC_FREE)];
     (void)regular;
@@ -79,7 +79,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
                                  lengths)
              & R_MASK(rank >= (double)MECHC_NC);
-    f->apart &= FN(long_rows)(lengths, f);
+    f->apart &= FN(long_rows)(lengths, ordinary, f);
     f->apart &= FN(reduce_mass)(own, f);
     f->together = R_ANY(~f->apart);
     if (__builtin_expect(f->together, 0)) FN(factor_together)(jacobian, mass, rank, &f->factors);

@@ -231,9 +231,10 @@ typedef FN(freedom) FN(solver);
 
 /* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
  * to be far from dependent. */
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
-                                   FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
+                                   real ordinary, int regular, FN(solver) *f)
 {
+    (void)ordinary;
     FN(find_freedom)(jacobian, mass, rank, regular, f);
 }
 
@@ -316,10 +317,10 @@ MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *ma
 #if MECHC_ROW_BLOCKS == 0
 typedef FN(factors) FN(solver);
 
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
-                                   FN(solver) *f)
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
+                                   real ordinary, int regular, FN(solver) *f)
 {
-    (void)regular;
+    (void)ordinary, (void)regular;
     FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
 

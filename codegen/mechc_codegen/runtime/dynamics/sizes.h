@@ -21,7 +21,7 @@
 
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
  * eliminated block by block: see block_motion.h. */
-#define MECHC_SAFE_SINE 1e-2
+#define MECHC_SAFE_SINE 0.1
 #define MECHC_SAFE_LENGTH 1e-3
 
 /* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call

@@ -89,7 +89,8 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
     place->bad = -1;
     place->rank = given->k[MECHC_ROWS_THAT_COUNT];
     FN(give_ordinary)(given, place);
-    FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
+    FN(prepare_rows)(place->jacobian, place->mass, place->rank, place->ordinary_length, regular,
+                     &place->rows);
 #elif MECHC_ARTICULATED
     (void)regular;
     place->bad = FN(articulate)(place->saved, &place->factored);

@@ -130,6 +130,7 @@ def _keep(sol: Any, recipe: Recipe, found: Found, member: int) -> None:
     latest = [record.t[-1] if len(record.t) else np.nan for record in sol.events]
     results["event_counts"][member] = [len(record.t) for record in sol.events]
     results["event_latest"][member] = latest
+    results["lowered_impacts"][member] = sol.stats["lowered_impacts"]
     reached = times <= sol.t[-1]
     found.at_times[member, ~reached] = np.nan
     found.at_times[member, reached] = sol(times[reached])

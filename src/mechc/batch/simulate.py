@@ -132,11 +132,6 @@ def simulate_batch(
     )  # fmt: skip
     controlled = bool(recipe.inputs.controllers)
     found = batch_events(system, recipe.span, events, until or "", controlled)
-    if found is not None and found.one_by_one and recipe.reductions:
-        raise ValueOutOfBoundsError(
-            "reductions are computed in compiled code, where there is no friction and no reset of "
-            "parameters: leave reduce= away, and take numbers from y_eval"
-        )
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(
         recipe, events=found, sensitivities=by,

@@ -74,6 +74,13 @@ class ContactResets(CompiledResets):
         self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
+    def take_values(self, values: Array) -> None:
+        super().take_values(values)
+        events = self.finder.every if self.lasting else self.finder.events
+        self.laws = Laws(contact_laws(events), self.system, values)
+        contacts = self.contacts
+        self.contacts = Contacts(self.laws, contacts.system, values, contacts.span)
+
     def begin(self) -> int:
         times, states = self.chain.tail(1)
         t, y = float(times[-1]), states[-1]
@@ -291,10 +298,13 @@ class ContactResets(CompiledResets):
             return y, []
         kept = numbers.restitution.copy()
         kept[list(again)] = 0.0
-        change, pressed = after_impact(place, touching, kept, self.laws.has_friction)
+        laws = self.laws
+        impact = after_impact(place, touching, kept, laws.has_friction, laws.poisson)
         after = y.copy()
-        after[self.contacts.split :] += place.speeds(change)
-        struck = [self.numbers_of[k] for k in np.flatnonzero(pressed)]
+        after[self.contacts.split :] += place.speeds(impact.change)
+        struck = [self.numbers_of[k] for k in np.flatnonzero(impact.struck)]
+        if impact.kept < 1.0:
+            self.finder.lowered.append((t, impact.kept))
         for number in struck:
             self.last[number] = t
             if not noted and self.numbers_of.index(number) not in hit:
@@ -346,7 +356,9 @@ class ContactResets(CompiledResets):
         if first:
             self.chain.replace_last(piece, words)
         else:
-            self.chain.add(piece, jump=jump, causes=causes, contacts=words)
+            self.chain.add(
+                piece, jump=jump, causes=causes, contacts=words, values=self.changed_values
+            )
         self._watch(piece, manifold, t, y, leaving, still)
         return STOPPED_BY_EVENT if ends else left
 

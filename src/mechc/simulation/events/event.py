@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -47,15 +47,24 @@ class Event:
         continues.  They are put onto the constraints: coordinates to the nearest that close the
         loops, speeds by the impulse of the constraints through the mass matrix.  A reset that
         leaves the rate of the function with its sign is a switch: the zero is not found again.
-        Or a mapping of coordinates and speeds to expressions of the state before,
-        ``{"u": "-e*u"}``; all others stay.  Where all events of a run and their resets are
-        expressions they run in compiled code, in batches too.
+        It may return names of coordinates, speeds and parameters with their values after the event
+        instead; all others stay.  Or a mapping of names to expressions of what was before,
+        ``{"u": "-e*u"}``.  Where all events of a run and their resets are expressions, and none
+        changes parameters, they run in compiled code, in batches too.
     """
 
     function: EventFunction | Any
     direction: float = 0.0
     terminal: bool | int = False
     reset: Reset | Any = None
+
+    def with_values(self, p: Array) -> Event:
+        """The same event where the parameters of its expressions are p (np,)."""
+        function, reset = (getattr(x, "with_values", None) for x in (self.function, self.reset))
+        return replace(
+            self, function=function(p) if function else self.function,
+            reset=reset(p) if reset else self.reset,
+        )  # fmt: skip
 
     @classmethod
     def of(cls, given: Any) -> Event:
@@ -120,6 +129,8 @@ class EventFinder:
         The number of the event that ended the search.
     sizes
         The largest magnitude of each event's function met so far.
+    lowered
+        Impacts at which less than the whole restitution counted: times, and the part that did.
     """
 
     steps = 50  # attempted between two searches
@@ -132,6 +143,7 @@ class EventFinder:
         self.kept: list[list[tuple[Array, Array]]] = [[] for _ in self.events]
         self.sizes = [0.0] * len(self.events)
         self.stopped_by = -1
+        self.lowered: list[tuple[float, float]] = []
         self.grazing: dict[int, float] = {}  # event: the first time that it may only touch zero
         self.enter(run, first)
         self.failure: FunctionFailedError | None = None
@@ -145,6 +157,10 @@ class EventFinder:
         self.run, self.looked_at, self.sides = run, first, sides
         self.found: list[list[float]] = [[] for _ in self.events]
         self.start = float(run.times(first)[0])
+
+    def take_values(self, p: Array) -> None:
+        """From here on the parameters are p (np,)."""
+        self.events = [event.with_values(p) for event in self.events]
 
     def keep(self) -> None:
         """Read the states of the zeros found in the present run."""
@@ -260,10 +276,25 @@ class EventFinder:
             "whether it is crossed, and the reset applied, depends on less (grazing)"
             for number, t in self.grazing.items()
         )
-        return grazing + tuple(
-            f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples a "
-            "step do not follow it: zeros may be missing. Shorten the steps with max_step"
-            for number, t in self.too_fast.items()
+        return (
+            self._lowered_note()
+            + grazing
+            + tuple(
+                f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples "
+                "a step do not follow it: zeros may be missing. Shorten the steps with max_step"
+                for number, t in self.too_fast.items()
+            )
+        )
+
+    def _lowered_note(self) -> tuple[str, ...]:
+        if not self.lowered:
+            return ()
+        (t, part), count = self.lowered[0], len(self.lowered)
+        times = "an impact" if count == 1 else f"{count} impacts"
+        return (
+            f"At {times}, first at t = {t:.9g} s, Newton's law of restitution with friction would "
+            f"have given energy: {part:.3g} of the restitution was taken there, which gives none. "
+            "mechc.Stop(..., law='poisson') gives none by itself",
         )
 
     def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -22,6 +22,15 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
     np.testing.assert_allclose(sol.events[0].t, impacts(0.9, 100), rtol=0, atol=1e-12)
 
 
+def test_parameters_that_stand_in_stops_alone_are_set_and_swept(ball):
+    stop = mechc.Stop("q_0 - h", "e", terminal=6)
+    sol = ball.simulate(20.0, [3.0, 0.0], {"e": 0.8, "h": 2.0}, events=stop, rtol=1e-12)
+    np.testing.assert_allclose(sol.events[0].t, impacts(0.8, 6), rtol=0, atol=1e-12)
+    e = np.array([0.3, 0.6, 0.9])
+    batch = ball.simulate_batch(20.0, [[1.0, 0.0]] * 3, {"e": e}, events=stop)
+    np.testing.assert_allclose(batch.t, [impacts(x, 6)[-1] for x in e], rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("e", [1.0, 0.7])
 def test_four_balls_that_touch_are_hit_at_once(five_springs, e):
     """Each of the five gets an equal share of what is exchanged: all masses are equal."""
@@ -120,13 +129,28 @@ def test_impulses_are_the_solution_of_the_complementarity_problem(freedoms):
         assert p @ (w + after) <= 1e-12  # twice the energy
 
 
-def test_different_restitutions_never_give_energy():
+@pytest.mark.parametrize("freedoms", [2, 9])
+def test_poissons_impulses_solve_the_problems_of_compression_and_expansion(freedoms):
+    rng = np.random.default_rng(freedoms)
+    for _ in range(40):
+        n, e = 5, rng.uniform(0.0, 1.0)
+        rows = rng.normal(size=(n, freedoms))
+        a, w = rows @ rows.T, rows @ rng.normal(size=freedoms)
+        p = impulses(a, w, np.full(n, e), poisson=True)
+        pressing = feasible_changes(a, w)[0]
+        parting = feasible_changes(a, w + (1.0 + e) * pressing)[0]
+        np.testing.assert_allclose(a @ p, (1.0 + e) * pressing + parting, atol=1e-9)
+        assert p @ (w + w + a @ p) <= 1e-12
+
+
+@pytest.mark.parametrize("poisson", [False, True])
+def test_different_restitutions_never_give_energy(poisson):
     rng = np.random.default_rng(7)
     for _ in range(500):
         rows = rng.normal(size=(3, 4))
         a, w = rows @ rows.T, rows @ rng.normal(size=4)
         e = rng.uniform(0.0, 1.0, size=3)
-        p = impulses(a, w, e)
+        p = impulses(a, w, e, poisson)
         after = w + a @ p
         assert p @ (w + after) <= 1e-10
         assert (after >= -1e-10 + np.minimum(0.0, -e.max() * np.abs(w))).all()

@@ -8,7 +8,7 @@
 #pragma once
 
 #include "abi/inputs.h"
-#include "dynamics/ordinary_rows.h"
+#include "singularities/ordinary_rows.h"
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0

@@ -100,15 +100,13 @@ def _is_folder(path: Path) -> bool:
 
 
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:
-    from mechc.inputs.stored import inputs_told
     from mechc.results.files import reference_in
 
     model = Model.of_reference(reference_in(told, given=given is not None), given)
     driven = model.system.driven
     if driven is None:
         return model
-    kept = inputs_told(mapping_of(told.get("inputs", {}), "its inputs"))
-    left = {name: x for name, x in kept.items() if name not in driven.given}
+    left = driven.not_given(mapping_of(told.get("inputs", {}), "its inputs"))
     return model.with_inputs(left) if left else model
 
 

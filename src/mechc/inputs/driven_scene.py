@@ -11,7 +11,7 @@ from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
 from mechc.inputs.sampled import Control
 from mechc.inputs.segmented_run import SegmentedRun
-from mechc.inputs.stored import told_inputs
+from mechc.inputs.stored import inputs_told, told_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -60,6 +60,10 @@ class DrivenScene:
     def told(self) -> dict[str, Any]:
         """The inputs as JSON data, but for functions of Python."""
         return told_inputs(self.given)
+
+    def not_given(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """Of inputs as :attr:`told` has them those that this scene was not given."""
+        return {name: x for name, x in inputs_told(told).items() if name not in self.given}
 
     def given_to(self, names: Sequence[str], t: float) -> Any:
         """The inputs for C functions of these outputs; None where no such output contains any."""

@@ -104,6 +104,11 @@ def _chosen_method(system: System, method: str) -> str:
         raise ValueOutOfBoundsError(
             f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
         )
+    if method == "taylor" and not system.data.get("taylor"):
+        raise ValueOutOfBoundsError(
+            "method='taylor' needs a scene without constraints, tables and inputs, whose equations "
+            "have +, -, *, /, powers, sqrt, sin, cos, tan, exp and log alone: take method='auto'"
+        )
     return method
 
 

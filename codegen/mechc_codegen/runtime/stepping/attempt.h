@@ -16,6 +16,7 @@
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
+    if (run->current->plan) run->current->plan(run);
     const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
     const double step = run->limits ? mechc_within_limits(run, free) : free;
     if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);

@@ -76,6 +76,7 @@ def compile(
     fix: Mapping[Any, float] | None = None,
     outputs: Iterable[Any] | None = None,
     defaults: Mapping[Any, Any] | None = None,
+    parameters: Mapping[Any, Any] | Iterable[Any] | None = None,
     units: Mapping[Any, str] | None = None,
     inputs: Mapping[Any, Any] | None = None,
     states: Mapping[Any, Any] | Iterable[Any] | None = None,
@@ -115,6 +116,10 @@ def compile(
         speeds -> units as text.  A parameter without a default must be given with each call.  The
         default of a state is its start (by default 0).  Values for symbols that are not in the
         equations are ignored, with a warning.
+    parameters
+        Parameters besides those of the equations -> default values, or names alone: what stands in
+        events, resets and stops only, as a coefficient of restitution or of friction.  They are
+        given with runs and in batches as all others.
     inputs
         Specified functions of time (``dynamicsymbols`` that are no state) -> expressions of
         time, coordinates, speeds, states and parameters.  Those without an expression, or
@@ -160,6 +165,7 @@ def compile(
         fix=fix,
         outputs=outputs,
         defaults=defaults,
+        parameters=parameters,
         units=units,
         inputs=inputs,
         states=states,

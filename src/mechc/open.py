@@ -143,10 +143,11 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
     starts = [(float(t0), np.array(recipe["y0"])), *jumps]
     contacts = recipe.get("contacts") or [[[]]] * len(starts)
     ends = [*(t for t, _ in jumps), float(t1)]
+    values = recipe.get("values") or [recipe["params"]] * len(starts)
     sol: Solution | None = None
-    for (begin, state), end, (words, *steps) in zip(starts, ends, contacts, strict=True):
+    for (begin, state), end, (words, *steps), p in zip(starts, ends, contacts, values, strict=True):
         span = (begin, begin if steps else end)
-        piece = model.simulate(span, state, np.array(recipe["params"]), **policy)
+        piece = model.simulate(span, state, np.array(p, float), **policy)
         if words:
             told = [text_of(word, "a contact") for word in words]
             piece._run = _in_contact(piece, told, steps)

@@ -274,7 +274,18 @@ def _parameter_symbols(
         found |= sympify(expression).free_symbols
     for value in settings.defaults.values():
         found |= value.free_symbols if isinstance(value, Expr) else set()
+    found |= _declared(settings, found)
     return sorted(found - {dynamicsymbols._t}, key=lambda s: (s.name, str(s.assumptions0)))
+
+
+def _declared(settings: ConversionSettings, known: Iterable[Symbol]) -> set[Symbol]:
+    """The symbols of the parameters that are declared; a text names a known one or a new one."""
+    by_name = {symbol.name: symbol for symbol in known}
+    found = {by_name.get(k) or Symbol(k) if isinstance(k, str) else k for k in settings.parameters}
+    for key in found:
+        if not isinstance(key, Symbol) or key == dynamicsymbols._t:
+            raise MechanismError(f"parameters are symbols or their names, not {key!r}")
+    return found
 
 
 def _parameters(
@@ -293,10 +304,14 @@ def _parameters(
                 "a parameter follows parameters only; an expression of time, coordinates and "
                 f"speeds is given with inputs={{{printed_name(symbol)}: ...}}"
             )
+    declared = _declared(settings, symbols)
     return tuple(
-        Parameter(symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""))
+        Parameter(
+            symbol, number(defaults.get(symbol)), Quantity(units.of(symbol), ""),
+            preset=symbol in declared,
+        )
         for symbol in symbols
-    )
+    )  # fmt: skip
 
 
 def number(value: Any) -> Expr | None:

@@ -78,6 +78,8 @@ class ConversionSettings:
         Added to those of the object; an empty sequence declares that there are no others.
     reactions
         Loads that act on auxiliary speeds only, to be found.
+    parameters
+        Parameters besides those of the equations.
     """
 
     name: str | None = None
@@ -87,3 +89,4 @@ class ConversionSettings:
     configuration_constraints: Sequence[Any] | None = None
     states: Mapping[Key, Any] = field(default_factory=dict)
     reactions: Sequence[Key] = ()
+    parameters: Sequence[Key] = ()

@@ -16,6 +16,7 @@ from sympy.physics.vector import Vector
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.mechanism import Mechanism, Parameter, Quantity, printed_name
 from mechc_codegen.description.piecewise import Floor, Step
+from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
@@ -93,10 +94,14 @@ def scene_metadata(
 
 
 def _quaternions(mechanism: Mechanism) -> dict[str, Any]:
-    """The places of the components of quaternions whose multiples are one attitude."""
+    """The places of the components of quaternions; of some all multiples are one attitude."""
     every = [joint.quaternion for joint in mechanism.joints if joint.quaternion]
     places = [[mechanism.q.index(x) for x in quaternion] for quaternion in every]
-    return {"quaternions": places} if places else {}
+    kinds = {
+        "quaternions": places,
+        "unit_quaternions": unit_quaternions(mechanism.frame, mechanism.q),
+    }
+    return {kind: found for kind, found in kinds.items() if found}
 
 
 def _differentiated(program: Program, request: OutputRequest) -> dict[str, Any]:

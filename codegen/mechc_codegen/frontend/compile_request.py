@@ -198,6 +198,7 @@ def _write_options(text: Fingerprint, options: CompileOptions) -> None:
     text.write("states", [f"{x}={rate}" for x, rate in rates])
     extra = settings.configuration_constraints
     text.write("reactions", [plain_text(text, each) for each in settings.reactions])
+    text.write("parameters", sorted(plain_text(text, each) for each in settings.parameters))
     text.write("added", ["None"] if extra is None else [plain_text(text, e) for e in extra])
     outputs = [repr(o) if not isinstance(o, Mapping) else "" for o in options.outputs or ()]
     text.write("outputs", [str(options.outputs is None), *outputs])

@@ -43,7 +43,7 @@ def _attitudes(system: System, given: Collection[str]) -> dict[str, float]:
     if not system.scene.holonomic:
         return {}
     known = {system.state_index(name) for name in given}
-    free = [i for places in system.quaternions if not known & {*places} for i in places]
+    free = [i for places in system.attitudes.quaternions if not known & {*places} for i in places]
     unturned = system.default_configurations(1, given)[0]
     return {system.coordinates[i]: float(unturned[i]) for i in free}
 
@@ -57,6 +57,15 @@ def assemblies(
 
 
 def _configurations(
+    system: System, given: Values, p: Array, near: Values, t: float, **options: Any
+) -> Array:
+    """Configurations (n, nq) whose attitudes are some: see :func:`_found`."""
+    found = _found(system, given, p, near, t, **options)
+    system.attitudes.check(found)
+    return found
+
+
+def _found(
     system: System, given: Values, p: Array, near: Values, t: float, **options: Any
 ) -> Array:
     """Configurations found (n, nq): the nearest to the guess first, or the preferred one."""

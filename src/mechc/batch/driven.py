@@ -141,9 +141,9 @@ def in_segments(system: System, inputs: BatchInputs, span: tuple[float, float], 
 def evaluated(
     system: System, inputs: BatchInputs, name: str, states: Array, values: Array, times: Array
 ) -> Array:
-    """An output at states (n, nt, nq + nu) of members with parameters (n, np)."""
+    """An output at states (n, nt, nq + nu) of members with parameters (n, nt or 1, np)."""
     if system.driven is None or not inputs.own or system.driven.is_free(name):
-        return system.evaluate(name, states, values[:, None, :], times)
+        return system.evaluate(name, states, values, times)
     rows = [
         with_inputs(system, inputs.of(k)).evaluate(name, states[k], values[k], times[k])
         for k in range(len(states))

@@ -51,7 +51,7 @@ def run_members(
     primitives = [p for reduction in reductions for p in reduction.primitives]
     primitives += [read_stop(system, recipe.until)] if recipe.until else []
     events = recipe.events
-    in_c = None if events is None or events.slides else events.compiled()
+    in_c = None if events is None or events.one_by_one else events.compiled()
     needs_dense = in_c is not None or any(p[0] != LAST for p in primitives)
     runs = Runs(
         unit, _options(recipe, needs_dense), y0, values, length,
@@ -78,9 +78,9 @@ def run_members(
         last = first + len(reduction.primitives)
         results[f"reduction_{i}"] = reduction.combine(runs.reduced[:, first:last])
         first = last
-    found = Found(results, runs.at_times)
+    found = Found(results, runs.at_times, _along(values, runs.at_times, events))
     complete = complete and run_in_contact(system, recipe, values, found)
-    results |= _histories(system, recipe, values, runs.at_times)
+    results |= _histories(system, recipe, found.values_at, runs.at_times)
     if recipe.sensitivities:
         job = Members(system, recipe, values, y0, runs.status == FINISHED)
         complete = complete and drive(job, threads)
@@ -148,6 +148,13 @@ def _with_speeds(
         return y, closed
     kept = consistent(system, y, recipe.speeds, values, recipe.span[0])
     return kept.y, closed & kept.keep
+
+
+def _along(values: Array, states: Array, events: Any) -> Array:
+    """Parameters of members at t_eval (n, nt, np), or (n, 1, np) where no reset changes them."""
+    if events is None or not events.one_by_one:
+        return values[:, None]
+    return np.repeat(values[:, None], states.shape[1], axis=1)
 
 
 def _histories(system: System, recipe: Recipe, values: Array, states: Array) -> dict[str, Array]:

@@ -131,10 +131,10 @@ def simulate_batch(
     )  # fmt: skip
     controlled = bool(recipe.inputs.controllers)
     found = batch_events(system, recipe.span, events, until or "", controlled)
-    if found is not None and found.slides and recipe.reductions:
+    if found is not None and found.one_by_one and recipe.reductions:
         raise ValueOutOfBoundsError(
-            "reductions are computed in compiled code, where there is no friction: leave reduce= "
-            "away, and take numbers from y_eval"
+            "reductions are computed in compiled code, where there is no friction and no reset of "
+            "parameters: leave reduce= away, and take numbers from y_eval"
         )
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(

@@ -15,7 +15,6 @@ from mechc.batch.hybrid.events import BatchEvents
 from mechc.errors import AssemblyError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.inputs.signals import Signal
 from mechc.simulation.settings import Policy
-from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.names import by_name, without_unused
 from mechc.system.parameters import Array, Parameters, doubles
 from mechc.system.system import System
@@ -214,7 +213,7 @@ def _checked_states(system: System, y0: Array) -> Array:
             f"y0 must be states ({names}) of the shape ({system.scene.width},) or "
             f"(n, {system.scene.width}), or a mechc.Assembly; it has the shape {states.shape}"
         )
-    refuse_no_attitude(states, system.quaternions, system.coordinates)
+    system.attitudes.check(states)
     return states
 
 

@@ -83,6 +83,9 @@ def read_compilable(
         given["inputs"] = _with_curves(given["inputs"])
     if "states" in given:
         given["states"] = _rates(given["states"])
+    if "parameters" in given and readable(thing):
+        given["parameters"], values = _declared(given["parameters"])
+        given["defaults"] = {**values, **given.get("defaults", {})}
     if "defaults" in given and readable(thing):
         numbers, given["defaults"] = split(given["defaults"], given.get("states", ()))
     chosen = None if outputs is None else tuple([outputs] if _single(outputs) else outputs)
@@ -103,6 +106,14 @@ def _rates(states: Any) -> dict[Any, Any]:
             f"muscles, not as {brief(states)}"
         )
     return {x: rate for one in several for x, rate in zip(one.x, one.rhs(), strict=True)}
+
+
+def _declared(parameters: Any) -> tuple[tuple[Any, ...], dict[Any, Any]]:
+    """Parameters besides those of the equations, and the values of those that have one."""
+    if not isinstance(parameters, Mapping):
+        return tuple([parameters] if isinstance(parameters, str) else parameters), {}
+    by_name(parameters, "parameters", "{'mu': 0.3}")
+    return tuple(parameters), {key: x for key, x in parameters.items() if x is not None}
 
 
 def _single(outputs: Any) -> bool:

@@ -130,10 +130,18 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "status": asdict(sol.status),
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
+        "values": _values_of(sol),
         "contacts": contacts_of(sol._run),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
     }
+
+
+def _values_of(sol: Trajectory) -> list[list[float]]:
+    """The parameters of each smooth part, where resets have changed them."""
+    parts = [part.params for part in sol.segments]
+    changed = any(own is not sol.params for own in parts)
+    return [own.tolist() for own in parts] if changed else []
 
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:

@@ -228,7 +228,13 @@ class Run:
 
     def evaluate(self, function: StateFunction) -> Array:
         """A function of the model along the run: (n, ...)."""
-        return np.asarray(function(self.y, self.solution.params, self.t), dtype=float)
+        return np.asarray(function(self.y, self.params, self.t), dtype=float)
+
+    @property
+    def params(self) -> Array:
+        """The parameters (np,), or (n, np) where resets change them."""
+        along = getattr(self.solution, "values_along", None)
+        return self.solution.params if along is None else np.asarray(along(self.t))
 
 
 SAMPLES_A_STEP, MOST_SAMPLES = 4, 20_000  # long runs need more, else chords are visible

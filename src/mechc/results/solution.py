@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
 from mechc.simulation.simulate import continued
@@ -29,7 +31,8 @@ class Solution(Trajectory):
     model
         The :class:`mechc.Model` that was simulated, driven by its inputs where it has some.
     params : (np,)
-        Its parameters.
+        Its parameters; those that its resets change as they are at the start.  ``params_at(t)``
+        are those that hold at a time, ``segments`` have them for each smooth part.
     status
         :class:`mechc.Status`: how it ended, in prose by ``str``.
     stats
@@ -101,8 +104,10 @@ class Solution(Trajectory):
     def followed_by(self, after: Solution) -> Solution:
         """This motion and one that begins where it ends, with a jump between them, as one."""
         chain = Segments(self._run)
-        chain.add(after._run, jump=True)
+        same = np.array_equal(after.params, self.params)
+        chain.add(after._run, jump=True, values=None if same else after.params)
         whole = copy(after)
+        whole.params = self.params
         cached = ("_record", "span", "change_points", "energy", "work", "_conserves_energy")
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)

@@ -138,8 +138,13 @@ def refuse_contact(run: Any) -> None:
     Raises
     ------
     MechcError
-        For a run with friction, or in which contacts lasted.
+        For a run with friction, or in which contacts lasted, or whose parameters have changed.
     """
+    if isinstance(run, Segments) and any(values is not None for values in run.values):
+        raise MechcError(
+            "there are no derivatives of a motion whose resets change parameters: make what they "
+            "change a state whose rate is zero, mechc.compile(..., states={x: 0})"
+        )
     if isinstance(run, Segments) and any(run.contacts):
         raise MechcError(
             "there are no derivatives of a motion with friction or with contacts that last: end "

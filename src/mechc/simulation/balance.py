@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mechc.simulation.checkpoints import Checkpointed, ends_of
-from mechc.simulation.segments import Segments
+from mechc.simulation.segments import Segments, values_along
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -55,12 +55,13 @@ class Power(NamedTuple):
 def work_along(system: System, run: Any, values: Array, times: Array, conservative: bool) -> Array:
     """Work done between the run's start and each of these times, J (nt,).
 
+    ``values``: the parameters at the start; resets may change them.
     ``times`` are in the order of the run; of two equal ones at a jump the first is before it.
     ``conservative``: only jumps change the energy.  Where a contact lasts, its work is not known
     otherwise: what the energy changes by is all the work there.
     """
     t, y = run.states()
-    grown = np.diff(system.energy(y, values, t))
+    grown = np.diff(system.energy(y, values_along(run, values, t), t))
     contact = in_contact(run, len(grown))
     jumps = (np.diff(t) == 0.0) | contact
     done = np.where(jumps, grown, 0.0)
@@ -73,9 +74,9 @@ def work_along(system: System, run: Any, values: Array, times: Array, conservati
     known = between & np.append(contact, False)[rows]
     rest = np.flatnonzero(between & ~known)
     begun[rest] += integral(system, run, values, t[rows[rest]], times[rest])
-    along = run.interpolate(times[known])
-    begun[known] += system.energy(along, values, times[known])
-    begun[known] -= system.energy(y[rows[known]], values, t[rows[known]])
+    along, p = run.interpolate(times[known]), values_along(run, values, times[known])
+    begun[known] += system.energy(along, p, times[known])
+    begun[known] -= system.energy(y[rows[known]], p, t[rows[known]])
     return begun
 
 
@@ -102,7 +103,8 @@ def conserves_energy(system: System, t: Array, y: Array, values: Array) -> bool:
     lengths = np.abs(np.gradient(t))
     lengths[lengths == 0.0] = np.abs(t[-1] - t[0])
     for part in _parts(len(t)):
-        power = power_at(system, values, t[part], y[part], lengths[part])
+        p = values if values.ndim == 1 else values[part]
+        power = power_at(system, p, t[part], y[part], lengths[part])
         if not np.all(np.abs(power.value) <= UNDOUBTED * power.error):
             return False
     return True
@@ -115,29 +117,36 @@ def integral(system: System, run: Any, values: Array, begin: Array, end: Array) 
     for part in _parts(len(middle), ROWS // len(NODES)):
         t = (middle[part, None] + half[part, None] * NODES).ravel()
         lengths = np.repeat(np.abs(2 * half[part]), len(NODES))
-        power = power_at(system, values, t, run.interpolate(t), lengths).value
+        p = values_along(run, values, t)
+        power = power_at(system, p, t, run.interpolate(t), lengths).value
         done[part] = half[part] * (power.reshape(-1, len(NODES)) @ WEIGHTS)
     return done
 
 
 def power_at(system: System, values: Array, t: Array, y: Array, lengths: Array) -> Power:
-    """dE/dt at times (n,) and states (n, nq + nu) of steps of these lengths, s (n,)."""
+    """dE/dt at times (n,) and states (n, nq + nu) of steps of these lengths, s (n,); parameters
+    (np,), or (n, np)."""
     rates = system.rates(y, values, t)
-    size = system.scale(values).copy()
+    size = system.scale(_first(values)).copy()
     speeds = slice(len(system.coordinates), None)
     size[speeds] = np.maximum(size, np.abs(y).max(axis=0, initial=0.0))[speeds]
     most = (WITHIN_A_STEP if _of_time(system, values, t, y) else OF_A_STEP) * lengths
     step = DIFFERENCE / np.maximum(np.abs(rates / size).max(axis=1), DIFFERENCE / most)
     moved = y[:, None] + (PLACES * step[:, None])[:, :, None] * rates[:, None]
     at = t[:, None] + PLACES * step[:, None]
-    kinetic = system.kinetic_energy(moved, values, at)
-    potential = system.potential_energy(moved, values, at)
+    p = values if values.ndim == 1 else values[:, None]
+    kinetic = system.kinetic_energy(moved, p, at)
+    potential = system.potential_energy(moved, p, at)
     energy, largest = kinetic + potential, (np.abs(kinetic) + np.abs(potential)).max(axis=1)
     value, lower = energy @ EIGHTH / step, energy @ SIXTH / step
     width = len(system.coordinates)
     turned = np.maximum(np.abs(y[:, :width] / size[:width]).max(axis=1, initial=0.0), 1.0)
     rounding = np.finfo(float).eps * turned * largest  # coordinates that have grown have it too
     return Power(value, np.abs(value - lower) + rounding / step)
+
+
+def _first(values: Array) -> Array:
+    return values if values.ndim == 1 else values[0]
 
 
 def _of_time(system: System, values: Array, t: Array, y: Array) -> bool:
@@ -163,14 +172,17 @@ def energy_note(
     if in_contact(run, 0).any():
         return ()
     asked = max(policy.rtol, stats["rounding"], FINEST)
-    if isinstance(run, Checkpointed) or _alike(system, *ends_of(run), values, NEAR * asked):
+    ends = ends_of(run)
+    p = values_along(run, values, ends[0])
+    if isinstance(run, Checkpointed) or _alike(system, *ends, p, NEAR * asked):
         return ()
     t, y = run.states()
+    p = values_along(run, values, t)
     looked_at = stats["rhs_evaluations"] >= ENOUGH or stats["examined"] > 0
     if not (looked_at and system.data.get("smooth", True)):
         return ()
-    missing, kinetic = imbalance(system, run, values), system.kinetic_energy(y, values, t).max()
-    if not missing > explained(system, t, y, values, policy, asked):
+    missing, kinetic = imbalance(system, run, values), system.kinetic_energy(y, p, t).max()
+    if not missing > explained(system, t, y, p, policy, asked):
         return ()
     return (
         f"The energy is off by {missing:.2g} J, {missing / kinetic:.1g} of the largest "
@@ -182,7 +194,7 @@ def energy_note(
 
 def _alike(system: System, t: Array, y: Array, values: Array, part: float) -> bool:
     """Whether the energies of two states differ by less than this part of the kinetic ones."""
-    y, p = np.ascontiguousarray(y), values[None]
+    y, p = np.ascontiguousarray(y), np.ascontiguousarray(np.atleast_2d(values))
     t = np.ascontiguousarray(t)
     (a,), (b,) = system.scene.evaluate("kinetic_energy", t, y, p).tolist()
     (c,), (d,) = system.scene.evaluate("potential_energy", t, y, p).tolist()
@@ -195,14 +207,17 @@ def explained(
     """What errors within the tolerance, far multiplied, do to the energy, J."""
     count = len(t)
     some = np.unique(np.linspace(0, len(t) - 1, MOST_STEPS).astype(int))
-    size = np.maximum(system.scale(values), np.abs(y).max(axis=0))
+    scale = system.scale(_first(values))
+    size = np.maximum(scale, np.abs(y).max(axis=0))
     t, y = t[some], y[some]
+    values = values if values.ndim == 1 else values[some]
     speeds = slice(len(system.coordinates), None)
-    reached = np.sqrt(np.abs(system.rates(y, values, t)).max(axis=0) * system.scale(values))
+    reached = np.sqrt(np.abs(system.rates(y, values, t)).max(axis=0) * scale)
     size[speeds] = np.maximum(np.abs(y).max(axis=0), reached)[speeds]
     moved = np.diag(asked * size if policy.atol is None else asked * size + policy.atol)
     energy = system.energy(y, values, t)
-    changed = system.energy(y[:, None] + moved, values, np.repeat(t[:, None], len(moved), axis=1))
+    p = values if values.ndim == 1 else values[:, None]
+    changed = system.energy(y[:, None] + moved, p, np.repeat(t[:, None], len(moved), axis=1))
     far = FAR * max(1.0, count / MANY)
     return far * float(np.abs(changed - energy[:, None]).max(axis=0).sum())
 
@@ -213,7 +228,7 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     t, y = run.states()
     steps = np.flatnonzero(np.diff(t))  # resets are none
     begin, end = t[steps], t[steps + 1]
-    gained = np.diff(system.energy(y, values, t))[steps]
+    gained = np.diff(system.energy(y, values_along(run, values, t), t))[steps]
     count, most = len(gained), min(MOST_STEPS, len(gained))
     even = np.unique(np.linspace(0, count - 1, most).astype(int))
     neighbours = np.convolve(np.pad(gained, 1, mode="edge"), [0.5, 0.0, 0.5], mode="valid")
@@ -222,7 +237,8 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     middle, half = 0.5 * (begin + end)[chosen], 0.5 * (end - begin)[chosen]
     inner = (middle[:, None] + half[:, None] * NODES).ravel()
     lengths = np.repeat(np.abs(2.0 * half), len(NODES))
-    power = power_at(system, values, inner, run.interpolate(inner), lengths).value
+    p = values_along(run, values, inner)
+    power = power_at(system, p, inner, run.interpolate(inner), lengths).value
     missing = gained[chosen] - half * (power.reshape(len(chosen), -1) @ WEIGHTS)
     spread = np.abs(np.cumsum(missing[: len(even)])).max() * count / len(even)
     return float(max(spread, np.abs(np.cumsum(missing[len(even) :])).max()))

@@ -11,7 +11,6 @@ from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
 from mechc.simulation.segments import Segment, Segments, Until
 from mechc.simulation.settings import Policy
-from mechc.system.attitudes import refuse_no_attitude
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
 
@@ -88,8 +87,8 @@ def state_as_given(system: System, y0: Array, values: Array, t0: float) -> Array
 def _shaped(system: System, y0: Array) -> Array:
     state = doubles(y0, "y0")
     width = system.scene.width
-    if system.quaternions and state.size == width:
-        refuse_no_attitude(state.ravel(), system.quaternions, system.coordinates)
+    if state.size == width:
+        system.attitudes.check(state.ravel())
     if state.shape == (width,):
         return state
     if state.shape == (width, 1):  # a Matrix of SymPy

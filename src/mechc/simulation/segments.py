@@ -44,6 +44,8 @@ class SmoothPart(NamedTuple):
     contacts
         Of each event the state of its contact: "open", "held", "sticks", "slides +", "slides -";
         "" for other events; empty where no contact lasted until then.
+    params : (np,)
+        The parameters that hold in it.
     """
 
     t0: float
@@ -51,6 +53,7 @@ class SmoothPart(NamedTuple):
     y0: Array
     y1: Array
     contacts: tuple[str, ...] = ()
+    params: Any = None
 
 
 def lasts(contacts: tuple[str, ...]) -> bool:
@@ -112,6 +115,7 @@ class Segments:
         self.jumps: list[bool] = []  # whether a piece begins with a jump
         self.causes: list[tuple[int, ...]] = []  # the events whose resets made it, in order
         self.contacts: list[tuple[str, ...]] = []  # of each piece, as in SmoothPart
+        self.values: list[Array | None] = []  # parameters of each piece; None: those of the run
         self._rows: list[int] = []  # states before those of a piece
         self._starts: list[float] = []  # times
         for piece in pieces:
@@ -119,16 +123,19 @@ class Segments:
 
     def add(
         self, piece: Segment, *, jump: bool = False, causes: tuple[int, ...] = (),
-        contacts: tuple[str, ...] = (),
+        contacts: tuple[str, ...] = (), values: Array | None = None,
     ) -> None:  # fmt: skip
-        """Go on with a piece, or with several that are one motion."""
+        """Go on with a piece, or with several that are one motion; ``values``: its parameters
+        (np,), where they are others than those of the run."""
         if isinstance(piece, Segments):
-            told = zip(piece.pieces, piece.jumps, piece.causes, piece.contacts, strict=True)
-            for part, jumps, by, states in told:
-                self.add(part, jump=jump or jumps, causes=by, contacts=states)
+            told = (piece.pieces, piece.jumps, piece.causes, piece.contacts, piece.values)
+            for part, jumps, by, states, own in zip(*told, strict=True):
+                held = values if own is None else own
+                self.add(part, jump=jump or jumps, causes=by, contacts=states, values=held)
                 jump = False
             return
         self.contacts.append(contacts)
+        self.values.append(values)
         self.causes.append(causes)
         self._rows.append(self.count if self.pieces else 0)
         self._starts.append(float(piece.times(0)[0]))
@@ -205,14 +212,25 @@ class Segments:
         t, q, gap = (np.concatenate(part) for part in parts)
         return t, q, gap
 
-    def interpolate(self, t: Array) -> Array:
-        """At a jump the state after it; of two equal times in a row there, the first before it."""
+    def _numbers(self, t: Array) -> Any:
+        """The piece at each time; at a jump the one after it, of two equal times in a row there
+        the first the one before."""
         starts = np.array(self._starts)
         forwards = 1.0 if self.t >= starts[0] else -1.0
         numbers = np.searchsorted(forwards * starts[1:], forwards * t, side="right")
         twice = np.flatnonzero(t[1:] == t[:-1])
         at_jump = (starts[numbers[twice]] == t[twice]) & np.array(self.jumps)[numbers[twice]]
         numbers[twice[at_jump]] -= 1
+        return numbers
+
+    def values_at(self, t: Array, values: Array) -> Array:
+        """Parameters (nt, np) that hold at these times, of a run that began with ``values``."""
+        every = np.array([values if own is None else own for own in self.values])
+        return np.asarray(every[self._numbers(t)])
+
+    def interpolate(self, t: Array) -> Array:
+        """At a jump the state after it; of two equal times in a row there, the first before it."""
+        numbers = self._numbers(t)
         parts = {int(number): np.flatnonzero(numbers == number) for number in np.unique(numbers)}
         rows = {k: self.pieces[k].interpolate(np.ascontiguousarray(t[own]))
                 for k, own in parts.items()}  # fmt: skip
@@ -237,6 +255,17 @@ class Segments:
         rows = [self._rows[k] for k in pieces]
         bounds = zip(rows, [*rows[1:], len(t)], pieces, strict=True)
         return tuple(
-            SmoothPart(float(t[first]), float(t[end - 1]), y[first], y[end - 1], self.contacts[k])
+            SmoothPart(
+                float(t[first]), float(t[end - 1]), y[first], y[end - 1], self.contacts[k],
+                self.values[k],
+            )
             for first, end, k in bounds
-        )
+        )  # fmt: skip
+
+
+def values_along(run: Any, values: Array, t: Array) -> Array:
+    """The parameters ``values`` (np,) that a run began with, or, where resets have changed them,
+    those that hold at times (nt,), a row each (nt, np)."""
+    if isinstance(run, Segments) and any(own is not None for own in run.values):
+        return run.values_at(t, values)
+    return values

@@ -35,7 +35,7 @@ from mechc.simulation.events.compiled import (
     compiled_finder,
     may_compile,
 )
-from mechc.simulation.events.event import EventFinder, EventRecord, FunctionFailedError
+from mechc.simulation.events.event import Event, EventFinder, EventRecord, FunctionFailedError
 from mechc.simulation.events.resets import Resets, resets_of
 from mechc.simulation.events.stops import refuse_stops
 from mechc.simulation.initialise import begin, leave_change_point, reach_end
@@ -205,13 +205,18 @@ def continued(
         max_steps=checked_count("max_steps", most),
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
-    before: Segment = sol._run if sol._stop is None else Until(sol._run, sol._stop)
-    state = before.states()[1][-1]
-    chain = Segments(before, begin(sol.system, (end, last), state, sol.params, policy))
+    before = _until(sol._run, sol._stop)
+    state, values = before.states()[1][-1], sol.segments[-1].params
+    chain = Segments(before)
+    changed = None if values is sol.params else values
+    chain.add(begin(sol.system, (end, last), state, values, policy), values=changed)
+    events = [event.with_values(values) if isinstance(event, Event) else event
+              for event in sol._asked]  # fmt: skip
     whole = _driven(
-        made, sol.system, (end, last), chain, sol.params, policy, None, sol._asked, progress,
+        made, sol.system, (end, last), chain, values, policy, None, events, progress,
         started, before.count - 1,
     )  # fmt: skip
+    whole.params, whole._asked = sol.params, sol._asked
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
     )
@@ -221,6 +226,17 @@ def continued(
     )
     if policy.on_change_point == "raise" and len(whole.change_points) > len(sol.change_points):
         raise ChangePointError(_met(whole), whole)
+    return whole
+
+
+def _until(run: Segment, stop: float | None) -> Segment:
+    """A run up to where an event stopped it."""
+    if stop is None:
+        return run
+    if not isinstance(run, Segments):
+        return Until(run, stop)
+    whole = Segments(run)
+    whole.end_at(stop)
     return whole
 
 

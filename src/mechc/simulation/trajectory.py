@@ -14,7 +14,7 @@ from mechc.native._arrays import all_within
 from mechc.simulation.balance import conserves_energy, in_contact, work_along
 from mechc.simulation.checkpoints import Checkpointed
 from mechc.simulation.events.event import EventRecord, event_titles
-from mechc.simulation.segments import Segments, SmoothPart
+from mechc.simulation.segments import Segments, SmoothPart, values_along
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
@@ -137,9 +137,28 @@ class Trajectory:
         """The smooth parts of the motion, between the resets of events; one without resets."""
         t, y = self._steps
         if not isinstance(self._run, Segments) or not len(t):
-            return (SmoothPart(float(t[0]), float(t[-1]), y[0], y[-1]),) if len(t) else ()
-        parts = self._run.smooth_parts()
+            ends = (float(t[0]), float(t[-1]), y[0], y[-1]) if len(t) else ()
+            return (SmoothPart(*ends, params=self.params),) if ends else ()
+        parts = [
+            part if part.params is not None else part._replace(params=self.params)
+            for part in self._run.smooth_parts()
+        ]
         return (*parts[:-1], parts[-1]._replace(t1=float(t[-1]), y1=y[-1]))
+
+    def params_at(self, t: float | Array) -> Array:
+        """Parameters that hold at any times of the run (..., np): resets may change them.
+
+        At a jump those after it; of two equal times in a row there, the first before it.
+        """
+        times = doubles(t, "the times")
+        rows = self.values_along(times.reshape(-1))
+        return np.array(np.broadcast_to(rows, (times.size, rows.shape[-1]))).reshape(
+            *times.shape, rows.shape[-1]
+        )
+
+    def values_along(self, t: Array) -> Array:
+        """``params`` (np,); where resets change them, a row for each time (nt, np)."""
+        return values_along(self._run, self.params, t)
 
     # -- histories, computed when requested ---------------------------------------------------
 
@@ -148,17 +167,18 @@ class Trajectory:
         """Kinetic plus potential energy (nt,), J; NaN where it is not known."""
         if not self.system.knows_energy:
             return np.full(len(self.t), np.nan)
-        return self.system.energy(self.y, self.params, self.t)
+        return self.system.energy(self.y, self.values_along(self.t), self.t)
 
     @cached_property
     def closure(self) -> Array:
         """Largest gap of the configuration constraints (nt,): m, or what unit they have."""
-        return _largest(self.system.constraints(self.y, self.params, self.t))
+        return _largest(self.system.constraints(self.y, self.values_along(self.t), self.t))
 
     @cached_property
     def velocity_closure(self) -> Array:
         """Largest residual of the velocity constraints (nt,): m/s, or what unit they have."""
-        return _largest(self.system.velocity_constraints(self.y, self.params, self.t))
+        p = self.values_along(self.t)
+        return _largest(self.system.velocity_constraints(self.y, p, self.t))
 
     @cached_property
     def work(self) -> Array:
@@ -184,7 +204,7 @@ class Trajectory:
     def _conserves_energy(self) -> bool:
         t, y = self._run.states()
         lasting = in_contact(self._run, 0).any()
-        return not lasting and conserves_energy(self.system, t, y, self.params)
+        return not lasting and conserves_energy(self.system, t, y, self.values_along(t))
 
     @property
     def energy_drift(self) -> float:
@@ -196,8 +216,9 @@ class Trajectory:
         if not self.system.knows_energy:
             return float("nan")
         t, y = self._steps if self._times is not None else self._record
-        energy = self.system.energy(y, self.params, t) - self.work_until(t)
-        largest = float(self.system.kinetic_energy(y, self.params, t).max(initial=0.0))
+        p = self.values_along(t)
+        energy = self.system.energy(y, p, t) - self.work_until(t)
+        largest = float(self.system.kinetic_energy(y, p, t).max(initial=0.0))
         departure = float(np.abs(energy - energy[:1]).max(initial=0.0))
         return departure / largest if largest > 0 else departure
 

@@ -1,37 +1,80 @@
-"""Quaternions among the coordinates: all multiples of one, except zero, are one attitude."""
+"""Quaternions among the coordinates.
+
+Of a joint's quaternion all multiples, except zero, are one attitude.  Direction cosines with the
+components as they stand, those of ``orient_quaternion`` in SymPy, are a rotation at length one
+only: elsewhere they stretch every length.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from mechc.errors import ValueOutOfBoundsError
 from mechc.system.parameters import Array
 
-Places = Sequence[Sequence[int]]  # of the components of each quaternion
+Places = tuple[tuple[int, ...], ...]  # of the components of each quaternion
+
+DECIMALS = 1e-3  # by which the length of components that were typed may differ from one
 
 
-def unturned(q: Array, quaternions: Places, given: Collection[int]) -> Array:
-    """Configurations (n, nq) with the quaternions without a given component at 1, 0, 0, 0."""
-    for places in quaternions:
-        if not set(places) & set(given):
-            q[:, places[0]] = 1.0
-    return q
+@dataclass(frozen=True)
+class Attitudes:
+    """The quaternions of a scene, those ``of_length_one`` last; ``names``: its coordinates."""
 
+    names: Sequence[str]
+    multiples: Places = ()
+    of_length_one: Places = ()
 
-def refuse_no_attitude(states: Array, quaternions: Places, names: Sequence[str]) -> None:
-    """Refuse states (..., nq + nu) with a quaternion that is zero.
+    @classmethod
+    def of(cls, data: Mapping[str, Any], names: Sequence[str]) -> Attitudes:
+        """From a scene's data."""
+        kinds = (data.get(kind, ()) for kind in ("quaternions", "unit_quaternions"))
+        return cls(names, *(tuple(tuple(places) for places in kind) for kind in kinds))
 
-    Raises
-    ------
-    ValueOutOfBoundsError
-        The message has its components.
-    """
-    for places in quaternions:
-        if not np.any(states[..., places], axis=-1).all():
-            components = ", ".join(names[i] for i in places)
+    @property
+    def quaternions(self) -> Places:
+        """The places of the components of every quaternion."""
+        return self.multiples + self.of_length_one
+
+    def unturned(self, q: Array, given: Collection[int]) -> Array:
+        """Configurations (n, nq) with the quaternions without a given component at 1, 0, 0, 0."""
+        for places in self.quaternions:
+            if not set(places) & set(given):
+                q[:, places[0]] = 1.0
+        return q
+
+    def check(self, states: Array) -> None:
+        """Check states (..., nq + nu).
+
+        Raises
+        ------
+        ValueOutOfBoundsError
+            Where a quaternion is zero, or has another length than one where it has to have it; the
+            message has its components.
+        """
+        for places in self.quaternions:
+            if not np.any(states[..., places], axis=-1).all():
+                raise ValueOutOfBoundsError(
+                    f"the quaternion {self._components(places)} is zero, which is no attitude: "
+                    "1, 0, 0, 0 is that of the parent"
+                )
+        for places in self.of_length_one:
+            self._check_length(states[..., places].reshape(-1, 4), places)
+
+    def _check_length(self, components: Array, places: Sequence[int]) -> None:
+        lengths = np.linalg.norm(components, axis=1)
+        worst = int(np.argmax(abs(lengths - 1.0)))
+        if abs(lengths[worst] - 1.0) > DECIMALS:
+            unit = ", ".join(f"{x:.6g}" for x in components[worst] / lengths[worst])
             raise ValueOutOfBoundsError(
-                f"the quaternion {components} is zero, which is no attitude: 1, 0, 0, 0 is that of "
-                "the parent"
+                f"the quaternion {self._components(places)} has the length {lengths[worst]:.6g}; "
+                "its frame's direction cosines are a rotation at length one only: divide it by its "
+                f"length ({unit})"
             )
+
+    def _components(self, places: Sequence[int]) -> str:
+        return ", ".join(self.names[i] for i in places)

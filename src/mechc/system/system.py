@@ -12,7 +12,7 @@ from typing import Any, NoReturn, TypeAlias
 import numpy as np
 
 from mechc.errors import UnavailableOutputError, UnknownNameError
-from mechc.system.attitudes import unturned
+from mechc.system.attitudes import Attitudes
 from mechc.system.description import Description
 from mechc.system.kinds import ANGULAR, DIMENSIONLESS
 from mechc.system.parameters import Array, ParameterSet, doubles
@@ -74,14 +74,14 @@ class System(Description):
         self.dimensionless[first : len(self.coordinates)] = True
         self.default_coordinates = np.zeros(len(self.coordinates))
         self.default_coordinates[first:] = data.get("states", ())
-        self.quaternions = tuple(tuple(places) for places in data.get("quaternions", ()))
+        self.attitudes = Attitudes.of(data, self.coordinates)
         self._no_lengths = np.ones(len(kinds)) if self.dimensionless.all() else None
         self._shapes: Mapping[str, list[int]] = data["shapes"]
 
     def default_configurations(self, count: int, given: Iterable[str]) -> Array:
         """Coordinates (count, nq) where none but those named are given."""
         q = np.tile(self.default_coordinates, (count, 1))
-        return unturned(q, self.quaternions, [self.state_index(name) for name in given])
+        return self.attitudes.unturned(q, [self.state_index(name) for name in given])
 
     @property
     def instruction_set(self) -> str:

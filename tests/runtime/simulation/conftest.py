@@ -7,7 +7,9 @@ from tests.support.impacts import points_on_a_line
 
 @pytest.fixture(scope="session")
 def ball():
-    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m)
+    """Falls; its stop may stand at a height h, with a restitution e that nothing else contains."""
+    more = {"e": 0.5, "h": 0.0}
+    return points_on_a_line("ball", 1, lambda q, u, m: -9.81 * m, parameters=more)
 
 
 @pytest.fixture(scope="session")

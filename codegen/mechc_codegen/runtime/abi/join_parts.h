@@ -18,7 +18,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
         if (part->methods[i] && !(traits_only && joined->methods[i]))
             joined->methods[i] = part->methods[i];
 #define MECHC_TAKE(function) if (part->function) unit->function = part->function
-    if (!unit->advance || parts & MECHC_PART_EXPLICIT) MECHC_TAKE(advance);
+    MECHC_TAKE(advance);
     MECHC_TAKE(advance_lockstep);
     MECHC_TAKE(outputs);
     MECHC_TAKE(give);

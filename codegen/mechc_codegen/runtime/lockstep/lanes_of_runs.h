@@ -1,5 +1,4 @@
-/* Several runs of the explicit pair of order 8 in lockstep, one in each lane, far from critical
- * configurations.
+/* Several runs of one method in lockstep, one in each lane, far from critical configurations.
  *
  * Every lane has its own time, step, error and end; nothing passes from one lane to another, so the
  * numbers of a run do not depend on what runs beside it, and a run by itself is the case of one
@@ -10,7 +9,6 @@
  */
 #pragma once
 
-#include "methods/dormand_prince_tableaus.h"
 #include "run/integration.h"
 #include "run/method.h"
 #include "singularities/monitor.h"
@@ -18,14 +16,12 @@
 #include "dynamics/given.h"
 #include "simd/unbind.h"
 
-#define MECHC_LOCKSTEP_ENDS 1 /* evaluations at a step's end */
-
 typedef struct {
     mechc_vector_given given;
     mechc_vector t, t1, time_compensation, step, max_step, h;
     mechc_vector y[MECHC_NX], compensation[MECHC_NX], scale[MECHC_NX];
-    mechc_vector end[MECHC_NX], next_compensation[MECHC_NX], last_stage[MECHC_NX];
-    mechc_vector rates[MECHC_MOST_RATES][MECHC_NX];
+    mechc_vector end[MECHC_NX], next_compensation[MECHC_NX];
+    mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
     mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
     mechc_vector met, conditioning;        /* in this step, squared; at its end */
@@ -33,8 +29,27 @@ typedef struct {
     mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
     mechc_mask refused, last, closed;
     mechc_mask watched; /* a change point is known: steps so long that they may pass one leave */
-    mechc_mask steps, rejected, configurations, stiff, easy;
+    mechc_mask steps, rejected, evaluations, configurations, stiff, easy;
 } mechc_lockstep;
+
+/* What a method gives to run in lockstep; its own lanes begin with a mechc_lockstep. */
+typedef struct {
+    mechc_method_number number;
+    int last_rate;  /* the rates of a step's end are kept there */
+    int dense_rows; /* of its dense output */
+    double growth;  /* most that one step may be longer than the one before */
+    /* What it keeps of a run besides, into a lane and out of it; NULL: nothing. */
+    void (*load)(mechc_lockstep *a, int lane, const mechc_integration *run);
+    void (*store)(const mechc_lockstep *a, int lane, mechc_integration *run);
+    /* From y at t by h to the end, compensated, on the constraints: mechc_lockstep_project.  The
+     * least conditioning on the way is `met`; evaluations are counted. */
+    void (*step)(mechc_lockstep *a);
+    mechc_vector (*error)(mechc_lockstep *a); /* squared, over what is tolerated */
+    mechc_vector (*factor)(mechc_vector error); /* by which that lets the step grow */
+    mechc_mask (*limited)(const mechc_lockstep *a); /* by stability; NULL: no step is */
+    void (*accept)(mechc_lockstep *a, mechc_mask accepted); /* NULL: nothing to keep */
+    void (*dense)(mechc_lockstep *a, mechc_vector *rows); /* of this step: see dense_output.h */
+} mechc_lockstep_method;
 
 /* Put a run into a lane. */
 MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_integration *run)
@@ -64,7 +79,8 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     a->last_factor[lane] = run->last_factor;
     a->refused[lane] = -(int64_t)(run->refused != 0);
     a->watched[lane] = -(int64_t)mechc_knows_crossing(&run->monitor);
-    a->steps[lane] = a->rejected[lane] = a->configurations[lane] = 0;
+    a->steps[lane] = a->rejected[lane] = 0;
+    a->evaluations[lane] = a->configurations[lane] = 0;
     a->stiff[lane] = run->stiff;
     a->easy[lane] = run->easy;
 }
@@ -93,6 +109,5 @@ MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_
     stats->steps += a->steps[lane];
     stats->rejected += a->rejected[lane];
     stats->closure_iterations += a->configurations[lane];
-    stats->rhs_evaluations +=
-        (a->steps[lane] + a->rejected[lane]) * (mechc_dop853_tableau.stages + MECHC_LOCKSTEP_ENDS);
+    stats->rhs_evaluations += a->evaluations[lane];
 }

@@ -1,11 +1,11 @@
-/* One step of every lane: its stages as the equations stand, its end on the constraints. */
+/* What a step of every lane is made of, whatever the method: its length, rates as the equations stand,
+ * its end on the constraints. */
 #pragma once
 
 #include "lockstep/lanes_of_runs.h"
-#include "methods/dormand_prince_tableaus.h"
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"
-#include "methods/explicit_step.h"
+#include "simd/rough.h"
 #include "simd/unbind.h"
 #include "run/integration.h"
 #include "simd/vector.h"
@@ -80,30 +80,14 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
 #endif
 }
 
-/* The stages whose conditioning is monitored: with both ends, no stage is far from one of them. */
-MECHC_INLINE int mechc_lockstep_watches(int stage) { return stage == 5 || stage == 8; }
-
-/* Rates of stage i; those of the dense output, after the end, are not watched. */
-MECHC_INLINE int mechc_lockstep_stage(void *owner, int i, mechc_vector t, mechc_vector *state,
-                                      mechc_vector *rates)
+/* 1 over what is tolerated of a component's error. */
+MECHC_INLINE mechc_vector mechc_lockstep_weight(const mechc_lockstep *a, int i)
 {
-    mechc_lockstep *a = owner;
-    const int stages = mechc_dop853_tableau.stages;
-    if (i == stages) {
-        mechc_lockstep_project(a, t, rates);
-        return MECHC_RUNNING;
-    }
-    if (MECHC_NH > 0 && mechc_lockstep_watches(i)) mechc_lockstep_watched_rates(a, t, state, rates);
-    else mechc_lockstep_rates(a, t, state, rates);
-    if (i == stages - 1) memcpy(a->last_stage, state, sizeof a->last_stage);
-    return MECHC_RUNNING;
-}
-
-MECHC_INLINE mechc_vector_explicit_data mechc_lockstep_data(mechc_lockstep *a)
-{
-    return (mechc_vector_explicit_data){
-        a->t, a->h, a->y, a->compensation, a->next_compensation, a->rates,
-    };
+    const mechc_vector y = mechc_size_of(a->y[i]), end = mechc_size_of(a->end[i]);
+    const mechc_vector size = mechc_choose(y > end, y, end);
+    const mechc_vector asked = a->of_scale * a->scale[i] + (a->floor[i] + a->of_size * size);
+    const mechc_vector digit = 2.220446049250313e-16 * size;
+    return mechc_vector_rough_inverse(mechc_choose(asked > digit, asked, digit));
 }
 
 /* The step to attempt, and whether it is the last. */
@@ -115,23 +99,5 @@ MECHC_INLINE void mechc_lockstep_next_step(mechc_lockstep *a)
     a->last = size <= 1.01 * step;
     a->h = mechc_choose(size < 2.0 * step, 0.5 * left, ahead);
     a->h = mechc_choose(a->last, left, a->h);
-}
-
-MECHC_ONCE void mechc_lockstep_step(mechc_lockstep *a)
-{
-    mechc_lockstep_next_step(a);
     a->met = mechc_spread(HUGE_VAL);
-    const mechc_vector_explicit_data step = mechc_lockstep_data(a);
-    mechc_vector_explicit_step(&mechc_dop853_tableau, &step, mechc_lockstep_stage, a, a->end);
-}
-
-/* The extra stages of the dense output, and its rows. */
-MECHC_ONCE void mechc_lockstep_dense(mechc_lockstep *a, mechc_vector *rows)
-{
-    const mechc_tableau *tableau = &mechc_dop853_tableau;
-    const mechc_vector_explicit_data step = mechc_lockstep_data(a);
-    mechc_vector state[MECHC_NX];
-    mechc_vector_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
-                                 mechc_lockstep_stage, a, state);
-    mechc_vector_explicit_dense(tableau, &step, a->end, tableau->dense_rows, rows);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "dynamics/project.h"
+#include "methods/dormand_prince_lanes.h"
 #include "methods/dormand_prince_tableaus.h"
 #include "methods/traits.h"
 #include "simd/bind_scalar.h"
@@ -115,4 +116,6 @@ MECHC_STATIC void mechc_pair_dense(mechc_integration *run, double h, const doubl
     .dense_stages = mechc_pair_dense_stages, .dense = mechc_pair_dense
 
 static const mechc_method mechc_dopri5 = {MECHC_DOPRI5_TRAITS, MECHC_PAIR_CODE};
-static const mechc_method mechc_dop853 = {MECHC_DOP853_TRAITS, MECHC_PAIR_CODE};
+static const mechc_method mechc_dop853 = {
+    MECHC_DOP853_TRAITS, MECHC_PAIR_CODE, .together = mechc_dop853_together,
+};

@@ -75,7 +75,6 @@ typedef struct {
 struct mechc_driver {
     int (*rates_at)(mechc_integration *run, double t, double *y, double *rates);
     double (*conditioning)(const mechc_integration *run, double t, const double *q);
-    long (*advance)(mechc_integration *run, long steps);
 };
 
 #define MECHC_RATE(run, i) ((run)->rates + (i) * MECHC_NX)

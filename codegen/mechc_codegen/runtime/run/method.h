@@ -40,6 +40,9 @@ struct mechc_method {
     double horizon;     /* steps ahead that crossings are looked for */
 
     int in_lockstep; /* runs of several states may continue side by side */
+    /* Up to `steps` attempts of each of up to MECHC_LANES such runs, a lane each: see lockstep/.
+     * Returns those made, early where a run has ended or continues alone. */
+    long (*together)(mechc_integration **runs, int count, long steps);
 
     size_t work_size;                                            /* 0: none */
     void (*make)(mechc_integration *run);                        /* the work space, from any content */

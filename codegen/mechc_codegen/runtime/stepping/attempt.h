@@ -228,13 +228,6 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
     return made;
 }
 
-MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
-{
-    while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0)
-        steps -= mechc_advance_alone((mechc_integration *)head, steps);
-    return head->status;
-}
-
 static const __attribute__((unused)) mechc_driver mechc_driver_of_run = {
-    mechc_rates_at, mechc_conditioning_at, mechc_advance_alone,
+    mechc_rates_at, mechc_conditioning_at,
 };

@@ -14,11 +14,8 @@
 #include "run/method.h"
 #include "run/saved.h"
 #include "run/trajectory.h"
-#include "stepping/attempt.h"
+#include "stepping/advance.h"
 #include "stepping/start.h"
-#endif
-#if MECHC_HAS(EXPLICIT)
-#include "lockstep/advance.h"
 #endif
 #if MECHC_HAS(OUTPUTS)
 #include "unit/evaluate.h"
@@ -92,12 +89,8 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
     .saved_size = mechc_saved_size,
     .save = mechc_save,
     .restore = mechc_restore,
-#endif
-#if MECHC_HAS(EXPLICIT)
-    .advance = mechc_lockstep_advance_run,
-    .advance_lockstep = mechc_lockstep_advance_runs,
-#elif MECHC_HAS(DRIVER)
     .advance = mechc_advance_run,
+    .advance_lockstep = mechc_advance_runs,
 #endif
 #if MECHC_HAS(DERIVATIVES) && MECHC_VARIATIONAL
     .vary = mechc_vary,

@@ -1,4 +1,7 @@
-"""Members of a batch in which contacts last or slide: each is run as by ``simulate``."""
+"""Members of a batch that no compiled code runs: each is run as by ``simulate``.
+
+Those in which contacts last or slide, and those whose resets change parameters.
+"""
 
 from __future__ import annotations
 
@@ -36,11 +39,13 @@ WITHOUT_MOTION = (NOT_ASSEMBLED, OPEN_AT_START, NOT_RUN)
 class Found:
     """What compiled code found of n members, which is replaced for those in contact.
 
-    ``results``: by name, members first; ``at_times`` (n, nt, nq + nu).
+    ``results``: by name, members first; ``at_times`` (n, nt, nq + nu); ``values_at``: parameters
+    there (n, nt, np), or (n, 1, np) where these do not change.
     """
 
     results: dict[str, Array]
     at_times: Array
+    values_at: Array
 
 
 def run_in_contact(system: System, recipe: Recipe, values: Array, found: Found) -> bool:
@@ -60,13 +65,13 @@ def run_in_contact(system: System, recipe: Recipe, values: Array, found: Found) 
 
 
 def _in_contact(system: System, recipe: Recipe, values: Array, found: Found) -> list[int]:
-    """Members with friction, those whose contacts last, and those that begin near contact."""
+    """All members of such events, else those whose contacts last, and that begin near contact."""
     events = recipe.events
     if events is None or not events.given:
         return []
     status, y0 = found.results["status"], found.results["y0"]
     moves = ~np.isin(status, WITHOUT_MOTION)
-    if not events.slides:
+    if not events.one_by_one:
         near = _near(system, recipe, values, y0)
         moves &= near if recipe.reductions else near | (status == RESETS_ACCUMULATE)
     return [int(k) for k in np.flatnonzero(moves)]
@@ -128,3 +133,5 @@ def _keep(sol: Any, recipe: Recipe, found: Found, member: int) -> None:
     reached = times <= sol.t[-1]
     found.at_times[member, ~reached] = np.nan
     found.at_times[member, reached] = sol(times[reached])
+    if recipe.events is not None and recipe.events.one_by_one:
+        found.values_at[member, reached] = sol.params_at(times[reached])

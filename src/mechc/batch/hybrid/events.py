@@ -13,10 +13,12 @@ from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import directions_of
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import (
+    COMPILED_RESETS,
     Compiler,
+    ValueExpression,
+    changes_parameters,
     checked_events,
     compile_all,
-    is_compilable,
 )
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import refuse_stops
@@ -28,7 +30,8 @@ class BatchEvents(NamedTuple):
     """Events as data: directions (k,), how many zeros of each end a run (k,), and the C of their
     functions with its sha256; "" of a batch that was read from a folder, which computes nothing.
 
-    ``given``: as they were given, where there are contacts; ``slides``: whether with friction.
+    ``given``: as they were given, where there are contacts or ``one_by_one``: whether friction, or
+    resets of parameters, have members run one after another, as by ``simulate``.
     """
 
     directions: Array
@@ -36,7 +39,7 @@ class BatchEvents(NamedTuple):
     key: str
     source: str
     given: Any = ()
-    slides: bool = False
+    one_by_one: bool = False
 
     def read(self, system: System, p: Array) -> list[Any]:
         """The events of a run with parameters p (np,)."""
@@ -88,14 +91,14 @@ def batch_events(
     compiler = Compiler(*COMPILER)
     events = checked_events(given, system, system.parameter_set.defaults, compiler)
     laws = contact_laws(events)
-    slides = any(law.slip is not None for law in laws)
+    alone = any(law.slip is not None for law in laws) or any(map(changes_parameters, events))
     if not all(_is_expression(event) for event in events):
         raise ValueOutOfBoundsError(
             "events of a batch and their resets are expressions, of SymPy or as text, not "
             "functions of Python: mechc.Event('q', reset={'u': '-0.8*u'})"
         )
     functions = compile_all(events, system, compiler)
-    if functions is None and not slides:
+    if functions is None and not alone:
         raise MechcError(
             "events of a batch run in compiled code: they need a C compiler, and functions that "
             "have a form in C"
@@ -103,14 +106,24 @@ def batch_events(
     if laws:
         refuse_stops(system, span, compiled=True)
     source = "" if functions is None else functions.source
-    words = [source, *(str(law) for law in laws if slides)]
+    words = [source, *(str(law) for law in laws if alone), *(map(_words, events) if alone else ())]
     key = hashlib.sha256("".join(words).encode()).hexdigest()
-    return BatchEvents(*directions_of(events), key, source, given if laws else (), slides)
+    kept = given if laws or alone else ()
+    return BatchEvents(*directions_of(events), key, source, kept, alone)
+
+
+def _words(event: Event) -> str:
+    """An event that is an expression, with its reset, as a text."""
+    value, reset = getattr(event.function, "expression", ""), event.reset
+    changes = [getattr(reset, name, None) for name in ("changes", "values")]
+    return f"{value} {event.direction} {changes}"
 
 
 def _is_expression(event: Any) -> bool:
-    friction = isinstance(event, Event) and isinstance(event.function, FrictionLaw)
-    return friction or is_compilable(event)
+    if not isinstance(event, Event):
+        return False
+    reads = isinstance(event.function, (FrictionLaw, ValueExpression))
+    return reads and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
 
 
 def _refuse(until: str, controlled: bool) -> None:

@@ -24,7 +24,7 @@ def arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     if not names or names != list(shown.joints) or shown.acting is None:
         return []
     reactions: Any = model
-    forces = np.asarray(reactions.reactions(run.y, run.solution.params, run.t).force, dtype=float)
+    forces = np.asarray(reactions.reactions(run.y, run.params, run.t).force, dtype=float)
     points = run.evaluate(shown.acting) - middle
     return _drawn([f"reaction in {name}" for name in names], points, forces)
 
@@ -34,7 +34,7 @@ def load_arrows(run: Run, middle: Array) -> list[dict[str, Any]]:
     shown = run.picture
     if not shown.loads or shown.pushing is None:
         return []
-    points, forces = shown.pushing(run.y, run.solution.params, run.t)
+    points, forces = shown.pushing(run.y, run.params, run.t)
     return _drawn(shown.loads, points - middle, forces)
 
 

@@ -38,7 +38,7 @@ def solids_data(run: Run, middle: Array) -> dict[str, Any]:
     kept = [k for k, shape in enumerate(made) if shape is not None]
     if not kept or shown.placed is None:
         return {"solids": [], "placed": "", "struts": struts}
-    where, turned = shown.placed(run.y, run.solution.params, run.t)
+    where, turned = shown.placed(run.y, run.params, run.t)
     shapes = [shape for shape in made if shape is not None]
     turns = turned[:, kept] @ np.stack([turn for _, turn in shapes])
     rows = np.concatenate([where[:, kept] - middle, _quaternions(turns)], axis=-1)

@@ -74,6 +74,13 @@ class ContactResets(CompiledResets):
         self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
+    def take_values(self, values: Array) -> None:
+        super().take_values(values)
+        events = self.finder.every if self.lasting else self.finder.events
+        self.laws = Laws(contact_laws(events), self.system, values)
+        contacts = self.contacts
+        self.contacts = Contacts(self.laws, contacts.system, values, contacts.span)
+
     def begin(self) -> int:
         times, states = self.chain.tail(1)
         t, y = float(times[-1]), states[-1]
@@ -346,7 +353,9 @@ class ContactResets(CompiledResets):
         if first:
             self.chain.replace_last(piece, words)
         else:
-            self.chain.add(piece, jump=jump, causes=causes, contacts=words)
+            self.chain.add(
+                piece, jump=jump, causes=causes, contacts=words, values=self.changed_values
+            )
         self._watch(piece, manifold, t, y, leaving, still)
         return STOPPED_BY_EVENT if ends else left
 

@@ -62,6 +62,10 @@ class ModeFinder(EventFinder):
         self.sizes = self.sizes[: self.own] + [0.0] * len(ends)
         self.enter(run, 0, [*sides, *(Side(end.side) for end in ends)])
 
+    def take_values(self, p: Array) -> None:
+        super().take_values(p)
+        self.every = [event.with_values(p) for event in self.every]
+
     def keep(self) -> None:
         self.found = self.found[: self.own]
         super().keep()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -47,15 +47,24 @@ class Event:
         continues.  They are put onto the constraints: coordinates to the nearest that close the
         loops, speeds by the impulse of the constraints through the mass matrix.  A reset that
         leaves the rate of the function with its sign is a switch: the zero is not found again.
-        Or a mapping of coordinates and speeds to expressions of the state before,
-        ``{"u": "-e*u"}``; all others stay.  Where all events of a run and their resets are
-        expressions they run in compiled code, in batches too.
+        It may return names of coordinates, speeds and parameters with their values after the event
+        instead; all others stay.  Or a mapping of names to expressions of what was before,
+        ``{"u": "-e*u"}``.  Where all events of a run and their resets are expressions, and none
+        changes parameters, they run in compiled code, in batches too.
     """
 
     function: EventFunction | Any
     direction: float = 0.0
     terminal: bool | int = False
     reset: Reset | Any = None
+
+    def with_values(self, p: Array) -> Event:
+        """The same event where the parameters of its expressions are p (np,)."""
+        function, reset = (getattr(x, "with_values", None) for x in (self.function, self.reset))
+        return replace(
+            self, function=function(p) if function else self.function,
+            reset=reset(p) if reset else self.reset,
+        )  # fmt: skip
 
     @classmethod
     def of(cls, given: Any) -> Event:
@@ -145,6 +154,10 @@ class EventFinder:
         self.run, self.looked_at, self.sides = run, first, sides
         self.found: list[list[float]] = [[] for _ in self.events]
         self.start = float(run.times(first)[0])
+
+    def take_values(self, p: Array) -> None:
+        """From here on the parameters are p (np,)."""
+        self.events = [event.with_values(p) for event in self.events]
 
     def keep(self) -> None:
         """Read the states of the zeros found in the present run."""

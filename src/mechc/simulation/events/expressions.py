@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
@@ -80,7 +81,13 @@ def is_compilable(event: Any) -> bool:
         isinstance(event, Event)
         and isinstance(event.function, ValueExpression)
         and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
+        and not changes_parameters(event)
     )
+
+
+def changes_parameters(event: Any) -> bool:
+    """Whether the reset of an event, by expressions, changes parameters."""
+    return bool(getattr(getattr(event, "reset", None), "values", None))
 
 
 def compiled_functions(events: Sequence[Any]) -> Any:
@@ -147,6 +154,10 @@ def _plain_event(given: Any, reader: _Reader) -> PlainEvent:
     if isinstance(given, (Stop, DryFriction)):
         raise ValueOutOfBoundsError(f"a {type(given).__name__} is not exported: give its reset")
     event = reader.event(given)
+    if changes_parameters(event):
+        raise ValueOutOfBoundsError(
+            "a reset of parameters is not exported: make them states, whose rates are zero"
+        )
     if not is_compilable(event):
         raise ValueOutOfBoundsError(
             f"events and resets are exported as expressions, not as {brief(given)}"
@@ -271,18 +282,22 @@ class _Reader:
         return FrictionLaw(speed, slides * press, sticks * press)
 
     def _reset(self, given: Mapping[Any, Any]) -> ResetExpressions:
-        state = (*self.system.coordinates, *self.system.speeds)
-        changes = {}
+        state, parameters = self.state, tuple(self.system.parameters)
+        changes, values = {}, {}
         for name, value in by_name(given, "a reset", "{'u': '-0.8*u'}").items():
-            if name in self.system.parameters:
-                raise ValueOutOfBoundsError(
-                    f"a reset changes coordinates, speeds and states; {name} is a parameter, which "
-                    "is one number for a run: make it a state, mechc.compile(..., states={x: 0})"
-                )
-            if name not in state:
-                raise UnknownNameError("coordinate or speed", name, state)
-            changes[state.index(name)] = self._plain(value)
-        return ResetExpressions(changes, self.p, len(self.system.coordinates), len(state))
+            if name in parameters:
+                values[parameters.index(name)] = self._plain(value)
+            elif name in state:
+                changes[state.index(name)] = self._plain(value)
+            else:
+                known = (*state, *parameters)
+                raise UnknownNameError("coordinate, speed or parameter", name, known)
+        split = len(self.system.coordinates)
+        return ResetExpressions(changes, self.p, split, len(state), values)
+
+    @property
+    def state(self) -> tuple[str, ...]:
+        return (*self.system.coordinates, *self.system.speeds)
 
     def _plain(self, given: Any) -> Any:
         """A number, a text of the grammar or an expression of SymPy, over plain symbols."""
@@ -371,6 +386,12 @@ class ValueExpression:
     def __call__(self, t: float, y: Array) -> float:
         return self.at(t, y, self.p)
 
+    def with_values(self, p: Array) -> ValueExpression:
+        """The same function for parameters p (np,)."""
+        other = copy(self)
+        other.p = p
+        return other
+
     def at(self, t: float, y: Array, p: Array) -> float:
         """Its value for parameters p (np,)."""
         return float(self._compiled(t, y, p)[0])
@@ -406,25 +427,41 @@ class ResetExpressions:
     ----------
     changes
         Place in the state -> expression of its value after the event.
+    values
+        Place among the parameters -> expression of its value after the event.
     """
 
     takes_parameters = True
 
-    def __init__(self, changes: Mapping[int, Any], p: Array, split: int, width: int) -> None:
-        self.changes = dict(sorted(changes.items()))
+    def __init__(
+        self, changes: Mapping[int, Any], p: Array, split: int, width: int,
+        values: Mapping[int, Any],
+    ) -> None:  # fmt: skip
+        self.changes, self.values = dict(sorted(changes.items())), dict(sorted(values.items()))
         self.p, self.split, self.width = p, split, width
         self.__name__ = "of expressions"
 
-    def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
-        """``p``: other parameters than those of the run."""
-        y = np.concatenate([q, u])
-        found = self._compiled(t, y, self.p if p is None else p)
-        y[list(self.changes)] = found
-        return y[: self.split], y[self.split :]
+    def with_values(self, p: Array) -> ResetExpressions:
+        """The same reset for parameters p (np,)."""
+        other = copy(self)
+        other.p = p
+        return other
+
+    def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, ...]:
+        """q and u; all parameters (np,) too where it changes some.  ``p``: other parameters than
+        those of the run."""
+        y, before = np.concatenate([q, u]), self.p if p is None else p
+        found = self._compiled(t, y, before)
+        y[list(self.changes)] = found[: len(self.changes)]
+        if not self.values:
+            return y[: self.split], y[self.split :]
+        after = before.copy()
+        after[list(self.values)] = found[len(self.changes) :]
+        return y[: self.split], y[self.split :], after
 
     @cached_property
     def _compiled(self) -> Callable[..., Any]:
-        return function_of(list(self.changes.values()))
+        return function_of([*self.changes.values(), *self.values.values()])
 
     @cached_property
     def _derivatives(self) -> Callable[..., Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.initialise import begin
 from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
+from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -58,7 +60,8 @@ class Resets:
         self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
         finder: EventFinder,
     ) -> None:  # fmt: skip
-        self.system, self.values, self.policy, self.t_end = system, values, policy, t_end
+        self.system, self.policy, self.t_end = system, policy, t_end
+        self.values = self.first_values = values
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
         self.rate_after: dict[int, float] = {}  # event: its rate after that
@@ -78,6 +81,17 @@ class Resets:
     def finished(self) -> int:
         """The last piece has come to its end; RUNNING, or the status that ends the run."""
         return FINISHED
+
+    @property
+    def changed_values(self) -> Array | None:
+        """The parameters where resets have changed them; None: those that the motion began with."""
+        begun = self.values is self.first_values and self.chain.values[-1] is None
+        return None if begun else self.values
+
+    def take_values(self, values: Array) -> None:
+        """Go on with other parameters (np,)."""
+        self.values = values
+        self.finder.take_values(values)
 
     def takes(self, number: int) -> bool:
         """Whether an event that stopped the search is applied here, and does not end the run."""
@@ -102,7 +116,8 @@ class Resets:
         left = self._shorten()
         t_end = t if ends or accumulate else self.t_end
         piece = begin(self.system, (t, t_end), state, self.values, self.policy)
-        self.chain.add(piece, jump=True, causes=tuple(self.caused_by))
+        causes = tuple(self.caused_by)
+        self.chain.add(piece, jump=True, causes=causes, values=self.changed_values)
         self.finder.enter(piece, 0, self._sides(t, state))
         if accumulate:
             return RESETS_ACCUMULATE
@@ -242,9 +257,13 @@ class Resets:
         return found
 
     def _changed(self, t: float, state: Array, number: int) -> Array:
-        """The state that a reset gives, on the constraints."""
+        """The state that a reset gives, on the constraints; other parameters are taken."""
+        event = self.finder.events[number]
+        given, values = _given_by(event, t, state, self.system, self.values)
+        if values is not self.values:
+            self.take_values(values)
         try:
-            return changed_state(self.system, self.finder.events[number], t, state, self.values)
+            return onto_constraints(self.system, t, given, values)
         except ValueError as error:
             raise FunctionFailedError(
                 f"the reset of event {number} at t = {t:.9g} s gives a state that {error}"
@@ -259,29 +278,57 @@ def changed_state(system: System, event: Event, t: float, state: Array, values: 
     FunctionFailedError, ValueError
         As :func:`onto_constraints`, and for a reset that fails.
     """
-    given = _given_by(event, t, state, len(system.coordinates), values)
+    given, values = _given_by(event, t, state, system, values)
     return onto_constraints(system, t, given, values)
 
 
-def _given_by(event: Event, t: float, state: Array, split: int, values: Array) -> Array:
+def _given_by(
+    event: Event, t: float, state: Array, system: System, values: Array
+) -> tuple[Array, Array]:
+    """What a reset gives: the state, and all parameters, ``values`` itself where these stay."""
     assert event.reset is not None
     name = getattr(event.reset, "__name__", repr(event.reset))
+    split = len(system.coordinates)
     given = (t, state[:split].copy(), state[split:].copy())
     try:
         reset: Any = event.reset
-        q, u = reset(*given, *((values,) if hasattr(reset, "takes_parameters") else ()))
-        found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
+        told = reset(*given, *((values,) if hasattr(reset, "takes_parameters") else ()))
+        found, after = _read(told, state, system, values)
     except Exception as error:
         raise FunctionFailedError(
             f"the reset {name} failed at t = {t:.9g} s with {type(error).__name__}: {error}; it "
-            "takes t, q and u and returns q and u"
+            "takes t, q and u and returns q and u, or names of coordinates, speeds and parameters "
+            "with their new values"
         ) from error
     if found.shape != state.shape or not np.isfinite(found).all():
         raise FunctionFailedError(
             f"the reset {name} gave at t = {t:.9g} s {len(found)} numbers, not the "
             f"{len(state)} finite ones of q and u"
         )
-    return found
+    return found, after
+
+
+def _read(told: Any, state: Array, system: System, values: Array) -> tuple[Array, Array]:
+    """State and parameters from what a reset returns: q and u, these and all parameters, or a
+    mapping of names, of which all others stay."""
+    if not isinstance(told, Mapping):
+        q, u, *rest = told
+        found = np.concatenate([np.asarray(q, dtype=float), np.asarray(u, dtype=float)])
+        return found, _checked(system, rest[0], values) if rest else values
+    found, after = state.copy(), values.copy()
+    for key, value in by_name(told, "a reset", "{'k': 0.0}").items():
+        if key in system.parameters:
+            after[system.parameters.index(key)] = float(value)
+        else:
+            found[system.state_index(key)] = float(value)
+    return found, _checked(system, after, values)
+
+
+def _checked(system: System, after: Array, values: Array) -> Array:
+    """Parameters after a reset, within their bounds; ``values`` itself where none has changed."""
+    if np.array_equal(after, values):
+        return values
+    return system.parameter_set.resolve(after)
 
 
 def onto_constraints(system: System, t: float, state: Array, values: Array) -> Array:

@@ -90,6 +90,11 @@ class StopReset:
         self.restitution = kept.expression
         self.__name__ = "of a stop"
 
+    def with_values(self, p: Array) -> StopReset:
+        """The same stop for parameters p (np,)."""
+        gap, kept = self.gap.with_values(p), self.kept.with_values(p)
+        return StopReset(gap, kept, self.system, p, self.friction)
+
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
         """``p``: other parameters than those of the run."""
         values = self.p if p is None else p

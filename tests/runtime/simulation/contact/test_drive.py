@@ -125,6 +125,18 @@ def test_a_plastic_impact_and_a_start_on_the_floor_rest_at_once(ball):
         assert abs(sol.y[-1]).max() < 1e-15
 
 
+def test_a_block_slides_where_a_reset_has_made_the_slope_steeper(block):
+    """It sticks until then, and the angle is a parameter; the force is that of the new one."""
+    stop = mechc.Stop("y", friction=0.5, slip="v_x")
+    steeper = mechc.Event("t - 1", reset={"a": "2*a"})
+    sol = block.simulate(2.0, np.zeros(4), events=[stop, steeper], rtol=1e-12)
+    assert words(sol) == [("sticks", ""), ("slides -", "")]
+    along = G * (np.sin(0.6) - 0.5 * np.cos(0.6))
+    np.testing.assert_allclose(sol([1.0, 1.5, 2.0])[:, 0], -along * np.array([0, 0.125, 0.5]),
+                               atol=1e-12)  # fmt: skip
+    assert sol.params_at(1.5)[list(block.parameters).index("a")] == 0.6
+
+
 def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_gravity(ball):
     """A sin(w t) from rest on it; then a flight that is a parabola, and contact again."""
     A, w = 0.2, 10.0

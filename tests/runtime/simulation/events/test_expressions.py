@@ -7,12 +7,13 @@ from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame
 
 import mechc
 from mechc.compilation.event_unit import COMPILER
-from mechc.errors import MechcError, UnknownNameError, ValueOutOfBoundsError
+from mechc.errors import EventError, MechcError, UnknownNameError, ValueOutOfBoundsError
 from mechc.simulation.events.expressions import Compiler, checked_events, compiled_functions
+from tests.support.impacts import points_on_a_line
 
 
 def read(ball, *events):
-    p = np.array([2.0])
+    p = ball.system.parameter_set.resolve({"m": 2.0})
     return checked_events(list(events), ball.system, p, Compiler(*COMPILER))
 
 
@@ -40,11 +41,11 @@ def test_slopes_are_the_derivatives(ball):
     by_time, by_state, by_parameters = event.function.slopes(t, y)
     assert by_time == pytest.approx(2.25)
     np.testing.assert_allclose(by_state, [2.0, -1.2])
-    np.testing.assert_allclose(by_parameters, [0.3])
+    np.testing.assert_allclose(by_parameters, [0.0, 0.0, 0.3])
     by_time, by_state, by_parameters = event.reset.slopes(t, y)
     np.testing.assert_allclose(by_time, [0.0, 0.3])
     np.testing.assert_allclose(by_state, [[1.0, 0.0], [0.4, -0.5]])
-    np.testing.assert_allclose(by_parameters, [[0.0], [-1.5 / 4]])
+    np.testing.assert_allclose(by_parameters, [[0, 0, 0.0], [0, 0, -1.5 / 4]])
     q, u = event.reset(t, y[:1], y[1:])
     assert (q[0], u[0]) == (0.3, pytest.approx(0.75 + 0.12))
 
@@ -117,9 +118,43 @@ def test_a_parameter_is_reset_as_a_state(tmp_path):
     np.testing.assert_allclose(by.sensitivity["k"][-1][:2], [slope, 1 / 16], atol=1e-10)
 
 
+def test_a_parameter_is_reset(tmp_path):
+    """The same motion as above, where the stiffness is a true parameter."""
+    k = Symbol("k")
+    spring = points_on_a_line("spring", 1, lambda q, u, m: -k * q, parameters={"k": 4.0})
+    times, start = np.linspace(0.0, 9.0, 37), [1.0, 0.0]
+    event, left = mechc.Event("u_0", direction=1, reset={"k": "k/4"}), [1.0, 0.25]
+    by_python = mechc.Event(
+        lambda t, y: y[1], direction=1, reset=lambda t, q, u: {"k": left.pop(0)}
+    )
+    exact = softened(4.0, times)
+    runs = [spring.simulate(9.0, start, events=each, rtol=1e-12) for each in (event, by_python)]
+    early = spring.simulate(6.0, start, events=event, rtol=1e-12)
+    opened = mechc.open(runs[0].save(tmp_path / "run.nc"), model=spring)
+    for sol in (*runs, opened, early.continue_to(9.0)):
+        np.testing.assert_allclose(sol(times), exact[:, [0, 2]], atol=1e-10)
+        np.testing.assert_array_equal(sol.params_at(times)[:, 0], exact[:, 1])
+        assert [part.params[0] for part in sol.segments] == [4.0, 1.0, 0.25]
+        assert sol.params[0] == 4.0
+        np.testing.assert_allclose(sol.energy[[0, -1]], [2.0, 0.125], atol=1e-11)
+        assert sol.energy_drift < 1e-10
+    batch = spring.simulate_batch(
+        9.0, [start, start], {"k": [4.0, 9.0]}, events=event, rtol=1e-12, t_eval=times,
+        outputs=["potential_energy"],
+    )  # fmt: skip
+    np.testing.assert_array_equal(batch.y[0], runs[0].y[-1])
+    assert batch.event_counts[:, 0].tolist() == [2, 2]
+    potential = 0.5 * exact[:, 1] * exact[:, 0] ** 2
+    np.testing.assert_allclose(batch["potential_energy"][0], potential, atol=1e-10)
+    with pytest.raises(MechcError, match="resets change parameters"):
+        runs[0].gradient(end="q_0", by=["k"])
+    wrong = mechc.Event("theta_0 < 0", reset={"m_0": "-m_0"})
+    with pytest.raises(EventError, match="m_0"):
+        mechc.load("pendulum").simulate(2.0, [0.5, 0.0], events=wrong)
+
+
 def test_what_is_wrong_is_told(ball):
     for given, error, words in (
-        (mechc.Event("q_0", reset={"m": "2"}), ValueOutOfBoundsError, "m is a parameter"),
         (mechc.Event("q_0", reset={"v": "2"}), UnknownNameError, "v"),
         (mechc.Event("q_0", reset={"u_0": "v"}), MechcError, "'v' is not known"),
         (mechc.Event("q_0", reset={"u_0": Symbol("v")}), UnknownNameError, "v"),

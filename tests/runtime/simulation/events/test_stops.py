@@ -22,6 +22,15 @@ def test_a_hundred_bounces_come_at_the_times_of_the_closed_form(ball, method):
     np.testing.assert_allclose(sol.events[0].t, impacts(0.9, 100), rtol=0, atol=1e-12)
 
 
+def test_parameters_that_stand_in_stops_alone_are_set_and_swept(ball):
+    stop = mechc.Stop("q_0 - h", "e", terminal=6)
+    sol = ball.simulate(20.0, [3.0, 0.0], {"e": 0.8, "h": 2.0}, events=stop, rtol=1e-12)
+    np.testing.assert_allclose(sol.events[0].t, impacts(0.8, 6), rtol=0, atol=1e-12)
+    e = np.array([0.3, 0.6, 0.9])
+    batch = ball.simulate_batch(20.0, [[1.0, 0.0]] * 3, {"e": e}, events=stop)
+    np.testing.assert_allclose(batch.t, [impacts(x, 6)[-1] for x in e], rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("e", [1.0, 0.7])
 def test_four_balls_that_touch_are_hit_at_once(five_springs, e):
     """Each of the five gets an equal share of what is exchanged: all masses are equal."""

@@ -1,0 +1,128 @@
+/* The explicit pair of order 8 in lockstep: see lockstep/lanes_of_runs.h. */
+#pragma once
+
+#include "lockstep/advance.h"
+#include "lockstep/lanes_of_runs.h"
+#include "lockstep/step.h"
+#include "methods/dormand_prince_tableaus.h"
+#include "simd/bind_vector.h"
+#include "methods/explicit_step.h"
+#include "simd/rough.h"
+#include "simd/unbind.h"
+#include "run/integration.h"
+#include "simd/vector.h"
+
+#if MECHC_LOCKSTEP
+#define MECHC_PAIR_LANES_SAFETY 0.84
+
+typedef struct {
+    mechc_lockstep lanes;
+    mechc_vector last_stage[MECHC_NX];
+} mechc_pair_lanes;
+
+/* The stages whose conditioning is monitored: with both ends, no stage is far from one of them. */
+MECHC_INLINE int mechc_pair_lanes_watch(int stage) { return stage == 5 || stage == 8; }
+
+/* Rates of stage i; those of the dense output, after the end, are not watched. */
+MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mechc_vector *state,
+                                        mechc_vector *rates)
+{
+    mechc_pair_lanes *own = owner;
+    mechc_lockstep *a = &own->lanes;
+    const int stages = mechc_dop853_tableau.stages;
+    if (i == stages) {
+        mechc_lockstep_project(a, t, rates);
+        return MECHC_RUNNING;
+    }
+    if (MECHC_NH > 0 && mechc_pair_lanes_watch(i))
+        mechc_lockstep_watched_rates(a, t, state, rates);
+    else
+        mechc_lockstep_rates(a, t, state, rates);
+    if (i == stages - 1) memcpy(own->last_stage, state, sizeof own->last_stage);
+    return MECHC_RUNNING;
+}
+
+MECHC_INLINE mechc_vector_explicit_data mechc_pair_lanes_data(mechc_lockstep *a)
+{
+    return (mechc_vector_explicit_data){
+        a->t, a->h, a->y, a->compensation, a->next_compensation, a->rates,
+    };
+}
+
+MECHC_ONCE void mechc_pair_lanes_step(mechc_lockstep *a)
+{
+    const mechc_vector_explicit_data step = mechc_pair_lanes_data(a);
+    a->evaluations += mechc_dop853_tableau.stages + 1;
+    mechc_vector_explicit_step(&mechc_dop853_tableau, &step, mechc_pair_lanes_stage, a, a->end);
+}
+
+/* Square of the step's error over what is tolerated: see mechc_pair_error. */
+MECHC_INLINE mechc_vector mechc_pair_lanes_error(mechc_lockstep *a)
+{
+    mechc_vector first[MECHC_NX], second[MECHC_NX];
+    mechc_vector squares = mechc_spread(0.0), second_squares = mechc_spread(0.0);
+    const mechc_tableau *tableau = &mechc_dop853_tableau;
+    mechc_vector_explicit_sum(a->rates, tableau->error, tableau->stages, first);
+    mechc_vector_explicit_sum(a->rates, tableau->second_error, tableau->stages, second);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const mechc_vector weight = a->h * mechc_lockstep_weight(a, i);
+        squares += (first[i] * weight) * (first[i] * weight);
+        second_squares += (second[i] * weight) * (second[i] * weight);
+    }
+    const mechc_vector both = squares + 0.01 * second_squares;
+    return mechc_choose(squares > 0.0, squares * squares / (both * MECHC_NX), squares);
+}
+
+MECHC_INLINE mechc_vector mechc_pair_lanes_factor(mechc_vector error)
+{
+    return MECHC_PAIR_LANES_SAFETY * mechc_vector_rough_root(error);
+}
+
+/* See mechc_pair_limited. */
+MECHC_INLINE mechc_mask mechc_pair_lanes_limited(const mechc_lockstep *a)
+{
+    const int stages = mechc_dop853_tableau.stages;
+    const mechc_vector *last_stage = ((const mechc_pair_lanes *)a)->last_stage;
+    mechc_vector rate = mechc_spread(0.0), state = rate;
+    for (int i = 0; i < MECHC_NX; i++) {
+        const mechc_vector weight = mechc_vector_rough_inverse(a->scale[i]);
+        const mechc_vector change = weight * (a->rates[stages][i] - a->rates[stages - 1][i]);
+        const mechc_vector apart = weight * (a->end[i] - last_stage[i]);
+        rate += change * change;
+        state += apart * apart;
+    }
+    const double square = mechc_dop853_tableau.stability * mechc_dop853_tableau.stability;
+    return (state > 0.0) & (a->h * a->h * rate > square * state);
+}
+
+/* The extra stages of the dense output, and its rows. */
+MECHC_ONCE void mechc_pair_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
+{
+    const mechc_tableau *tableau = &mechc_dop853_tableau;
+    const mechc_vector_explicit_data step = mechc_pair_lanes_data(a);
+    mechc_vector state[MECHC_NX];
+    mechc_vector_explicit_stages(tableau, &step, tableau->stages + 1, tableau->rates - 1,
+                                 mechc_pair_lanes_stage, a, state);
+    mechc_vector_explicit_dense(tableau, &step, a->end, tableau->dense_rows, rows);
+}
+
+static const mechc_lockstep_method mechc_dop853_lanes = {
+    .number = MECHC_DOP853,
+    .last_rate = 12,
+    .dense_rows = 7,
+    .growth = 2.0,
+    .step = mechc_pair_lanes_step,
+    .error = mechc_pair_lanes_error,
+    .factor = mechc_pair_lanes_factor,
+    .limited = mechc_pair_lanes_limited,
+    .dense = mechc_pair_lanes_dense,
+};
+
+MECHC_SINGLE long mechc_dop853_together(mechc_integration **runs, int count, long steps)
+{
+    mechc_pair_lanes own;
+    return mechc_lockstep_advance(&mechc_dop853_lanes, &own.lanes, runs, count, steps);
+}
+#else
+#define mechc_dop853_together 0
+#endif

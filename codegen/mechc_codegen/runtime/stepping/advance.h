@@ -1,0 +1,55 @@
+/* Runs continue: side by side where their method and they are fit for it, else one by one. */
+#pragma once
+
+#include "abi/run.h"
+#include "run/integration.h"
+#include "run/method.h"
+#include "simd/lanes.h"
+#include "stepping/attempt.h"
+#include "stepping/lockstep_fit.h"
+
+/* Attempts that a run still has, of those asked for. */
+MECHC_STATIC long mechc_attempts_left(const mechc_integration *run, long steps)
+{
+    const long left = run->max_steps - run->head.stats.steps - run->head.stats.rejected;
+    return left < steps ? left : steps;
+}
+
+/* Can its next steps be taken side by side with others'?  The code of the method may be missing. */
+MECHC_STATIC int mechc_runs_together(const mechc_integration *run, long steps)
+{
+    return run->current->together && mechc_attempts_left(run, steps) > 0
+        && mechc_fits_lockstep(run);
+}
+
+/* Up to `steps` attempts of each of up to MECHC_LANES runs of one method; returns early where one
+ * that ran beside others has ended or continues alone. */
+MECHC_STATIC void mechc_advance_runs(mechc_run **heads, int count, long steps)
+{
+    mechc_integration *together[MECHC_LANES];
+    int fit = 0;
+    long least = steps;
+    for (int i = 0; i < count; i++) {
+        mechc_integration *run = (mechc_integration *)heads[i];
+        if (run->head.status != MECHC_RUNNING) continue;
+        if (mechc_runs_together(run, steps)) {
+            together[fit++] = run;
+            least = mechc_attempts_left(run, least);
+        } else {
+            mechc_advance_alone(run, steps);
+        }
+    }
+    if (fit) together[0]->current->together(together, fit, least);
+}
+
+MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
+{
+    mechc_integration *run = (mechc_integration *)head;
+    while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0) {
+        if (!run->current->step && !mechc_use_loaded(run)) break;
+        steps -= mechc_runs_together(run, steps)
+               ? run->current->together(&run, 1, mechc_attempts_left(run, steps))
+               : mechc_advance_alone(run, steps);
+    }
+    return head->status;
+}

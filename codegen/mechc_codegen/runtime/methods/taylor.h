@@ -6,6 +6,7 @@
  */
 #pragma once
 
+#include "methods/taylor_lanes.h"
 #include "methods/traits.h"
 #include "run/integration.h"
 #include "run/method.h"
@@ -38,15 +39,18 @@ MECHC_STATIC void mechc_taylor_enter(mechc_integration *run) { mechc_taylor_of(r
 /* The series at the state; kept until the state is another. */
 MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
 {
-    double weights[MECHC_NX];
-    const double t = run->head.t;
+    double weights[MECHC_NX], floor[MECHC_NX];
+    const double t = run->head.t, asked = run->method->share * run->rtol;
+    const int given = run->has_tolerances;
     if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return;
     w->scale = run->direction * run->step;
     mechc_scalar_series(t, run->y, &run->given, w->scale, w->order, w->rows);
     for (int i = 0; i < MECHC_NX; i++) {
-        weights[i] = mechc_scalar_rough_inverse(mechc_tolerance(run, i, run->y));
+        floor[i] = given ? run->method->share * run->tolerance[i] : 0.0;
         MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
     }
+    mechc_scalar_taylor_weights(run->y, run->scale, floor, given ? 0.0 : asked,
+                                given ? asked : 0.0, weights);
     mechc_scalar_taylor_sizes(w->rows, w->order, weights, w->sizes);
     w->t = t;
     w->made = 1;
@@ -94,16 +98,12 @@ MECHC_STATIC double mechc_taylor_factor(mechc_integration *run, double error)
     return 1.0;
 }
 
-/* Beyond |h lambda| of about 1.3 + 0.375 p a Taylor polynomial of degree p is above 1 for a decaying
- * mode.  There its terms fall like those of the exponential, by |h lambda| / p at the last. */
 MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, const double *end,
                                       double error)
 {
     const mechc_taylor_work *w = mechc_taylor_of(run);
-    const double p = w->order, part = h / w->scale, bound = 1.3 + 0.375 * p;
     (void)end, (void)error;
-    return part * p * sqrt(w->sizes[0] / w->sizes[1]) > 0.85 * bound
-        && part * (p - 1.0) * sqrt(w->sizes[1] / w->sizes[2]) > 0.85 * bound;
+    return mechc_scalar_taylor_limited(w->sizes, w->order, h / w->scale) != 0;
 }
 
 MECHC_STATIC void mechc_taylor_dense(mechc_integration *run, double h, const double *end, int count,
@@ -119,6 +119,7 @@ static const mechc_method mechc_taylor = {
     .work_size = sizeof(mechc_taylor_work),
     .make = mechc_taylor_make,
     .enter = mechc_taylor_enter,
+    .together = mechc_taylor_together,
     .plan = mechc_taylor_plan,
     .step = mechc_taylor_step,
     .error = mechc_taylor_error,

@@ -8,8 +8,8 @@
 #pragma once
 
 #include <math.h>
+#include "run/tableau.h"
 
-#define MECHC_TAYLOR_MOST 26 /* at the rounding of doubles */
 #define MECHC_TAYLOR_LEAST 6
 #define MECHC_TAYLOR_PER_DIGIT 0.72 /* orders, of a factor e */
 

@@ -12,6 +12,19 @@
 
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
 
+/* 1 over what is tolerated of each component's error: so much of its scale, or a number and so much of
+ * its size; never less than rounding. */
+MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const real *floor,
+                                     real of_scale, real of_size, real *weights)
+{
+    for (int i = 0; i < MECHC_NX; i++) {
+        const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
+        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
+        const real digit = 2.220446049250313e-16 * size;
+        weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
+    }
+}
+
 /* Squares of the last rows over what is tolerated, the highest order first; `weights`: one over
  * that. */
 MECHC_INLINE void FN(taylor_sizes)(real (*rows)[MECHC_SERIES], int order, const real *weights,
@@ -39,14 +52,29 @@ MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
     return reach;
 }
 
+/* Beyond |h lambda| of about 1.3 + 0.375 p a Taylor polynomial of degree p is above 1 for a decaying
+ * mode.  There its terms fall like those of the exponential, by |h lambda| / p at the last.  s: the
+ * step in units of the scale. */
+MECHC_INLINE rmask FN(taylor_limited)(const real *sizes, int order, real s)
+{
+    rmask limited = R_MASK(s > 0.0);
+    for (int k = 0; k + 1 < MECHC_TAYLOR_JUDGED; k++) {
+        const double part = (order - k) / (0.85 * (1.3 + 0.375 * order));
+        limited &= R_MASK((part * part) * (s * s) * sizes[k] > sizes[k + 1]);
+    }
+    return limited;
+}
+
 /* The state after the part s of the scale.  Compensated: Kahan (1965). */
 MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
                                  const real *compensation, real *next_compensation, real *end)
 {
+    real sum[MECHC_NX];
+    for (int i = 0; i < MECHC_NX; i++) sum[i] = rows[order][i];
+    for (int k = order - 1; k > 0; k--)
+        for (int i = 0; i < MECHC_NX; i++) sum[i] = R_FMA(sum[i], s, rows[k][i]);
     for (int i = 0; i < MECHC_NX; i++) {
-        real sum = rows[order][i];
-        for (int k = order - 1; k > 0; k--) sum = R_FMA(sum, s, rows[k][i]);
-        const real gain = R_FMA(sum, s, compensation[i]);
+        const real gain = R_FMA(sum[i], s, compensation[i]);
         end[i] = rows[0][i] + gain;
         next_compensation[i] = gain - (end[i] - rows[0][i]);
     }

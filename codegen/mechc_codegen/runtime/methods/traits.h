@@ -72,6 +72,8 @@
     .holds_crossing = 1, \
     .horizon = 1.3
 
+#define MECHC_TAYLOR_GROWTH 8.0 /* where the last terms vanish */
+
 MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
 {
     return mechc_taylor_order(MECHC_SHARE * run->rtol);
@@ -85,7 +87,10 @@ MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
     .rows_of = mechc_taylor_rows, \
     .nodes = {6, mechc_dopri5_nodes}, \
     .share = MECHC_SHARE, \
-    .growth = 8.0, /* where the last terms vanish */ \
+    .growth = MECHC_TAYLOR_GROWTH, \
+    .in_lockstep = 1, \
+    .by_itself = 1, \
+    .alone_if_stiff = 1, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.1, \

@@ -224,7 +224,7 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
         head->status = most ? MECHC_TOO_MANY_STEPS : mechc_attempt(run);
         made++;
     } while (head->status == MECHC_RUNNING && head->wanted < 0 && made < steps
-             && !mechc_fits_lockstep(run));
+             && (run->current->by_itself || !mechc_fits_lockstep(run)));
     return made;
 }
 

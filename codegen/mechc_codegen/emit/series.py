@@ -20,6 +20,12 @@ from mechc_codegen.ir.series import Motion, Operation
 
 Series = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
 _BLOCK = 16  # sums that run side by side
+_TERMS = (
+    "for (int n = 2; n <= order; n++) {",
+    "    const int j = n < order - 1 ? n : n < order ? 1 : order - 1;",
+    "    const real *one = rows + j * MECHC_SERIES;",
+    "    const real *other = rows + (order - j) * MECHC_SERIES;",
+)
 
 
 def series_text(functions: SceneFunctions) -> str:
@@ -45,18 +51,27 @@ class SeriesWriter:
         self.kept = dict[str, int]()
         self.sums = dict[tuple[int, int], int]()
         self.used = set[Symbol]()
-        self.needed = self._needed()
+        self.needed = self.made.needed([*motion.mass, *motion.forcing, *motion.rates])
+        self.varying = self._varying()
 
-    def _needed(self) -> list[int]:
-        """The operations that the motion is made of, in order."""
-        wanted = {*self.motion.mass, *self.motion.forcing, *self.motion.rates}
-        for number in reversed(range(len(self.made.operations))):
+    def _varying(self) -> set[int]:
+        """The operations that change with time: not those of parameters and of speeds that nothing
+        accelerates."""
+        fixed = {self.nq + i for i in range(self.nu) if self._unaccelerated(i)}
+        varying = set[int]()
+        for number in self.needed:
             operation = self.made.operations[number]
-            if number in wanted:
-                wanted.update(operation.args)
-                if operation.kind in ("sine", "cosine"):
-                    wanted.add(number + (1 if operation.kind == "sine" else -1))
-        return sorted(wanted)
+            own = operation.kind in ("state", "time") and number not in fixed
+            if own or varying.intersection(operation.args):
+                varying.add(number)
+        return varying
+
+    def _unaccelerated(self, i: int) -> bool:
+        coupled = any(self._entry(i, j) is not None for j in range(self.nu) if j != i)
+        return not coupled and self._is_zero(self.motion.forcing[i])
+
+    def _is_zero(self, number: int) -> bool:
+        return self.made.is_constant(number) and self.made.value_of(number) == 0
 
     def text(self) -> str:
         """Sizes and functions."""
@@ -87,11 +102,11 @@ class SeriesWriter:
         return self.printer.real(value)
 
     def varies(self, number: int) -> bool:
-        return not self.made.is_constant(number)
+        return number in self.varying
 
     def value(self, number: int) -> str:
         """Of order 0, where higher orders use it."""
-        if not self.varies(number):
+        if self.made.is_constant(number):
             return self.constant(self.made.value_of(number))
         return self.keep(f"v{number}")
 
@@ -180,13 +195,10 @@ class SeriesWriter:
         body += self._rates("d")
         self._arrange()
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
-        for (a, b), place in self.sums.items():
-            inner = f"R_FMA(early[{a}], last[{b}], sums[{place}])"
-            loads.append(f"const real s{place} = R_FMA(last[{a}], first[{b}], {inner});")
+        loads += [f"const real s{place} = sums[{place}];" for place in self.sums.values()]
         signature = (
             "real order, real inverse, real time, const FN(given) *given, const real *kept, "
-            "const real *sums, const real *early, const real *first, const real *last, real *row, "
-            "real *rates"
+            "const real *sums, real *row, real *rates"
         )
         comment = "The row of an order from its states and the sums; rates of that order."
         return self._function("series_next", signature, comment, loads + body)
@@ -198,7 +210,7 @@ class SeriesWriter:
 
     def _coefficient(self, n: int) -> Iterator[str]:
         operation = self.made.operations[n]
-        if operation.kind == "constant":
+        if not self.varies(n):
             return
         yield f"const real d{n} = {self._recurrence(n, operation)};"
 
@@ -244,6 +256,8 @@ class SeriesWriter:
         return f"R_FMA({self.value(a)}, d{b}, R_FMA({self.value(b)}, d{a}, {total}))"
 
     def _quotient(self, n: int, a: int, b: int) -> str:
+        if not self.varies(b):
+            return f"d{a} * {self.keep(f'r{n}')}"
         total = self.sum(self.row(b), self.row(n))
         above = f"d{a} - {total}" if self.varies(a) else f"-{total}"
         return f"R_FMA(-{self.value(n)}, d{b}, {above}) * {self.keep(f'r{n}')}"
@@ -261,8 +275,7 @@ class SeriesWriter:
     def _entry(self, i: int, j: int) -> int | None:
         """The number of an entry of M, or None where it is zero."""
         number = self.motion.mass[i * self.nu + j]
-        zero = not self.varies(number) and self.made.value_of(number) == 0
-        return None if zero else number
+        return None if self._is_zero(number) else number
 
     def _forcing_values(self) -> list[str]:
         return [f"v{n}" for n in self.motion.forcing]
@@ -351,21 +364,29 @@ class SeriesWriter:
         self.sums = {pair: numbers[tuple(sorted(pair))] for pair in ordered}
 
     def _summing(self) -> str:
-        ordered = list(self.sums.items())
-        lines = list[str]()
+        """The products with the first and the last row come last."""
+        ordered, lines = list(self.sums.items()), list[str]()
         for first in range(0, len(ordered), _BLOCK):
             block = ordered[first : first + _BLOCK]
             lines.append("{")
             lines += [f"    real s{place} = R(0.0);" for _, place in block]
-            lines.append("    for (int j = 2; j < order - 1; j++) {")
-            lines.append("        const real *one = rows + j * MECHC_SERIES;")
-            lines.append("        const real *other = rows + (order - j) * MECHC_SERIES;")
+            lines += [f"    {line}" for line in _TERMS]
             lines += [f"        s{n} = R_FMA(one[{a}], other[{b}], s{n});" for (a, b), n in block]
             lines.append("    }")
             lines += [f"    sums[{place}] = s{place};" for _, place in block]
             lines.append("}")
         signature = "int order, const real *rows, real *sums"
         return self._function("series_sums", signature, "Sums over lower orders.", lines)
+
+    def _ending(self) -> str:
+        lines = []
+        for (a, b), n in self.sums.items():
+            inner = f"R_FMA(early[{a}], last[{b}], middle[{n}])"
+            lines.append(f"sums[{n}] = R_FMA(last[{a}], first[{b}], {inner});")
+        return self._function(
+            "series_ends", "const real *middle, const real *early, const real *first, "
+            "const real *last, real *sums", "The last products of the sums.", lines,
+        )  # fmt: skip
 
     def _packing(self) -> str:
         pairs = sorted(self.sums, key=self.sums.__getitem__)
@@ -375,7 +396,7 @@ class SeriesWriter:
                 places = [pair[side] for pair in pairs[first : first + 8]]
                 values = ", ".join(f"row[{n}]" for n in places + places[-1:] * (8 - len(places)))
                 lines.append(f"MECHC_SPREAD({values}, {name} + {first});")
-        text = self._function(
+        text = self._ending() + self._function(
             "series_spread", "const real *row, real *left, real *right",
             "What each sum multiplies, side by side.", lines,
         )  # fmt: skip

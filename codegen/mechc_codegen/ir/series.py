@@ -8,6 +8,7 @@ of it are sums over products of lower ones, ``sum_j a_j b_(k-j)`` with 0 < j < k
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -85,6 +86,32 @@ class Recurrences:
         value = self.operations[number].value
         assert value is not None
         return value
+
+    def needed(self, wanted: Iterable[int]) -> list[int]:
+        """The operations that these values are made of, in order."""
+        found = set(wanted)
+        for number in reversed(range(len(self.operations))):
+            operation = self.operations[number]
+            if number in found:
+                found.update(operation.args)
+                if operation.kind in ("sine", "cosine"):  # each needs the other
+                    found.add(number + (1 if operation.kind == "sine" else -1))
+        return sorted(found)
+
+    def divide(self, wanted: Sequence[int]) -> None:
+        """A product with 1/b that stands nowhere else is a quotient: one sum less."""
+        needed = self.needed(wanted)
+        uses = Counter(wanted) + Counter(a for n in needed for a in self.operations[n].args)
+        for number in needed:
+            operation = self.operations[number]
+            for a, q in (operation.args, operation.args[::-1]) if operation.kind == "product" else ():
+                inverse = self.operations[q]
+                if inverse.kind == "quotient" and uses[q] == 1 and self._is_one(inverse.args[0]):
+                    self.operations[number] = Operation("quotient", (a, inverse.args[1]))
+                    break
+
+    def _is_one(self, number: int) -> bool:
+        return self.is_constant(number) and self.value_of(number) == 1
 
     def add(self, kind: Kind, *args: int, **more: object) -> int:
         operation = Operation(kind, args, **more)  # type: ignore[arg-type]
@@ -210,4 +237,5 @@ def _read(program: Program, elements: Sequence[Sequence[Expr]]) -> Motion:
     made.known[symbols.time] = made.add("time", value=symbols.time)
     made.read(slice_statements(program.body, symbols_of(e for each in elements for e in each)))
     mass, forcing, *rates = ([made.of(e) for e in each] for each in elements)
+    made.divide([*mass, *forcing, *(rates[0] if rates else [])])
     return Motion(made, mass, forcing, rates[0] if rates else [])

@@ -21,46 +21,42 @@
 #include "scene_series.h"
 #include "simd/vector.h"
 
-typedef real FN(series_rows)[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
-
-#if R_VECTOR
-typedef struct {
-    real sums[2][MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)];
-} FN(series_sides);
-
-MECHC_INLINE void FN(series_keep)(FN(series_sides) *sides, int order, const real *row)
-{
-    (void)sides, (void)order, (void)row;
-}
-
-MECHC_INLINE void FN(series_middle)(FN(series_sides) *sides, int order, const real *rows)
-{
-    FN(series_sums)(order, rows, sides->sums[order & 1]);
-}
-#else
-/* The factors of all sums side by side, order after order, and what they add up to. */
+#if !R_VECTOR
+/* The factors of all sums side by side, order after order, and what they add up to without the
+ * products with the first and the last row. */
 typedef struct {
     double left[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
     double right[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
-    double sums[2][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
-} FN(series_sides);
+    double middle[2][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
+    double none[MECHC_SERIES];
+} mechc_series_sides;
 
-MECHC_INLINE void FN(series_keep)(FN(series_sides) *sides, int order, const real *row)
+MECHC_INLINE void mechc_series_begin(mechc_series_sides *sides)
 {
-    FN(series_spread)(row, sides->left[order], sides->right[order]);
+    memset(sides->middle, 0, sizeof sides->middle);
+    memset(sides->none, 0, sizeof sides->none);
 }
 
-/* Without the products with the first and the last row. */
-MECHC_INLINE void FN(series_middle)(FN(series_sides) *sides, int order, const real *rows)
+/* Of an order of which only the last row is not there yet. */
+MECHC_INLINE void mechc_series_middle(mechc_series_sides *sides, int order)
 {
     mechc_vector sum[MECHC_SPREAD_WIDTH / MECHC_LANES];
-    (void)rows;
-    for (int b = 0; b < MECHC_SPREAD_WIDTH / MECHC_LANES; b++) sum[b] = mechc_spread(0.0);
+    const int width = MECHC_SPREAD_WIDTH / MECHC_LANES;
+    for (int b = 0; b < width; b++) sum[b] = mechc_spread(0.0);
     for (int j = 2; j < order - 1; j++)
-        for (int b = 0; b < MECHC_SPREAD_WIDTH / MECHC_LANES; b++)
+        for (int b = 0; b < width; b++)
             sum[b] = mechc_fused(mechc_take(sides->left[j], b),
                                  mechc_take(sides->right[order - j], b), sum[b]);
-    for (int b = 0; b < MECHC_SPREAD_WIDTH / MECHC_LANES; b++) mechc_put(sum[b], sides->sums[order & 1], b);
+    for (int b = 0; b < width; b++) mechc_put(sum[b], sides->middle[order & 1], b);
+}
+
+/* The whole sums of an order. */
+MECHC_INLINE void mechc_series_take(const mechc_series_sides *sides, int order,
+                                    double (*rows)[MECHC_SERIES], double *sums)
+{
+    const double *early = order > 2 ? rows[1] : sides->none;
+    const double *first = order > 1 ? rows[1] : sides->none;
+    mechc_scalar_series_ends(sides->middle[order & 1], early, first, rows[order - 1], sums);
 }
 #endif
 
@@ -68,23 +64,29 @@ MECHC_INLINE void FN(series_middle)(FN(series_sides) *sides, int order, const re
 MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real scale, int last,
                            real (*rows)[MECHC_SERIES])
 {
-    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT)], rates[MECHC_NX], none[MECHC_SERIES];
-    FN(series_sides) sides;
-    memset(sides.sums, 0, sizeof sides.sums);
-    for (int i = 0; i < MECHC_SERIES; i++) none[i] = R(0.0);
+    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT)], rates[MECHC_NX];
+    real sums[MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)];
+#if !R_VECTOR
+    mechc_series_sides sides;
+    mechc_series_begin(&sides);
+#endif
     for (int i = 0; i < MECHC_NX; i++) rows[0][i] = y[i];
     FN(series_start)(t, y, y + MECHC_NQ, given, kept, rows[0], rates);
     for (int order = 1;; order++) {
         const real factor = scale * mechc_inverse_of[order];
         for (int i = 0; i < MECHC_NX; i++) rows[order][i] = factor * rates[i];
         if (order == last) return;
-        /* those of the next order need nothing of this one */
-        if (order + 1 < last) FN(series_middle)(&sides, order + 1, rows[0]);
-        const real *first = order > 1 ? rows[1] : none, *early = order > 2 ? rows[1] : none;
+#if R_VECTOR
+        FN(series_sums)(order, rows[0], sums);
+#else
+        mechc_series_take(&sides, order, rows, sums);
+        if (order + 1 < last) mechc_series_middle(&sides, order + 1);
+#endif
         FN(series_next)(R((double)order), R(mechc_inverse_of[order]),
-                        order == 1 ? scale : R(0.0), given, kept,
-                        sides.sums[order & 1], early, first, rows[order - 1], rows[order], rates);
-        FN(series_keep)(&sides, order, rows[order]);
+                        order == 1 ? scale : R(0.0), given, kept, sums, rows[order], rates);
+#if !R_VECTOR
+        FN(series_spread)(rows[order], sides.left[order], sides.right[order]);
+#endif
     }
 }
 

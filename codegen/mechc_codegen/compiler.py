@@ -14,9 +14,12 @@ from mechc_codegen.derive.derive_equations import derive_equations
 from mechc_codegen.derive.differentiate import differentiate
 from mechc_codegen.derive.drop_parameters import drop_parameters
 from mechc_codegen.derive.equations import Equations
+from mechc_codegen.description.drawing import Drawing
 from mechc_codegen.description.mechanism import Mechanism
 from mechc_codegen.description.request import DEFAULT_REQUEST, USUAL, OutputRequest
+from mechc_codegen.drawing.plan import picture_plan
 from mechc_codegen.emit.c import emit
+from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.metadata import scene_metadata
 from mechc_codegen.emit.numpy import Listing, emit_numpy
 from mechc_codegen.emit.units.instruction_sets import (
@@ -27,6 +30,7 @@ from mechc_codegen.emit.units.instruction_sets import (
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.fmu import FmuOptions, fmu_files, fmu_request
 from mechc_codegen.export.standalone import standalone
+from mechc_codegen.export.web import WebScene, web_scene
 from mechc_codegen.extension.build import Build, extension
 from mechc_codegen.ir.adjoint import add_adjoint
 from mechc_codegen.ir.lower import lower
@@ -75,6 +79,22 @@ def build_standalone(
     """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
     made = optimised(mechanism, request, Stopwatch())
     return standalone(*made.parts, request, name, start, values, end)
+
+
+def build_web(
+    mechanism: Mechanism,
+    name: str,
+    start: Sequence[float],
+    values: Mapping[str, float],
+    request: OutputRequest = DEFAULT_REQUEST,
+) -> tuple[dict[str, str], WebScene]:
+    """The same with the C of WebAssembly around it; see :func:`export.web.web_scene`."""
+    made = optimised(mechanism, request, Stopwatch())
+    texts = standalone(*made.parts, request, name, start, values, 1.0)
+    functions = SceneFunctions(made.program, made.equations, request)
+    known = {told["name"] for told in made.metadata["parameters"]} | {*made.metadata["fixed"]}
+    plan = picture_plan(mechanism, Drawing(), known)
+    return texts, web_scene(functions, made.metadata, plan, name, start, values)
 
 
 def build_fmu(

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from mechc.compilation.table import Table
     from mechc.differentiable.jax_function import jax
     from mechc.differentiable.torch_function import torch
-    from mechc.export import export_c, export_fmu
+    from mechc.export import export_c, export_fmu, export_wasm
     from mechc.inputs.sampled import Sampled
     from mechc.inputs.signals import Signal
     from mechc.simulation.stepper import Stepper
@@ -108,6 +108,7 @@ __all__ = [
     "ValueOutOfBoundsError",
     "export_c",
     "export_fmu",
+    "export_wasm",
     "from_joints",
     "from_urdf",
     "get_include",
@@ -128,6 +129,7 @@ _LATER = {
     "Table": "mechc.compilation.table",
     "export_c": "mechc.export",
     "export_fmu": "mechc.export",
+    "export_wasm": "mechc.export",
     "jax": "mechc.differentiable.jax_function",
     "torch": "mechc.differentiable.torch_function",
 }

@@ -1,4 +1,4 @@
-"""Mechanisms for other programs: as C, and as functional mock-up units."""
+"""Mechanisms for other programs: as C, as WebAssembly, and as functional mock-up units."""
 
 from __future__ import annotations
 
@@ -84,6 +84,76 @@ def export_c(
         for file, text in texts.items():
             (target / file).write_text(text, "utf-8")
     return [target / file for file in texts]
+
+
+@one_at_a_time
+def export_wasm(
+    mechanism: Any,
+    folder: str | Path,
+    *,
+    name: str | None = None,
+    y0: Sequence[float] | None = None,
+    params: Mapping[str, float] | None = None,
+    sliders: Iterable[str] | Mapping[str, tuple[float, float]] | None = None,
+    fix: Mapping[Any, float] | None = None,
+    outputs: Iterable[Any] | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Write a mechanism for pages: the C of :func:`export_c` as WebAssembly.
+
+    Files: ``NAME.wasm``; ``NAME.js``, a module of JavaScript that has it inside: parameters by
+    name, starts whose loops are closed, steps, outputs, points; ``NAME.html``, a page that
+    simulates while it plays and has sliders.  None of them loads anything from elsewhere.
+
+    Parameters
+    ----------
+    mechanism, folder, name, params, fix, outputs, options
+        As for :func:`export_c`.
+    y0
+        State (nq + nu) at which it starts, SI units; by default zero.
+    sliders
+        Names of parameters, of coordinates and speeds of the start, and of inputs; a mapping gives
+        the least and the greatest value of each.  By default parameters, 8 at most, that do not
+        follow from others, and the coordinates of the mechanism's own start.
+
+    Returns
+    -------
+    list of Path
+        The files.
+
+    Raises
+    ------
+    MechcError
+        If ``name`` cannot begin a name in C, there is no compiler (the package ``ziglang``, of the
+        extra ``compiler``), or the mechanism cannot be compiled.
+    ValueOutOfBoundsError
+        If y0 has another length, or a slider's range is none.
+    UnknownNameError
+        For a slider of nothing.
+
+    Notes
+    -----
+    Steps are those of :func:`export_c`; their length follows from an error found by halving them,
+    and they are shorter beside change points.  At one the motion ends with a message: how it goes
+    on is told by :func:`mechc.load`'s models alone.
+    """
+    from mechc.compilation.standalone import exported
+    from mechc.compilation.web import web
+    from mechc.results.web.page import live_page, module_text
+    from mechc.results.web.sliders import chosen_sliders
+
+    asked = exported(mechanism, y0, dict(params or {}), fix=fix, outputs=outputs, **options)
+    made = web(asked, name)
+    about = made.about | chosen_sliders(made.about, asked.mechanism.start, sliders)
+    module = module_text(made.wasm, about)
+    texts = {"js": module, "html": live_page(module, about["title"])}
+    target = Path(folder)
+    with written_into(target):
+        target.mkdir(parents=True, exist_ok=True)
+        (target / f"{made.name}.wasm").write_bytes(made.wasm)
+        for kind, text in texts.items():
+            (target / f"{made.name}.{kind}").write_text(text, "utf-8", newline="\n")
+    return [target / f"{made.name}.{kind}" for kind in ("wasm", *texts)]
 
 
 @one_at_a_time

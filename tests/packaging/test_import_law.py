@@ -60,7 +60,7 @@ COMPILER_LAW = {
     "ir": {"errors", "description", "derive"},
     "emit": {"errors", "description", "derive", "ir"},
     "extension": {"emit"},
-    "export": {"errors", "description", "derive", "ir", "emit", "extension"},
+    "export": {"errors", "description", "drawing", "derive", "ir", "emit", "extension"},
     "typeset": {"errors", "description", "derive"},
 }
 DATA = {
@@ -68,6 +68,7 @@ DATA = {
     ("emit", "derive"): {"derive.equations"},
     ("emit", "ir"): {"ir.program"},
     ("extension", "emit"): {"emit.units.instruction_sets"},
+    ("export", "drawing"): {"drawing.plan"},
     ("export", "derive"): {"derive.equations"},
     ("export", "ir"): {"ir.program"},
     ("export", "extension"): {"extension.flags"},

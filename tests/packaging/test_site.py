@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from mechc.compilation.toolchain import packaged_compiler
 from tests.support import ROOT
 
 pytestmark = pytest.mark.slow
@@ -51,3 +52,11 @@ def test_the_start_page_moves_and_loads_nothing_from_elsewhere(site):
     page = (site / "index.html").read_text("utf-8")
     assert 'sandbox="allow-scripts"' in page
     assert re.findall(r'<script[^>]+src="https?:', page) == []
+
+
+def test_the_start_page_simulates_where_the_compiler_was_there(site):
+    if packaged_compiler() is None:
+        pytest.skip("the package ziglang is not installed")
+    page = (site / "index.html").read_text("utf-8")
+    assert "WebAssembly.instantiate" in page
+    assert "wasm-unsafe-eval" in page

@@ -65,8 +65,8 @@ def standalone(
     }
     tables = {
         **_sizes(functions),
-        "not_closed": _code("MECHC_NOT_CLOSED"),
-        "not_finite": _code("MECHC_NOT_FINITE"),
+        "not_closed": code("MECHC_NOT_CLOSED"),
+        "not_finite": code("MECHC_NOT_FINITE"),
         "state_table": _table([*metadata["coordinates"], *metadata["speeds"]], "y"),
         "parameter_table": _table(metadata["parameters"], "p"),
         "input_table": _input_table(metadata),
@@ -86,10 +86,10 @@ def standalone(
         "defaults": "\n".join(default_lines(functions)),
     }
     return {
-        f"{name}.h": _filled("header.h.in", common, tables),
-        f"{name}.c": _filled("source.c.in", common, source),
-        "main.c": _filled("main.c.in", common, run),
-        "CMakeLists.txt": _filled("CMakeLists.txt.in", common),
+        f"{name}.h": filled("header.h.in", common, tables),
+        f"{name}.c": filled("source.c.in", common, source),
+        "main.c": filled("main.c.in", common, run),
+        "CMakeLists.txt": filled("CMakeLists.txt.in", common),
     }
 
 
@@ -104,12 +104,13 @@ def checked_name(name: str) -> str:
     return name
 
 
-def _filled(template: str, *values: Mapping[str, Any]) -> str:
+def filled(template: str, *values: Mapping[str, Any]) -> str:
+    """A template of an export with these values."""
     text = files("mechc_codegen.export").joinpath("templates", template).read_text("utf-8")
     return Template(text).substitute({key: x for each in values for key, x in each.items()})
 
 
-def _code(name: str) -> str:
+def code(name: str) -> str:
     """A number of the runtime."""
     found = re.search(rf"{name} = (\d+)", (RUNTIME / "abi" / "codes.h").read_text("utf-8"))
     assert found is not None

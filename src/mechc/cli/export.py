@@ -16,16 +16,18 @@ from mechc.cli.arguments import (
 )
 from mechc.cli.own_models import is_own, own_description, own_name
 from mechc.errors import MechcError
-from mechc.export import export_c, export_fmu
+from mechc.export import export_c, export_fmu, export_wasm
 
 
 def export_command(chosen: argparse.Namespace) -> int:
     """Assembles the start, then writes the files."""
-    if chosen.c == chosen.fmu:
-        raise MechcError("say what to export: --c or --fmu")
+    kinds = {_c: chosen.c, _fmu: chosen.fmu, _wasm: chosen.wasm}
+    asked = [kind for kind, flag in kinds.items() if flag]
+    if len(asked) != 1:
+        raise MechcError("say what to export: --c, --fmu or --wasm")
     if chosen.fmi and not chosen.fmu:
         raise MechcError("--fmi chooses the version of --fmu")
-    return (_fmu if chosen.fmu else _c)(chosen)
+    return asked[0](chosen)
 
 
 def _asked(chosen: argparse.Namespace) -> tuple[Any, dict[str, Any]]:
@@ -51,6 +53,16 @@ def _c(chosen: argparse.Namespace) -> int:
         print(file)
     c = next(file.name for file in files if file.suffix == ".c")
     print(f"\ncc -std=c99 -O2 -o run {c} main.c -lm && ./run > motion.csv   in {folder}")
+    return 0
+
+
+def _wasm(chosen: argparse.Namespace) -> int:
+    mechanism, arguments = _asked(chosen)
+    del arguments["t_end"]
+    folder = output_folder(chosen, "mechc_export")
+    assert folder is not None
+    for file in export_wasm(mechanism, folder, **arguments):
+        print(f"{file}  {file.stat().st_size / 1e3:.0f} kB")
     return 0
 
 

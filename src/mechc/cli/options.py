@@ -20,6 +20,7 @@ examples:
   mechc run pendulum --with links=5 --open    compiled at the first use, then cached
   mechc run robot.py:model --t-end 5          a model that a Python file defines
   mechc export four_bar --c --out plain       C99 for other programs
+  mechc export four_bar --wasm                a page that simulates, with sliders
   mechc export four_bar --fmu                 a functional mock-up unit (FMI 3.0)
   mechc bench --quick                         run time against error, with a report
 """
@@ -142,6 +143,10 @@ def export_options(parser: argparse.ArgumentParser) -> None:
         "--fmu", action="store_true",
         help="a functional mock-up unit: model exchange and co-simulation, compiled, with its C",
     )  # fmt: skip
+    parser.add_argument(
+        "--wasm", action="store_true",
+        help="WebAssembly with a module of JavaScript, and a page with sliders that simulates live",
+    )  # fmt: skip
     parser.add_argument("--fmi", metavar="VERSION", help="of --fmu: 3.0 or 2.0 [3.0]")
     parser.add_argument(
         "--no-derivatives", action="store_true",
@@ -149,7 +154,9 @@ def export_options(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--prefix", metavar="WORD", help="begins all names in C [the mechanism's]")
     parser.add_argument(
-        "--out", metavar="PATH", help="folder of --c [mechc_export_NAME], file of --fmu [NAME.fmu]"
+        "--out",
+        metavar="PATH",
+        help="folder of --c and --wasm [mechc_export_NAME], file of --fmu [NAME.fmu]",
     )
 
 

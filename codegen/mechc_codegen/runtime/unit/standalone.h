@@ -9,6 +9,7 @@
 #include "abi/inputs.h"
 #include "dynamics/generic_rank.h"
 #include "dynamics/project.h"
+#include "unit/assemble.h"
 #include "unit/scalar_outputs.h"
 
 #ifndef MECHC_PUBLIC
@@ -21,6 +22,9 @@ typedef struct {
 } mechc_standalone;
 int MECHC_PUBLIC(set)(mechc_standalone *model, const double *p, double t, const double *y);
 int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y);
+int MECHC_PUBLIC(assemble)(const mechc_standalone *model, double t, double *y,
+                           const unsigned char *held);
+double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const double *y);
 int MECHC_PUBLIC(step)(const mechc_standalone *model, double t, double h, double *y);
 #endif
 
@@ -90,6 +94,32 @@ int MECHC_PUBLIC(project)(const mechc_standalone *model, double t, double *y)
     double moved[2];
     mechc_give_standalone(model, &held, &given);
     return mechc_project_state(t, y, &given, moved);
+}
+
+int MECHC_PUBLIC(assemble)(const mechc_standalone *model, double t, double *y,
+                           const unsigned char *held)
+{
+    mechc_held inputs;
+    mechc_scalar_given given;
+    double moved[2];
+    mechc_give_standalone(model, &inputs, &given);
+    const int status = mechc_assemble_beside(t, y, &given, held);
+    return status == MECHC_RUNNING ? mechc_project_state(t, y, &given, moved) : status;
+}
+
+double MECHC_PUBLIC(conditioning)(const mechc_standalone *model, double t, const double *y)
+{
+#if MECHC_NC > 0
+    mechc_held held;
+    mechc_scalar_given given;
+    mechc_scalar_place place;
+    mechc_give_standalone(model, &held, &given);
+    mechc_locate(t, y, &given, &place);
+    return mechc_scalar_conditioning(&place);
+#else
+    (void)model, (void)t, (void)y;
+    return 1.0;
+#endif
 }
 
 /* Kutta's method of order 4; the end is moved to the nearest state on the constraints. */

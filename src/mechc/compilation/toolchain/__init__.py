@@ -174,6 +174,11 @@ def compile_shared(
     _run([*command, "-lm", "-o", str(target)], folder, target)
 
 
+def compile_with(command: Sequence[str], source: Path, target: Path) -> None:
+    """Compile and link one source by a command with its flags, for any machine."""
+    _run([*command, str(source), "-lm", "-o", str(target)], source.parent, target)
+
+
 def link(objects: Sequence[Path], target: Path) -> None:
     """Link object files into a shared object."""
     command = [*compiler(), "-shared", *map(str, objects), "-lm", "-o", str(target)]

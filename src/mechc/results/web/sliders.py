@@ -1,0 +1,66 @@
+"""Which values of a mechanism have sliders on its page."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from mechc.errors import UnknownNameError, ValueOutOfBoundsError
+
+MOST_PARAMETERS: Final = 8
+MOST_COORDINATES: Final = 4
+
+Sliders = Iterable[str] | Mapping[str, tuple[float, float]]
+
+
+def chosen_sliders(
+    about: Mapping[str, Any], start: Mapping[str, float], wanted: Sliders | None
+) -> dict[str, Any]:
+    """The sliders, and which coordinates and speeds keep their values while loops are closed.
+
+    Parameters
+    ----------
+    about
+        What is told of the mechanism.
+    start
+        Its own start: coordinates and speeds by name.
+
+    Raises
+    ------
+    UnknownNameError
+        For a name that is none of a parameter, coordinate, speed or input.
+    ValueOutOfBoundsError
+        For a range that is none.
+    """
+    states = [each["name"] for kind in ("coordinates", "speeds") for each in about[kind]]
+    parameters = [each["name"] for each in about["parameters"]]
+    own = [name for name in states if name in start]
+    ranges = _ranges(_usual(about, parameters, own) if wanted is None else wanted)
+    known = (*states, *parameters, *about["inputs"])
+    for name in ranges:
+        if name not in known:
+            raise UnknownNameError("parameter, coordinate, speed or input", name, known)
+    held = [name for name in states if name in own or name in ranges]
+    return {"sliders": [{"name": n, "range": r} for n, r in ranges.items()], "held": held}
+
+
+def _usual(about: Mapping[str, Any], parameters: list[str], own: list[str]) -> list[str]:
+    """Parameters that do not follow from others; coordinates of the start."""
+    follows = {*about["follows"]}
+    free = [name for i, name in enumerate(parameters) if i not in follows]
+    coordinates = [each["name"] for each in about["coordinates"] if each["name"] in own]
+    return [*free[:MOST_PARAMETERS], *coordinates[:MOST_COORDINATES]]
+
+
+def _ranges(wanted: Sliders) -> dict[str, list[float] | None]:
+    """Name -> least and greatest value; None where the page chooses."""
+    if not isinstance(wanted, Mapping):
+        return {str(name): None for name in wanted}
+    found: dict[str, list[float] | None] = {}
+    for name, given in wanted.items():
+        low, high = map(float, given)
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueOutOfBoundsError(f"the slider of {name} goes from {low:g} to {high:g}")
+        found[str(name)] = [low, high]
+    return found

@@ -1,0 +1,98 @@
+"""The page that simulates: escaped, alone; in a browser every control does what it says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mechc
+from mechc.compilation import toolchain
+from mechc.results.web.page import live_page, module_text
+from tests.support.trust.browser import OpenPage, opened_browser
+
+
+def test_names_are_data_without_markup() -> None:
+    hostile = "</script><script>alert(1)</script>"
+    told = [{"name": hostile, "unit": "m"}]
+    about = {"title": hostile, "coordinates": told, "speeds": told, "parameters": [], "inputs": []}
+    module = module_text(b"\0asm", about)
+    assert hostile not in live_page(module, hostile)
+    text = module.split("export const about = ")[1].split(";\n")[0]
+    assert json.loads(text)["title"] == hostile
+
+
+@pytest.fixture(scope="module")
+def page_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if toolchain.packaged_compiler() is None:
+        pytest.skip("the package ziglang is not installed")
+    y0 = mechc.load("four_bar").assemble({"theta_0": 1.1}, params={"l_3": 3.5})
+    folder = tmp_path_factory.mktemp("live")
+    return mechc.export_wasm(
+        "four_bar", folder, y0=y0, params={"l_3": 3.5}, sliders=("l_3", "theta_0")
+    )[2]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with opened_browser() as found:
+        yield found
+
+
+@pytest.fixture
+def opened(browser: Any, page_file: Path) -> Iterator[OpenPage]:
+    found = OpenPage(browser, page_file)
+    found.wait_for("document.querySelectorAll('#readouts dd').length > 1")
+    yield found
+    assert found.messages == []
+    assert found.requests == [page_file.as_uri()]
+    found.context.close()
+
+
+def readouts(page: OpenPage) -> dict[str, str]:
+    rows = page.page.locator("#readouts div").all()
+    return {str(r.locator("dt").text_content()): str(r.locator("dd").text_content()) for r in rows}
+
+
+def slide(page: OpenPage, number: int, value: float) -> None:
+    page.page.evaluate(
+        """([number, value]) => {
+            const input = document.querySelectorAll("#sliders input")[number];
+            input.value = value;
+            input.dispatchEvent(new Event("input"));
+        }""",
+        [number, value],
+    )
+
+
+@pytest.mark.slow
+def test_it_plays_and_pauses(opened: OpenPage) -> None:
+    assert opened.text("#play") == "Play"  # with reduced motion it waits
+    before, energy = opened.picture(), readouts(opened)["energy"]
+    opened.page.click("#play")
+    opened.wait_for("parseFloat(document.querySelector('#readouts dd').textContent) > 0.3")
+    opened.page.click("#play")
+    paused = readouts(opened)
+    assert paused["energy"] == energy  # seven digits
+    opened.settle()
+    assert readouts(opened) == paused
+    assert opened.picture() != before
+    opened.page.click("#again")
+    assert readouts(opened)["time"] == "0.00 s"
+
+
+@pytest.mark.slow
+def test_sliders_simulate_anew_and_what_cannot_close_is_told(opened: OpenPage) -> None:
+    before = opened.picture()
+    slide(opened, 1, 1.4)
+    assert readouts(opened)["θ₀"] == "80.21°"
+    assert opened.picture() != before
+    slide(opened, 0, 6.5)
+    assert "cannot be closed" in opened.text("#notes")
+    assert readouts(opened)["θ₀"] == "80.21°"
+    opened.page.click("#reset")
+    assert opened.text("#notes") == ""
+    assert readouts(opened)["θ₀"] == "63.03°"

@@ -1,7 +1,7 @@
 """Definitions of functions in C.
 
-Input: comment, name, parameters and the lines of a body.  Output: text.  Invariant: a compiler warns
-of no parameter that a body leaves unused.
+Input: comment, name, parameters and the lines of a body.  Output: text.  Invariant: no compiler
+warns of a parameter that a body leaves unused.
 """
 
 from __future__ import annotations

@@ -27,7 +27,6 @@ from mechc_codegen.emit.layout import (
     layout,
 )
 from mechc_codegen.ir.program import Program, Statement, slice_statements, symbols_of, targets_of
-from mechc_codegen.ir.series import motion_series
 
 LONG = 200  # values of a stage, beyond which its parts are called rather than in line
 
@@ -79,7 +78,6 @@ class SceneFunctions:
         running |= symbols_of(e for o in program.outputs for e in o.elements)
         self.constants = [s for s in targets_of(program.hoisted) if s in running]
         self.rows = self.equations.holonomic + self.equations.nonholonomic
-        self.series = motion_series(program, self.equations)
 
     def __iter__(self) -> Iterator[SceneFunction]:
         """Every function, in the order of the generated text."""

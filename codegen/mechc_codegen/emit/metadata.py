@@ -29,7 +29,6 @@ from mechc_codegen.ir.program import (
     symbols_of,
     targets_of,
 )
-from mechc_codegen.ir.series import motion_series
 
 
 def scene_metadata(
@@ -84,7 +83,7 @@ def scene_metadata(
         **_quaternions(mechanism),
         "smooth": _smooth(program, request),
         **_switches(program),
-        **({"taylor": True} if motion_series(program, equations) else {}),
+        **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
         "loads": _loads(mechanism, request),

@@ -16,9 +16,9 @@ from sympy import Expr, Symbol
 from mechc_codegen.emit.definition import definition
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.ir.series import Motion, Operation
+from mechc_codegen.ir.program import Operation, Series
 
-Series = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
+Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
 _BLOCK = 16  # sums that run side by side
 _TERMS = (
     "for (int n = 2; n <= order; n++) {",
@@ -30,7 +30,8 @@ _TERMS = (
 
 def series_text(functions: SceneFunctions) -> str:
     """The functions and their sizes, or nothing."""
-    return "" if functions.series is None else SeriesWriter(functions, functions.series).text()
+    series = functions.program.series
+    return "" if series is None else SeriesWriter(functions, series).text()
 
 
 class SeriesWriter:
@@ -40,18 +41,18 @@ class SeriesWriter:
     coefficient of the order at hand.
     """
 
-    def __init__(self, functions: SceneFunctions, motion: Motion) -> None:
-        self.made, self.motion = motion.made, motion
+    def __init__(self, functions: SceneFunctions, series: Series) -> None:
+        self.series = series
         self.printer = RealPrinter()
         symbols = functions.program.symbols
         self.places = {s: f"p[{i}]" for i, s in enumerate(symbols.parameters)}
         self.places |= {s: f"k[{i}]" for i, s in enumerate(functions.constants)}
         self.nq, self.nu = len(symbols.q), len(symbols.u)
-        self.rows: dict[Series, int] = {(n, ""): n for n in range(self.nq + self.nu)}
+        self.rows: dict[Row, int] = {(n, ""): n for n in range(self.nq + self.nu)}
         self.kept = dict[str, int]()
         self.sums = dict[tuple[int, int], int]()
         self.used = set[Symbol]()
-        self.needed = self.made.needed([*motion.mass, *motion.forcing, *motion.rates])
+        self.needed = series.needed
         self.varying = self._varying()
 
     def _varying(self) -> set[int]:
@@ -60,7 +61,7 @@ class SeriesWriter:
         fixed = {self.nq + i for i in range(self.nu) if self._unaccelerated(i)}
         varying = set[int]()
         for number in self.needed:
-            operation = self.made.operations[number]
+            operation = self.series.operations[number]
             own = operation.kind in ("state", "time") and number not in fixed
             if own or varying.intersection(operation.args):
                 varying.add(number)
@@ -68,17 +69,14 @@ class SeriesWriter:
 
     def _unaccelerated(self, i: int) -> bool:
         coupled = any(self._entry(i, j) is not None for j in range(self.nu) if j != i)
-        return not coupled and self._is_zero(self.motion.forcing[i])
-
-    def _is_zero(self, number: int) -> bool:
-        return self.made.is_constant(number) and self.made.value_of(number) == 0
+        return not coupled and self.series.is_number(self.series.forcing[i], 0)
 
     def text(self) -> str:
         """Sizes and functions."""
         following = self._following()
         starting = self._starting()
-        sizes = {"": self.rows, "_SUMS": self.sums, "_KEPT": self.kept}
-        lines = [f"#define MECHC_SERIES{name} {len(of)}" for name, of in sizes.items()]
+        sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
+        lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         return "\n".join([*lines, "", starting, self._summing(), self._packing(), following])
 
     # -- pieces -----------------------------------------------------------------------------
@@ -97,7 +95,9 @@ class SeriesWriter:
         pair = (min(left, right), max(left, right))
         return f"s{self.sums.setdefault(pair, len(self.sums))}"
 
-    def constant(self, value: Expr) -> str:
+    def constant(self, value: Expr | None) -> str:
+        """Of a constant or an exponent."""
+        assert value is not None
         self.used |= value.free_symbols
         return self.printer.real(value)
 
@@ -106,9 +106,13 @@ class SeriesWriter:
 
     def value(self, number: int) -> str:
         """Of order 0, where higher orders use it."""
-        if self.made.is_constant(number):
-            return self.constant(self.made.value_of(number))
-        return self.keep(f"v{number}")
+        name = self.start(number)
+        return name if self.series.is_constant(number) else self.keep(name)
+
+    def start(self, number: int) -> str:
+        """Of order 0."""
+        operation = self.series.operations[number]
+        return self.constant(operation.value) if operation.kind == "constant" else f"v{number}"
 
     # -- order 0 ----------------------------------------------------------------------------
 
@@ -125,7 +129,7 @@ class SeriesWriter:
         )
         return self._function("series_start", signature, "Order 0 of a motion.", body)
 
-    def _own_rows(self) -> list[tuple[Series, int]]:
+    def _own_rows(self) -> list[tuple[Row, int]]:
         return [(of, place) for of, place in self.rows.items() if place >= self.nq + self.nu]
 
     def _start_of(self, number: int, weight: str) -> str:
@@ -134,8 +138,8 @@ class SeriesWriter:
         return f"a{-1 - number}" if number < 0 else f"v{number}"
 
     def _value(self, n: int) -> Iterator[str]:
-        operation = self.made.operations[n]
-        if operation.kind == "cosine":
+        operation = self.series.operations[n]
+        if operation.kind in ("constant", "cosine"):
             return
         if operation.kind == "sine":
             yield f"real v{n}, v{n + 1};"
@@ -145,10 +149,8 @@ class SeriesWriter:
         yield from self._inverses(n, operation)
 
     def _formula(self, n: int, operation: Operation) -> str:
-        v = [f"v{a}" for a in operation.args]
+        v = [self.start(a) for a in operation.args]
         match operation.kind:
-            case "constant":
-                return self.constant(self.made.value_of(n))
             case "time":
                 return "t"
             case "state":
@@ -162,7 +164,6 @@ class SeriesWriter:
             case "root":
                 return f"R_SQRT({v[0]})"
             case "power":
-                assert operation.value is not None
                 return f"R_CALL2(pow, {v[0]}, {self.constant(operation.value)})"
         return f"R_CALL({operation.kind}, {v[0]})"
 
@@ -172,7 +173,7 @@ class SeriesWriter:
         if operation.kind == "root":
             yield f"const real r{n} = 0.5 / v{n};"
         else:
-            yield f"const real r{n} = 1.0 / v{operation.args[-1]};"
+            yield f"const real r{n} = 1.0 / {self.start(operation.args[-1])};"
 
     def _combined(self, factors: Iterable[Expr], names: Iterable[str]) -> str:
         """A sum of multiples; every product and its addition are one operation."""
@@ -209,7 +210,7 @@ class SeriesWriter:
         return f"order * d{number}" if weight else f"d{number}"
 
     def _coefficient(self, n: int) -> Iterator[str]:
-        operation = self.made.operations[n]
+        operation = self.series.operations[n]
         if not self.varies(n):
             return
         yield f"const real d{n} = {self._recurrence(n, operation)};"
@@ -264,9 +265,9 @@ class SeriesWriter:
 
     def _power(self, n: int, operation: Operation) -> str:
         (a,), exponent = operation.args, operation.value
-        assert exponent is not None
         number = self.constant(exponent)
-        one, other = self.sum(self.row(a, "j"), self.row(n)), self.sum(self.row(n, "j"), self.row(a))
+        one = self.sum(self.row(a, "j"), self.row(n))
+        other = self.sum(self.row(n, "j"), self.row(a))
         lower = f"R_FMA({number}, {one}, -{other}) * inverse"
         return f"R_FMA({number} * d{a}, {self.value(n)}, {lower}) * {self.keep(f'r{n}')}"
 
@@ -274,18 +275,18 @@ class SeriesWriter:
 
     def _entry(self, i: int, j: int) -> int | None:
         """The number of an entry of M, or None where it is zero."""
-        number = self.motion.mass[i * self.nu + j]
-        return None if self._is_zero(number) else number
+        number = self.series.mass[i * self.nu + j]
+        return None if self.series.is_number(number, 0) else number
 
     def _forcing_values(self) -> list[str]:
-        return [f"v{n}" for n in self.motion.forcing]
+        return [self.start(n) for n in self.series.forcing]
 
     def _forcing_coefficients(self) -> list[str]:
         """F_k less the products with what M gains."""
         return [self._forcing_coefficient(i) for i in range(self.nu)]
 
     def _forcing_coefficient(self, i: int) -> str:
-        text = f"d{self.motion.forcing[i]}" if self.varies(self.motion.forcing[i]) else "R(0.0)"
+        text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
         for j in range(self.nu):
             entry = self._entry(i, j)
             if entry is not None and self.varies(entry):
@@ -308,12 +309,12 @@ class SeriesWriter:
         for i, row in enumerate(pattern):
             for j in row:
                 entry = self._entry(i, j)
-                text = "R(0.0)" if entry is None else f"v{entry}"
+                text = "R(0.0)" if entry is None else self.start(entry)
                 for k in (k for k in row if k < j and k in pattern[j]):
                     text = f"R_FMA(-w{i}_{k}, l{j}_{k}, {text})"
                 lines.append(f"const real w{i}_{j} = {text};")
                 lines.append(f"const real l{i}_{j} = w{i}_{j} * m{j};")
-            text = f"v{self._entry(i, i)}"
+            text = self.start(self.series.mass[i * self.nu + i])
             for k in row:
                 text = f"R_FMA(-w{i}_{k}, l{i}_{k}, {text})"
             lines.append(f"const real m{i} = 1.0 / ({text});")
@@ -342,10 +343,12 @@ class SeriesWriter:
         return [f"rates[{i}] = {rate};" for i, rate in enumerate(rates)]
 
     def _rate(self, kind: str, i: int) -> str:
-        if not self.motion.rates:
+        if not self.series.rates:
             return f"u[{i}]" if kind == "v" else f"row[{self.nq + i}]"
-        number = self.motion.rates[i]
-        return f"{kind}{number}" if kind == "v" or self.varies(number) else "R(0.0)"
+        number = self.series.rates[i]
+        if kind == "v":
+            return self.start(number)
+        return f"d{number}" if self.varies(number) else "R(0.0)"
 
     # -- sums -------------------------------------------------------------------------------
 

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, replace
 
 from sympy import Add, Expr, Integer, Mul, Pow, Rational, S, Symbol, cos, exp, log, sin, tan
 
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.ir.program import (
     Assign,
+    Operation,
+    OperationKind,
     Program,
+    Series,
     SineCosine,
     Statement,
     slice_statements,
@@ -28,28 +30,8 @@ from mechc_codegen.ir.program import (
 
 MOST_FACTORS = 8  # integer powers up to here are products
 
-Kind = Literal[
-    "constant", "state", "time", "sum", "product", "quotient", "root", "power",
-    "sine", "cosine", "exp", "log",
-]  # fmt: skip
 
-
-@dataclass(frozen=True)
-class Operation:
-    """One value; ``args``: numbers of earlier ones.
-
-    ``value``: of a constant the expression of parameters, of a state or the time its symbol, of a
-    power its exponent.  ``factors``: of a sum those of its terms.  A sine and a cosine have their
-    argument and then each other.
-    """
-
-    kind: Kind
-    args: tuple[int, ...] = ()
-    value: Expr | None = None
-    factors: tuple[Expr, ...] = ()
-
-
-class NotAnalytic(Exception):
+class NotAnalyticError(Exception):
     """An operation without a recurrence here."""
 
 
@@ -78,42 +60,7 @@ class Recurrences:
             self.known[e] = self._new(e)
         return self.known[e]
 
-    def is_constant(self, number: int) -> bool:
-        return self.operations[number].kind == "constant"
-
-    def value_of(self, number: int) -> Expr:
-        """Of a constant."""
-        value = self.operations[number].value
-        assert value is not None
-        return value
-
-    def needed(self, wanted: Iterable[int]) -> list[int]:
-        """The operations that these values are made of, in order."""
-        found = set(wanted)
-        for number in reversed(range(len(self.operations))):
-            operation = self.operations[number]
-            if number in found:
-                found.update(operation.args)
-                if operation.kind in ("sine", "cosine"):  # each needs the other
-                    found.add(number + (1 if operation.kind == "sine" else -1))
-        return sorted(found)
-
-    def divide(self, wanted: Sequence[int]) -> None:
-        """A product with 1/b that stands nowhere else is a quotient: one sum less."""
-        needed = self.needed(wanted)
-        uses = Counter(wanted) + Counter(a for n in needed for a in self.operations[n].args)
-        for number in needed:
-            operation = self.operations[number]
-            for a, q in (operation.args, operation.args[::-1]) if operation.kind == "product" else ():
-                inverse = self.operations[q]
-                if inverse.kind == "quotient" and uses[q] == 1 and self._is_one(inverse.args[0]):
-                    self.operations[number] = Operation("quotient", (a, inverse.args[1]))
-                    break
-
-    def _is_one(self, number: int) -> bool:
-        return self.is_constant(number) and self.value_of(number) == 1
-
-    def add(self, kind: Kind, *args: int, **more: object) -> int:
+    def add(self, kind: OperationKind, *args: int, **more: object) -> int:
         operation = Operation(kind, args, **more)  # type: ignore[arg-type]
         if operation not in self.numbers:
             self.numbers[operation] = len(self.operations)
@@ -138,7 +85,7 @@ class Recurrences:
         if isinstance(e, tan):
             sine = self._sine(self.of(e.args[0]))
             return self.add("quotient", sine, sine + 1)
-        raise NotAnalytic(str(e)[:80])
+        raise NotAnalyticError(str(e)[:80])
 
     def _sine(self, x: int) -> int:
         """The number of the sine; that of the cosine follows."""
@@ -196,7 +143,7 @@ class Recurrences:
             return self.add("quotient", self.of(Integer(1)), self.add("root", self.of(base)))
         if exponent.free_symbols <= self.constants:
             return self.add("power", self.of(base), value=exponent)
-        raise NotAnalytic(str(base**exponent)[:80])
+        raise NotAnalyticError(str(base**exponent)[:80])
 
     def _integer_power(self, base: int, exponent: int) -> int:
         if exponent == 1:
@@ -206,36 +153,39 @@ class Recurrences:
         return self.add("product", base, square) if exponent % 2 else square
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The recurrences of M u' = F and q', and the numbers of their entries; no ``rates``: q' is u."""
-
-    made: Recurrences
-    mass: list[int]
-    forcing: list[int]
-    rates: list[int]
-
-
-def motion_series(program: Program, equations: Equations) -> Motion | None:
-    """The recurrences of a motion; None where rows constrain it, M and F are not written out, values
-    are given at run time, or an operation has no recurrence here."""
+def add_series(program: Program, equations: Equations) -> Program:
+    """The program with the recurrences of its motion; without, where rows constrain it, M and F are
+    not written out, values are given at run time, or an operation has no recurrence here."""
     if equations.holonomic + equations.nonholonomic or equations.tree or program.symbols.inputs:
-        return None
+        return program
     names = ["mass_matrix", "forcing"]
     names += [] if equations.identity_kinematics else ["coordinate_rates"]
     try:
-        return _read(program, [program.output(name).elements for name in names])
-    except NotAnalytic:
-        return None
+        return replace(program, series=_read(program, names))
+    except NotAnalyticError:
+        return program
 
 
-def _read(program: Program, elements: Sequence[Sequence[Expr]]) -> Motion:
-    symbols = program.symbols
+def _read(program: Program, names: Sequence[str]) -> Series:
+    symbols, elements = program.symbols, [program.output(name).elements for name in names]
     made = Recurrences({*symbols.parameters, *targets_of(program.hoisted)})
     for state in (*symbols.q, *symbols.u):
         made.known[state] = made.add("state", value=state)
     made.known[symbols.time] = made.add("time", value=symbols.time)
     made.read(slice_statements(program.body, symbols_of(e for each in elements for e in each)))
-    mass, forcing, *rates = ([made.of(e) for e in each] for each in elements)
-    made.divide([*mass, *forcing, *(rates[0] if rates else [])])
-    return Motion(made, mass, forcing, rates[0] if rates else [])
+    mass, forcing, *rates = (tuple(made.of(e) for e in each) for each in elements)
+    return _divided(Series(tuple(made.operations), mass, forcing, *rates))
+
+
+def _divided(series: Series) -> Series:
+    """A product with 1/b that stands nowhere else is a quotient: one sum less."""
+    operations, needed = list(series.operations), series.needed
+    uses = Counter(series.ends) + Counter(a for n in needed for a in operations[n].args)
+    for number in needed:
+        each = operations[number]
+        for a, q in (each.args, each.args[::-1]) if each.kind == "product" else ():
+            inverse = operations[q]
+            if inverse.kind == "quotient" and uses[q] == 1 and series.is_number(inverse.args[0], 1):
+                operations[number] = Operation("quotient", (a, inverse.args[1]))
+                break
+    return replace(series, operations=tuple(operations))

@@ -84,6 +84,20 @@ def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any
         )
 
 
+def refuse_without_derivatives(method: str) -> None:
+    """
+    Raises
+    ------
+    ValueOutOfBoundsError
+        For a method over whose steps no derivatives are computed.
+    """
+    if method == "taylor":
+        raise ValueOutOfBoundsError(
+            "there are no derivatives over steps of method='taylor': take 'auto', 'gauss8', "
+            "'dop853', 'dopri5' or 'radau5'"
+        )
+
+
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
     if policy not in CHANGE_POINT_POLICIES:

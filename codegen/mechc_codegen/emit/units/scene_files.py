@@ -67,7 +67,7 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
         text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
-    if functions.series:
+    if functions.program.series:
         text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")

@@ -6,6 +6,9 @@
  */
 #pragma once
 
+#include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
+
 #include "methods/taylor_lanes.h"
 #include "methods/traits.h"
 #include "run/integration.h"
@@ -62,7 +65,8 @@ MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
     mechc_taylor_expand(run, w);
-    const double most = run->refused ? run->step : run->current->growth * run->step;
+    const int grows = !run->refused && run->head.stats.steps > 0;
+    const double most = grows ? run->current->growth * run->step : run->step;
     const double reach = fabs(w->scale) * mechc_scalar_taylor_reach(w->sizes, w->order);
     run->step = reach < most ? reach : most;
 }
@@ -128,3 +132,4 @@ static const mechc_method mechc_taylor = {
     .limited = mechc_taylor_limited,
     .dense = mechc_taylor_dense,
 };
+#endif

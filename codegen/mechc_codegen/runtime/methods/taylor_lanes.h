@@ -2,6 +2,9 @@
  * itself is left to: it has the same numbers there. */
 #pragma once
 
+#include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
+
 #include "lockstep/advance.h"
 #include "lockstep/lanes_of_runs.h"
 #include "lockstep/step.h"
@@ -19,7 +22,7 @@ typedef struct {
     mechc_lockstep lanes;
     mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
-    mechc_mask may_stiffen;
+    mechc_mask may_stiffen, first; /* the first step is not lengthened */
     int order; /* of all runs, whose tolerance is one */
 } mechc_taylor_lanes;
 
@@ -28,6 +31,7 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     own->order = mechc_taylor_rows(run);
     own->may_stiffen[lane] = -(int64_t)run->may_stiffen;
+    own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
 }
 
 /* The rates of the end, which a step leaves to the next one. */
@@ -54,7 +58,8 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     const mechc_vector before = mechc_choose(a->last_step > 0.0, a->last_step, a->step);
     mechc_taylor_lanes_expand(own, before);
-    const mechc_vector most = mechc_choose(a->refused, before, MECHC_TAYLOR_GROWTH * before);
+    const mechc_mask stays = a->refused | (own->first & ~(a->last_step > 0.0));
+    const mechc_vector most = mechc_choose(stays, before, MECHC_TAYLOR_GROWTH * before);
     const mechc_vector reach =
         mechc_size_of(own->scale) * mechc_vector_taylor_reach(own->sizes, own->order);
     a->step = mechc_choose(reach < most, reach, most);
@@ -114,4 +119,5 @@ MECHC_SINGLE long mechc_taylor_together(mechc_integration **runs, int count, lon
 }
 #else
 #define mechc_taylor_together 0
+#endif
 #endif

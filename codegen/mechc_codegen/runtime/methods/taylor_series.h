@@ -14,8 +14,9 @@
 #else
 #define MECHC_TAYLOR_SERIES_SCALAR
 #endif
-#include "dynamics/given.h"
 #include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
+#include "dynamics/given.h"
 #include "methods/taylor_order.h"
 #include "methods/taylor_spread.h"
 #include "scene_series.h"
@@ -90,4 +91,5 @@ MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real s
     }
 }
 
+#endif
 #endif

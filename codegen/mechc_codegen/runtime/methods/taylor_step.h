@@ -7,6 +7,7 @@
 #define MECHC_TAYLOR_STEP_SCALAR
 #endif
 #include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
 #include "methods/taylor_series.h"
 #include "simd/rough.h"
 
@@ -99,4 +100,5 @@ MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s
     }
 }
 
+#endif
 #endif

@@ -114,8 +114,7 @@ MECHC_STATIC void mechc_taylor_dense(mechc_integration *run, double h, const dou
                                      double *rows)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
-    (void)end;
-    mechc_scalar_taylor_dense(w->rows, w->order, h / w->scale, count, rows);
+    mechc_scalar_taylor_dense(w->rows, w->order, h / w->scale, end, count, rows);
 }
 
 static const mechc_method mechc_taylor = {

@@ -95,7 +95,8 @@ MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     const int count = own->order < MECHC_TAYLOR_FEWEST ? MECHC_TAYLOR_FEWEST : own->order;
-    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, count, rows);
+    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, a->end, count,
+                              rows);
 }
 
 static const mechc_lockstep_method mechc_taylor_in_lanes = {

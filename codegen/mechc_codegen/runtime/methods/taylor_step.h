@@ -83,8 +83,8 @@ MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
 
 /* The same polynomial in the form of the dense output (run/dense_output.h) over a step of s:
  * p = s r0 + s (1 - s) (r1 + s (...)): by turns divided by s and by s - 1. */
-MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s, int count,
-                                   real *dense)
+MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s,
+                                   const real *end, int count, real *dense)
 {
     for (int i = 0; i < MECHC_NX; i++) {
         real terms[MECHC_TAYLOR_MOST], power = s;
@@ -97,6 +97,7 @@ MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s
             if (n % 2 == 0)
                 for (int k = n + 1; k < order; k++) terms[k] = -terms[k];
         }
+        dense[i] = end[i] - rows[0][i]; /* to the last digit */
     }
 }
 

@@ -1,4 +1,4 @@
-/* Taylor series of the motion (taylor_series.h), of an order that follows from the tolerance.
+/* Taylor series of the motion (series/coefficients.h), of an order that follows from the tolerance.
  *
  * The step is known before it is taken: the last terms of the series are what is tolerated at its
  * end, and the series is its dense output.  The rates of a step's end are those of the next series;
@@ -15,7 +15,7 @@
 #include "run/method.h"
 #include "run/rates.h"
 #include "simd/bind_scalar.h"
-#include "methods/taylor_step.h"
+#include "series/step.h"
 #include "simd/unbind.h"
 #include "stepping/control.h"
 

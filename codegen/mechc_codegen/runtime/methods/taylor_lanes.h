@@ -11,7 +11,7 @@
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
 #include "simd/bind_vector.h"
-#include "methods/taylor_step.h"
+#include "series/step.h"
 #include "simd/unbind.h"
 #include "run/integration.h"
 

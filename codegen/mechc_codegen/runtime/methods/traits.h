@@ -6,7 +6,7 @@
 #include "methods/dormand_prince_tableaus.h"
 #include "methods/gauss_tableau.h"
 #include "methods/radau_tableau.h"
-#include "methods/taylor_order.h"
+#include "series/order.h"
 #include "run/method.h"
 #include "stepping/control.h"
 

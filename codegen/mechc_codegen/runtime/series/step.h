@@ -8,7 +8,7 @@
 #endif
 #include "dynamics/sizes.h"
 #if MECHC_TAYLOR_SERIES
-#include "methods/taylor_series.h"
+#include "series/coefficients.h"
 #include "simd/rough.h"
 
 #define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */

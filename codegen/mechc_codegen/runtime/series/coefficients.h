@@ -8,17 +8,17 @@
  * the last row is known last.
  */
 #include "simd/real.h"
-#if R_VECTOR ? !defined MECHC_TAYLOR_SERIES_VECTOR : !defined MECHC_TAYLOR_SERIES_SCALAR
+#if R_VECTOR ? !defined MECHC_COEFFICIENTS_VECTOR : !defined MECHC_COEFFICIENTS_SCALAR
 #if R_VECTOR
-#define MECHC_TAYLOR_SERIES_VECTOR
+#define MECHC_COEFFICIENTS_VECTOR
 #else
-#define MECHC_TAYLOR_SERIES_SCALAR
+#define MECHC_COEFFICIENTS_SCALAR
 #endif
 #include "dynamics/sizes.h"
 #if MECHC_TAYLOR_SERIES
 #include "dynamics/given.h"
-#include "methods/taylor_order.h"
-#include "methods/taylor_spread.h"
+#include "series/order.h"
+#include "series/spread.h"
 #include "scene_series.h"
 #include "simd/vector.h"
 

@@ -76,10 +76,11 @@ def build_standalone(
     values: Mapping[str, float],
     end: float,
     request: OutputRequest = DEFAULT_REQUEST,
+    real: str = "double",
 ) -> dict[str, str]:
     """The mechanism as C99 for other programs; see :func:`export.standalone.standalone`."""
     made = optimised(mechanism, request, Stopwatch())
-    return standalone(*made.parts, request, name, start, values, end)
+    return standalone(*made.parts, request, name, start, values, end, real)
 
 
 def build_web(

@@ -371,15 +371,11 @@ class Model(Fits):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
-
-        def motion(policy: Policy) -> Solution:
-            sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-            sol._given = (given, params)
-            return sol
-
-        sol = motion(policy)
+        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        sol._given = (given, params)
         if by and sensitivity_error_control:
-            return sol.differentiated_within_tolerance(by, motion)
+            again = partial(_run_again, sol, made, span, state, times, chosen, progress, y0)
+            return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
         return sol
@@ -524,6 +520,17 @@ def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence
     from mechc.simulation.events.expressions import Compiler, checked_events
 
     return checked_events(events, system, p, Compiler(*COMPILER))
+
+
+def _run_again(
+    sol: Solution, made: Callable[..., Solution], span: tuple[float, float], state: Array,
+    times: Array | None, events: Sequence[Any], progress: Callable[[float], None] | None, y0: Array,
+    policy: Policy,
+) -> Solution:  # fmt: skip
+    """The motion of a solution by another policy."""
+    again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)
+    again._given = sol._given
+    return again
 
 
 def _found_again(

@@ -19,6 +19,7 @@ from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.series import series_text
 from mechc_codegen.emit.tables import lookups, table_text
+from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template
 from mechc_codegen.emit.units.split_functions import Line
@@ -60,6 +61,8 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
     others = list[str]()
     for function in functions:
         (gaps if function.name in _OF_GAPS else others).append(writer.text(function))
+    if functions.blocks:
+        others.append(BlockElimination(functions.blocks).text())
     return {
         "scene_sizes.h": sizes_header(functions),
         "scene_program.h": template("scene_program.h.in").substitute(

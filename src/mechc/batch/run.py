@@ -70,6 +70,7 @@ def run_members(
         shape = recipe.count, len(events.directions)
         results["event_counts"] = np.zeros(shape, np.int64)
         results["event_latest"] = np.full(shape, np.nan)
+        results["lowered_impacts"] = np.zeros(recipe.count, np.int64)
     if in_c is not None:
         results["event_counts"][:] = runs.event_counts
         results["event_latest"][:] = runs.event_latest

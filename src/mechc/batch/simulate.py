@@ -94,7 +94,8 @@ def simulate_batch(
         Expressions, and :class:`mechc.Event` of expressions with their resets, as in
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
-        without one.  Not with ``until`` and sampled controllers.
+        without one, ``batch.lowered_impacts`` (n,) how many impacts had less than the whole
+        restitution, as :class:`mechc.Stop` says.  Not with ``until`` and sampled controllers.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
@@ -137,11 +138,6 @@ def simulate_batch(
     )  # fmt: skip
     controlled = bool(recipe.inputs.controllers)
     found = batch_events(system, recipe.span, events, until or "", controlled)
-    if found is not None and found.one_by_one and recipe.reductions:
-        raise ValueOutOfBoundsError(
-            "reductions are computed in compiled code, where there is no friction and no reset of "
-            "parameters: leave reduce= away, and take numbers from y_eval"
-        )
     by = one_number_each(system, names_of(sensitivities))
     recipe = replace(
         recipe, events=found, sensitivities=by,

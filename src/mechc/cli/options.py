@@ -139,6 +139,7 @@ def export_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--c", action="store_true", help="C99 files: header, source, example, CMake"
     )
+    parser.add_argument("--float", action="store_true", help="of --c: numbers in single precision")
     parser.add_argument(
         "--fmu", action="store_true",
         help="a functional mock-up unit: model exchange and co-simulation, compiled, with its C",

@@ -48,11 +48,12 @@ class Solution(Trajectory):
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
 
+    _sensitivity: Sensitivity | None = None
+    _given: tuple[Any, Any] | None = None  # y0 and params, as they were given
+
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
-        self._sensitivity: Sensitivity | None = None
-        self._given: tuple[Any, Any] | None = None  # y0 and params, as they were given
-        super().__init__(*run)
+        Trajectory.__init__(self, *run)
 
     def __copy__(self) -> Solution:
         other = object.__new__(type(self))

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "abi/run.h"
-#include "dynamics/generic_rank.h"
+#include "singularities/generic_rank.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "run/method.h"

@@ -128,7 +128,7 @@ def test_every_operation_has_its_recurrence():
 
 
 def test_scenes_without_a_series_are_refused():
-    with pytest.raises(ValueOutOfBoundsError, match="needs a scene without constraints"):
+    with pytest.raises(ValueOutOfBoundsError, match="needs a small scene without constraints"):
         mechc.load("four_bar").simulate(1.0, np.zeros(6), method="taylor")
 
 

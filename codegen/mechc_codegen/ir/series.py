@@ -29,6 +29,8 @@ from mechc_codegen.ir.program import (
 )
 
 MOST_FACTORS = 8  # integer powers up to here are products
+MOST_SUMMED = 128  # operations with sums over lower orders: rows of all lanes stay in the cache
+LINEAR = ("constant", "state", "time", "sum")
 
 
 class NotAnalyticError(Exception):
@@ -155,15 +157,18 @@ class Recurrences:
 
 def add_series(program: Program, equations: Equations) -> Program:
     """The program with the recurrences of its motion; without, where rows constrain it, M and F are
-    not written out, values are given at run time, or an operation has no recurrence here."""
+    not written out, values are given at run time, an operation has no recurrence here, or too many
+    have sums."""
     if equations.holonomic + equations.nonholonomic or equations.tree or program.symbols.inputs:
         return program
     names = ["mass_matrix", "forcing"]
     names += [] if equations.identity_kinematics else ["coordinate_rates"]
     try:
-        return replace(program, series=_read(program, names))
+        series = _read(program, names)
     except NotAnalyticError:
         return program
+    summed = sum(series.operations[n].kind not in LINEAR for n in series.needed)
+    return replace(program, series=series) if summed <= MOST_SUMMED else program
 
 
 def _read(program: Program, names: Sequence[str]) -> Series:

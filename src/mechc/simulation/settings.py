@@ -136,8 +136,9 @@ def _chosen_method(system: System, method: str) -> str:
         )
     if method == "taylor" and not system.data.get("taylor"):
         raise ValueOutOfBoundsError(
-            "method='taylor' needs a scene without constraints, tables and inputs, whose equations "
-            "have +, -, *, /, powers, sqrt, sin, cos, tan, exp and log alone: take method='auto'"
+            "method='taylor' needs a small scene without constraints, tables and inputs, whose "
+            "equations have +, -, *, /, powers, sqrt, sin, cos, tan, exp and log alone: take "
+            "method='auto'"
         )
     return method
 

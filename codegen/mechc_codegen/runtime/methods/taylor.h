@@ -1,8 +1,7 @@
 /* Taylor series of the motion (series/coefficients.h), of an order that follows from the tolerance.
  *
  * The step is known before it is taken: the last terms of the series are what is tolerated at its
- * end, and the series is its dense output.  The rates of a step's end are those of the next series;
- * they are computed before only where the implicit method may take over there.
+ * end, and the series is its dense output.  The rates of a step's end are those of the next series.
  */
 #pragma once
 
@@ -83,7 +82,6 @@ MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end
             const int status = mechc_rates_at(run, run->head.t, y, MECHC_RATE(run, 1));
             return status == MECHC_RUNNING ? MECHC_NOT_FINITE : status;
         }
-    if (run->stiff) return mechc_rates_at(run, run->head.t + h, end, MECHC_RATE(run, 1));
     memcpy(MECHC_RATE(run, 1), MECHC_RATE(run, 0), sizeof run->y);
     return MECHC_RUNNING;
 }
@@ -100,14 +98,6 @@ MECHC_STATIC double mechc_taylor_factor(mechc_integration *run, double error)
 {
     (void)run, (void)error;
     return 1.0;
-}
-
-MECHC_STATIC int mechc_taylor_limited(const mechc_integration *run, double h, const double *end,
-                                      double error)
-{
-    const mechc_taylor_work *w = mechc_taylor_of(run);
-    (void)end, (void)error;
-    return mechc_scalar_taylor_limited(w->sizes, w->order, h / w->scale) != 0;
 }
 
 MECHC_STATIC void mechc_taylor_dense(mechc_integration *run, double h, const double *end, int count,
@@ -128,7 +118,6 @@ static const mechc_method mechc_taylor = {
     .error = mechc_taylor_error,
     .factor = mechc_taylor_factor,
     .shows_end = mechc_error_is_small,
-    .limited = mechc_taylor_limited,
     .dense = mechc_taylor_dense,
 };
 #endif

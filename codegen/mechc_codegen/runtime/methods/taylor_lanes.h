@@ -16,13 +16,11 @@
 #include "run/integration.h"
 
 #if MECHC_LOCKSTEP
-#define MECHC_TAYLOR_FEWEST 9 /* rows of the dense output, where other methods take part */
-
 typedef struct {
     mechc_lockstep lanes;
     mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
-    mechc_mask may_stiffen, first; /* the first step is not lengthened */
+    mechc_mask first; /* the first step is not lengthened */
     int order; /* of all runs, whose tolerance is one */
 } mechc_taylor_lanes;
 
@@ -30,7 +28,6 @@ MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mec
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
     own->order = mechc_taylor_rows(run);
-    own->may_stiffen[lane] = -(int64_t)run->may_stiffen;
     own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
 }
 
@@ -70,19 +67,12 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     a->closed = ~(mechc_mask){0};
 }
 
-MECHC_INLINE mechc_mask mechc_taylor_lanes_limited(const mechc_taylor_lanes *own)
-{
-    return mechc_vector_taylor_limited(own->sizes, own->order, own->lanes.h / own->scale);
-}
-
-/* Planned for; but runs that stability may limit, or without a finite end, continue alone. */
+/* Planned for; runs without a finite end continue alone. */
 MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
 {
-    const mechc_taylor_lanes *own = (const mechc_taylor_lanes *)a;
     mechc_vector sum = mechc_size_of(a->end[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(a->end[i]);
-    const mechc_mask alone = ~(sum < HUGE_VAL) | (own->may_stiffen & mechc_taylor_lanes_limited(own));
-    return mechc_choose(alone, mechc_spread(HUGE_VAL), mechc_spread(0.25));
+    return mechc_choose(sum < HUGE_VAL, mechc_spread(0.25), mechc_spread(HUGE_VAL));
 }
 
 MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)
@@ -94,8 +84,7 @@ MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)
 MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
 {
     mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
-    const int count = own->order < MECHC_TAYLOR_FEWEST ? MECHC_TAYLOR_FEWEST : own->order;
-    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, a->end, count,
+    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, a->end, own->order,
                               rows);
 }
 

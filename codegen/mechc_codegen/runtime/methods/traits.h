@@ -90,7 +90,6 @@ MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
     .growth = MECHC_TAYLOR_GROWTH, \
     .in_lockstep = 1, \
     .by_itself = 1, \
-    .alone_if_stiff = 1, \
     .farthest = HUGE_VAL, \
     .ignored = 1.0, \
     .after_failure = 0.1, \

@@ -41,7 +41,6 @@ struct mechc_method {
 
     int in_lockstep; /* runs of several states may continue side by side */
     int by_itself;   /* a run by itself is left to the driver, which gives it the same numbers */
-    int alone_if_stiff; /* so is one whose steps stability may limit */
     /* Up to `steps` attempts of each of up to MECHC_LANES such runs, a lane each: see lockstep/.
      * Returns those made, early where a run has ended or continues alone. */
     long (*together)(mechc_integration **runs, int count, long steps);

@@ -53,19 +53,6 @@ MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
     return reach;
 }
 
-/* Beyond |h lambda| of about 1.3 + 0.375 p a Taylor polynomial of degree p is above 1 for a decaying
- * mode.  There its terms fall like those of the exponential, by |h lambda| / p at the last.  s: the
- * step in units of the scale. */
-MECHC_INLINE rmask FN(taylor_limited)(const real *sizes, int order, real s)
-{
-    rmask limited = R_MASK(s > 0.0);
-    for (int k = 0; k + 1 < MECHC_TAYLOR_JUDGED; k++) {
-        const double part = (order - k) / (0.85 * (1.3 + 0.375 * order));
-        limited &= R_MASK((part * part) * (s * s) * sizes[k] > sizes[k + 1]);
-    }
-    return limited;
-}
-
 /* The state after the part s of the scale.  Compensated: Kahan (1965). */
 MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
                                  const real *compensation, real *next_compensation, real *end)

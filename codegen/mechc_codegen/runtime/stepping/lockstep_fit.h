@@ -15,7 +15,6 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
     const mechc_monitor *monitor = &run->monitor;
     const int alone = run->alone || monitor->tries || monitor->wanted != 0.0;
     if (!MECHC_LOCKSTEP || alone || run->limits || !run->current->in_lockstep) return 0;
-    if (run->current->alone_if_stiff && run->may_stiffen && run->stiff) return 0;
     if ((int)run->method->number != run->number || run->current != run->method) return 0;
     return MECHC_NH == 0 || (monitor->rank == MECHC_NH && monitor->first >= MECHC_LOCKSTEP_LOW);
 }

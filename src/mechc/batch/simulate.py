@@ -19,7 +19,13 @@ from mechc.batch.sensitivities import check_names, one_number_each
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
-from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
+from mechc.simulation.settings import (
+    checked_count,
+    checked_policy,
+    checked_span,
+    checked_times,
+    refuse_without_derivatives,
+)
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
@@ -142,6 +148,7 @@ def simulate_batch(
             "sampled controllers are functions of this process: leave out= and client= away"
         )
     if recipe.sensitivities:
+        refuse_without_derivatives(recipe.policy.method)
         check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)

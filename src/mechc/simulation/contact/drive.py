@@ -13,7 +13,6 @@ from mechc.native._codes import (
     CONTACT_UNDECIDED,
     CONTACTS_TOO_MANY,
     FINISHED,
-    RESETS_ACCUMULATE,
     RUNNING,
     STOPPED_BY_EVENT,
 )
@@ -71,8 +70,6 @@ class ContactResets(CompiledResets):
         self.speeds_met = np.zeros(len(system.speeds))
         self.changed_at, self.changes = np.nan, 0
         self.until = t_end  # no piece in contact crosses the kinks of inputs
-        driven = system.driven
-        self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
     def take_values(self, values: Array) -> None:
@@ -88,10 +85,8 @@ class ContactResets(CompiledResets):
         self._refuse_overlap(t, y)
         if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
             return RUNNING
-        if self.controlled:
-            return RESETS_ACCUMULATE
         self._watch_modes()
-        self._see_until_kink(t)
+        self._see_until_kink(t, y)
         return self._enter(t, y, first=True)
 
     def _refuse_overlap(self, t: float, y: Array) -> None:
@@ -112,10 +107,14 @@ class ContactResets(CompiledResets):
         slow, _ = self._slow(place)
         return not (self._touching(place, ()) & (place.numbers.rate <= slow)).any()
 
-    def _see_until_kink(self, t: float) -> None:
-        """Take the inputs as they are from here to their next kink."""
+    def _see_until_kink(self, t: float, y: Array) -> None:
+        """Take the inputs as they are from here to their next kink; controllers whose instant has
+        come are called at the state y."""
         driven = self.system.driven
         if driven is not None:
+            driven.reach(t, y)
+            if driven.failed:
+                raise FunctionFailedError(driven.failure_in_words())
             self.until = next(iter(driven.breaks(t, self.t_end, self.policy.rtol)), self.t_end)
             system = self.system.replaced_scene(driven.between(t, self.until))
             self.contacts = Contacts(self.laws, system, self.values, (t, self.until))
@@ -143,7 +142,7 @@ class ContactResets(CompiledResets):
         if not self.lasting:
             return super().after(t, number)
         before = self._stop_at(t)
-        self._see_until_kink(t)
+        self._see_until_kink(t, before)
         if number >= self.finder.own:
             return self._end_mode(t, before, self.finder.ends[number - self.finder.own])
         if number in self.numbers_of:
@@ -159,16 +158,16 @@ class ContactResets(CompiledResets):
         if t == self.t_end:
             return FINISHED
         before = self._stop_at(t)
-        self._see_until_kink(t)
+        self._see_until_kink(t, before)
         return self._enter(t, before, still=set(self._stuck()))
 
     def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
         """Contact instead of ever more impacts."""
         stops = [n for n in self.caused_by if n in self.numbers_of]
-        if self.lasting or self.controlled or not (accumulate and stops):
+        if self.lasting or not (accumulate and stops):
             return super()._go_on(t, number, state, accumulate)
         self._watch_modes()
-        self._see_until_kink(t)
+        self._see_until_kink(t, state)
         hit = {self.numbers_of.index(n) for n in stops}
         return self._enter(t, state, hit=hit, causes=tuple(self.caused_by), noted=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from mechc.native import _codes as codes
 
@@ -186,9 +187,8 @@ CODES = {
     codes.RESETS_ACCUMULATE: (
         "resets accumulate",
         "the times between the resets of an event became too short to be told apart (Zeno)",
-        "A contact that lasts is a mechc.Stop; in a batch with reduce=, with sampled controllers, "
-        "and with another event, end the run before it, with terminal=n or a terminal event on "
-        "the speed",
+        "A contact that lasts is a mechc.Stop; with another event, end the run before it, with "
+        "terminal=n or a terminal event on the speed",
     ),
     codes.CONTACT_INCONSISTENT: (
         "contact inconsistent",
@@ -247,5 +247,10 @@ def status_of(
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
     if not cause:
-        return Status(name, t, warnings=warnings)
+        return _reached(name, t, warnings)
     return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)
+
+
+@lru_cache(maxsize=64)
+def _reached(name: str, t: float, warnings: tuple[str, ...]) -> Status:
+    return Status(name, t, warnings=warnings)

@@ -43,7 +43,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
 {
 #if MECHC_WALKED_ROWS
     FN(eliminate)(tree, &f->links);
-    f->apart = R_MASK(f->links.conditioning > MECHC_SAFE) & R_MASK(rank >= (double)MECHC_NC);
+    f->apart = R_MASK(f->links.conditioning > MECHC_WALKED_SAFE) & R_MASK(rank >= (double)MECHC_NC);
 #else
     f->apart = R_MASK(R(0.0) > R(0.0));
 #endif

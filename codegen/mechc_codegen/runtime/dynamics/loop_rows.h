@@ -25,6 +25,7 @@
 #include "dynamics/tree.h"
 
 #if MECHC_CARRIED > 0
+#define MECHC_WALKED_SAFE MECHC_SAFE
 
 /* What is kept of the elimination, column by column. */
 typedef struct {
@@ -36,9 +37,6 @@ typedef struct {
     rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS)];
     real conditioning; /* squared */
 } FN(eliminated);
-
-/* Conditioning, squared, above which rows are eliminated link by link. */
-#define MECHC_SAFE 2.5e-5
 
 /* Each cut's row as a wrench of unit force on the link that is cut. */
 MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)

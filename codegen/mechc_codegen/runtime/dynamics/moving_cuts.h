@@ -8,7 +8,7 @@
  *
  * This squares the singular values of the rows.  A second solution for what the first leaves of the
  * rows' values takes the error back to that of the rows themselves; where rows are so far from
- * independent that this is in doubt, below MECHC_SAFE, they are solved by the orthogonal factors of
+ * independent that this is in doubt, below MECHC_WALKED_SAFE, they are solved by the orthogonal factors of
  * linear.h.
  */
 #include "simd/real.h"
@@ -22,7 +22,7 @@
 #include "dynamics/tree.h"
 
 #if MECHC_MOVING_CUTS
-#define MECHC_SAFE 1e-3 /* conditioning, squared */
+#define MECHC_WALKED_SAFE 1e-3 /* conditioning, squared */
 
 typedef struct {
     FN(articulated) links;

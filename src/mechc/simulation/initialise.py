@@ -68,8 +68,7 @@ def reach_end(
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:
     """The state, on the constraints; refused if it is off by more than rounding."""
     state = _shaped(system, y0)
-    free = not system.scene.rows and not system.quaternions
-    if free and all_within(state, -LARGEST, LARGEST):
+    if not system.scene.rows and all_within(state, -LARGEST, LARGEST):
         return state
     allowed = checked_gap(system, values, t0)
     projected: Array

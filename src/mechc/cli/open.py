@@ -9,8 +9,9 @@ import webbrowser
 from pathlib import Path
 from typing import Any
 
-import mechc
 from mechc.errors import MechcError
+from mechc.open import open_saved, open_view
+from mechc.results.solution import Solution
 
 
 def open_command(chosen: argparse.Namespace) -> int:
@@ -28,13 +29,13 @@ def open_command(chosen: argparse.Namespace) -> int:
 def _view_of(path: Path) -> Any:
     """The picture of the motion simulated again, or that in the file where no model is found."""
     try:
-        found = mechc.open(path)
+        found = open_saved(path)
     except MechcError as missing:
         try:
-            return mechc.open_view(path)
+            return open_view(path)
         except MechcError:
             raise missing from None
-    assert isinstance(found, mechc.Solution)
+    assert isinstance(found, Solution)
     return found.view()
 
 

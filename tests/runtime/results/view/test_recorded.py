@@ -112,6 +112,23 @@ def test_a_motion_without_its_model_has_its_picture(
     assert str(page) in capsys.readouterr().out
 
 
+def test_a_model_of_unknown_looks_has_the_picture_of_the_file(
+    motion: tuple[mechc.Solution, Path],
+) -> None:
+    """As a scene in the cache is, which is found without its description."""
+    pytest.importorskip("jupyter_threejs_sage", reason="jupyter-threejs-sage is not installed")
+    sol, path = motion
+    compiled = copy.copy(sol.model.system.drawn_by(_nothing))
+    compiled.drawn = None
+    again = mechc.open(path, Model.of_system(compiled))
+    assert isinstance(again, mechc.Solution)
+    assert again.view().data == json.loads(json.dumps(sol.view().data))
+
+
+def _nothing(*_: Any, **__: Any) -> Any:
+    raise AssertionError("its description is not known")
+
+
 def test_a_motion_with_its_model_is_opened_as_before(motion: tuple[mechc.Solution, Path]) -> None:
     sol, path = motion
     again = mechc.open(path, sol.model)

@@ -40,8 +40,9 @@ def open_saved(
     ----------
     model
         Needed for a user-defined mechanism that is not in this user's cache any more: the same,
-        compiled again.  Needed too where inputs were given with the run, which files do not hold:
-        the model with the same inputs, ``model.with_inputs({...})`` or ``sol.model``.
+        compiled again.  Needed too where inputs were given with the run as functions of Python,
+        which files do not hold: the model with the same inputs, ``model.with_inputs({...})`` or
+        ``sol.model``.  Inputs that it is given replace those of the file.
     max_bytes
         Memory for the states and the dense output of a solution when it is simulated again: an
         untrusted file may contain any number of steps.
@@ -81,8 +82,8 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
         raise
     except MissingInputError:
         raise MissingInputError(
-            f"{path} does not hold the inputs that were given with its run: give "
-            "mechc.open(path, model.with_inputs({...})) the same"
+            f"{path} does not hold the inputs that were given with its run, functions of Python: "
+            "give mechc.open(path, model.with_inputs({...})) the same"
         ) from None
     except (
         MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
@@ -147,7 +148,12 @@ def _is_folder(path: Path) -> bool:
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:
     from mechc.results.files import reference_in
 
-    return Model.of_reference(reference_in(told, given=given is not None), given)
+    model = Model.of_reference(reference_in(told, given=given is not None), given)
+    driven = model.system.driven
+    if driven is None:
+        return model
+    left = driven.not_given(mapping_of(told.get("inputs", {}), "its inputs"))
+    return model.with_inputs(left) if left else model
 
 
 def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> Solution:

@@ -137,7 +137,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
     policy = sol.policy.asked()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
-    y0 = sol._run.states()[1][0]
+    y0, driven = sol._run.states()[1][0], sol.system.driven
     return {
         "format": FORMAT,
         **sol.system.reference.to_json(),
@@ -150,6 +150,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "values": _values_of(sol),
+        "inputs": {} if driven is None else driven.told,
         "contacts": contacts_of(sol._run),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),

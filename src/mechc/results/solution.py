@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
+from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import names_of
@@ -194,6 +195,7 @@ class Solution(Trajectory):
 
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
+        refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
         return gradient_of_run(self, end, integral, names, *self._given_or_own)
 

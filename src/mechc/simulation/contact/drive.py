@@ -30,10 +30,10 @@ from mechc.simulation.contact.modes import (
     decided,
     told,
 )
-from mechc.simulation.contact.place import EPS, Contacts, Free, Place
+from mechc.simulation.contact.place import EPS, Contacts, Place
 from mechc.simulation.events.compiled import CompiledFinder, CompiledResets
 from mechc.simulation.events.event import EventFinder, FunctionFailedError, Side, located
-from mechc.simulation.events.expressions import rounding_of
+from mechc.simulation.events.expressions import compiler_of, rounding_of
 from mechc.simulation.events.resets import CHANGE, FLIGHT, SHORTEST, TOUCHING, Resets
 from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
@@ -59,7 +59,8 @@ class ContactResets(CompiledResets):
         self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
         finder: EventFinder,
     ) -> None:  # fmt: skip
-        self.laws = Laws(contact_laws(finder.events), system, values)
+        self.compiler = compiler_of(finder.events)
+        self.laws = Laws(contact_laws(finder.events), system, values, self.compiler)
         start = float(chain.tail(1)[0][-1])
         self.contacts = Contacts(self.laws, system, values, (start, t_end))
         self.numbers_of = [law.number for law in self.laws.laws]
@@ -74,7 +75,7 @@ class ContactResets(CompiledResets):
     def take_values(self, values: Array) -> None:
         super().take_values(values)
         events = self.finder.every if self.lasting else self.finder.events
-        self.laws = Laws(contact_laws(events), self.system, values)
+        self.laws = Laws(contact_laws(events), self.system, values, self.compiler)
         contacts = self.contacts
         self.contacts = Contacts(self.laws, contacts.system, values, contacts.span)
 
@@ -113,7 +114,7 @@ class ContactResets(CompiledResets):
     def _is_free(self, t: float, y: Array) -> bool:
         """Whether a run may begin in compiled code: what touches opens."""
         place = self.contacts.place(t, y)
-        slow, _ = self._slow(place, self.contacts.free(place))
+        slow, _ = self._slow(place)
         return not (self._touching(place, ()) & (place.numbers.rate <= slow)).any()
 
     def _see_until_kink(self, t: float, y: Array) -> None:
@@ -247,7 +248,7 @@ class ContactResets(CompiledResets):
             raise FunctionFailedError(
                 f"at t = {t:.9g} s the mass matrix is not positive definite: contacts need that"
             ) from None
-        code, state, _ = ContactManifold(self.contacts, mode).settled(t, struck)
+        code, state = ContactManifold(self.contacts, mode).settled(t, struck)
         if code != RUNNING:
             return int(code)
         given = (*causes, *(n for n in more if n not in causes))
@@ -288,13 +289,13 @@ class ContactResets(CompiledResets):
         found: Mask = touching & self.laws.has_gap
         return found
 
-    def _slow(self, place: Place, free: Free) -> tuple[Array, Array]:
+    def _slow(self, place: Place) -> tuple[Array, Array]:
         """Rates of gaps and of slips (n,) that are 0 as far as the motion is known: next to the
         fastest met, and where the next flight is too short to be told from none."""
         numbers, speeds = place.numbers, np.abs(place.y[self.contacts.split :])
         gaps, slips = (64 * EPS * (np.abs(rows) @ speeds)
                        for rows in (self._gap_rows(place), numbers.rows))  # fmt: skip
-        fall = FEW * np.abs(free.normal)
+        fall = FEW * np.abs(place.free.normal)
         flight = np.maximum(SHORTEST * located(place.t) * fall,
                             np.sqrt(0.5 * FLIGHT * place.rounding * fall))  # fmt: skip
         gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight))
@@ -312,7 +313,7 @@ class ContactResets(CompiledResets):
         numbers, touching = place.numbers, self._touching(place, hit)
         self.fastest_gap = np.maximum(self.fastest_gap, np.abs(numbers.rate) * touching)
         self.fastest_slip = np.maximum(self.fastest_slip, np.abs(numbers.slip))
-        slow, _ = self._slow(place, self.contacts.free(place))
+        slow, _ = self._slow(place)
         closing = touching & (numbers.rate < -slow)
         if not closing.any():
             return y, []
@@ -338,8 +339,7 @@ class ContactResets(CompiledResets):
         """The mode at a state after its impacts, the gaps that open from rest (n,), and contacts
         without slip (n,)."""
         laws, place = self.laws, self.contacts.place(t, y)
-        free = self.contacts.free(place)
-        slow, slow_slip = self._slow(place, free)
+        slow, slow_slip = self._slow(place)
         settled = np.abs(place.numbers.rate) <= slow
         settled[list(again)] = True
         closed = self._touching(place, hit) & settled
@@ -347,7 +347,7 @@ class ContactResets(CompiledResets):
         rests[list(still)] = True
         rests &= laws.has_friction & (closed | ~laws.has_gap)
         choices = choices_of(closed, rests, place.numbers.slip, laws.has_gap, laws.has_friction)
-        problem = Problem.of_forces(place, free, laws.has_gap)
+        problem = Problem.of_forces(place, place.free, laws.has_gap)
         answer = decided(problem, choices, closed, rests, left)
         leaving = closed & (np.array(answer.mode) == State.OPEN)
         return answer.mode, leaving, rests

@@ -132,6 +132,17 @@ table(
 table(
     "Barycentric weights of the nodes and the end.", "barycentric", barycentric, "MECHC_STAGES + 1"
 )
+table(
+    "What a difference at stage i, entry [i * 8 + j], continues to at stage j after it where it\n"
+    " * vanishes at the stages before.",
+    "onward",
+    [
+        mp.fprod((c[j] - c[m]) / (c[i] - c[m]) for m in range(i)) if j > i else mpf(0)
+        for i in range(S)
+        for j in range(S)
+    ],
+    "MECHC_STAGES * MECHC_STAGES",
+)
 print("/* Rows of the dense output (tableaus.h), by row. */\n#define MECHC_GAUSS_DENSE 9\n")
 table(
     "Of the first integral.",

@@ -30,6 +30,7 @@ PARTS = {
         ("radau5", "IMPLICIT"),
         ("outputs", "OUTPUTS"),
         ("derivatives", "DERIVATIVES"),
+        ("gauss8_lockstep", "SWEEPS"),
     )
 }
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more

@@ -3,7 +3,7 @@
 Everything is computed in 60 digits and rounded once.  Needs mpmath.
 """
 
-from mpmath import legendre, lu_solve, matrix, mp, mpf, polyroots, taylor
+from mpmath import eig, inverse, legendre, lu_solve, matrix, mp, mpf, polyroots, taylor
 
 mp.dps = 60
 S = 8
@@ -143,6 +143,37 @@ table(
     ],
     "MECHC_STAGES * MECHC_STAGES",
 )
+values, right = eig(matrix([[value(first[j], x) for j in range(S)] for x in c]))
+for k in range(S):  # the largest entry is 1
+    largest = max((right[i, k] for i in range(S)), key=abs)
+    for i in range(S):
+        right[i, k] /= largest
+left = inverse(right)
+modes = sorted((k for k in range(S) if values[k].imag > 0), key=lambda k: values[k].imag)
+print(
+    "/* The first integrals' matrix is diagonal in its eigenvectors, of which every other one is the"
+)
+print(" * conjugate of the one before: four complex numbers each, real parts first. */")
+print("#define MECHC_GAUSS_MODES (MECHC_STAGES / 2)\n")
+table(
+    "Eigenvalues.",
+    "roots",
+    [part(values[k]) for part in (mp.re, mp.im) for k in modes],
+    "MECHC_STAGES",
+)
+table(
+    "What each stage gives to the modes.",
+    "to_modes",
+    [part(left[k, j]) for j in range(S) for part in (mp.re, mp.im) for k in modes],
+    "MECHC_STAGES * MECHC_STAGES",
+)
+table(
+    "What the modes, real parts and then imaginary ones, with their conjugates give to each stage.",
+    "from_modes",
+    [2 * v for k in modes for v in (mp.re(right[i, k]) for i in range(S))]
+    + [-2 * v for k in modes for v in (mp.im(right[i, k]) for i in range(S))],
+    "MECHC_STAGES * MECHC_STAGES",
+)
 print("/* Rows of the dense output (tableaus.h), by row. */\n#define MECHC_GAUSS_DENSE 9\n")
 table(
     "Of the first integral.",
@@ -156,3 +187,5 @@ table(
     [dense(second[j], 9)[row] for row in range(9) for j in range(S)],
     "MECHC_GAUSS_DENSE * MECHC_STAGES",
 )
+print("/* Where rates are taken: the start, the stages, the end. */")
+print(f"MECHC_GAUSS_TABLE mechc_gauss8_nodes[MECHC_STAGES + 2] = {{\n{lines([mpf(0), *ends])}\n}};")

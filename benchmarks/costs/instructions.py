@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import ctypes
 import gc
-import os
 import re
 import shutil
 import subprocess
@@ -23,6 +22,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from mechc.compilation.toolchain import compiler
+from mechc.errors import CompilerError
 
 from ..timing.processes import environment, module_command
 
@@ -76,10 +78,10 @@ def differences(totals: dict[str, int]) -> dict[str, int]:
 
 
 def _compile_marks(target: Path) -> None:
-    command = [os.environ.get("CC", "cc"), "-O1", "-shared", "-fPIC", "-o", str(target)]
+    options = ["-O1", "-shared", "-fPIC", "-o", str(target), str(MARKS)]
     try:
-        subprocess.run([*command, str(MARKS)], capture_output=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
+        subprocess.run([*compiler(), *options], capture_output=True, check=True)
+    except (CompilerError, OSError, subprocess.CalledProcessError):
         raise NotCountedError("no compiler, or no valgrind/callgrind.h") from None
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import subprocess
 import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from mechc.compilation.toolchain import compiler
 
 from ..problems.problem import Array
 
@@ -18,8 +19,7 @@ def library(module: str) -> Any:
     """The functions of the C file named as the module (its ``__file__``)."""
     source = Path(module).with_suffix(".c")
     target = Path(tempfile.mkdtemp()) / f"{source.stem}.so"
-    compiler = os.environ.get("CC", "cc").split()
-    command = [*compiler, "-O3", "-shared", "-fPIC", "-o", str(target), str(source), "-lm"]
+    command = [*compiler(), "-O3", "-shared", "-fPIC", "-o", str(target), str(source), "-lm"]
     subprocess.run(command, check=True)
     return ctypes.CDLL(str(target))
 

@@ -11,6 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from mechc.compilation.toolchain import find_compiler
+
 PEERS = (
     "scipy", "heyoka", "casadi", "scikit-sundae", "pydy", "mujoco", "exudyn", "pin",
 )  # fmt: skip
@@ -31,7 +33,7 @@ def about() -> dict[str, Any]:
         "load": os.getloadavg()[0],
         "system": platform.platform(),
         "python": platform.python_version(),
-        "compiler": _said(*os.environ.get("CC", "cc").split(), "--version").partition("\n")[0],
+        "compiler": _said(*(find_compiler() or ["cc"]), "--version").partition("\n")[0],
         "versions": {name: _version(name) for name in PACKAGES},
     }
 

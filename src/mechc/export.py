@@ -23,6 +23,7 @@ def export_c(
     y0: Sequence[float] | None = None,
     params: Mapping[str, float] | None = None,
     t_end: float = 10.0,
+    real: str = "double",
     fix: Mapping[Any, float] | None = None,
     outputs: Iterable[Any] | None = None,
     **options: Any,
@@ -48,6 +49,8 @@ def export_c(
         Values for the example, by name; by default those of the mechanism.
     t_end
         Time in s at which the example ends.
+    real
+        The type of all numbers, ``"double"`` or ``"float"``.
     fix, outputs
         As for :func:`mechc.compile`.
     options
@@ -62,7 +65,8 @@ def export_c(
     Raises
     ------
     MechcError
-        If ``name`` cannot begin a name in C, or the mechanism cannot be compiled.
+        If ``name`` cannot begin a name in C, ``real`` is another type, or the mechanism cannot be
+        compiled.
     ValueOutOfBoundsError
         If y0 has another length.
 
@@ -76,7 +80,15 @@ def export_c(
     from mechc.compilation.standalone import standalone_texts
 
     texts = standalone_texts(
-        mechanism, name, y0, dict(params or {}), t_end, fix=fix, outputs=outputs, **options
+        mechanism,
+        name,
+        y0,
+        dict(params or {}),
+        t_end,
+        fix=fix,
+        outputs=outputs,
+        real=real,
+        **options,
     )
     target = Path(folder)
     with written_into(target):

@@ -22,6 +22,7 @@ from mechc.simulation.settings import (
     checked_span,
     checked_span_and_times,
     refuse_beside_checkpoints,
+    refuse_without_derivatives,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -286,7 +287,9 @@ class Model(Fits):
             ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
             ``"gauss8_lockstep"`` (the same, its stages solved one after another so that a batch
             has a member per lane; by itself the slower),
-            ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
+            ``"radau5"`` (Radau IIA of order 5, for stiff scenes), ``"taylor"`` (Taylor series of
+            the motion, of an order that follows from rtol, for small scenes without constraints,
+            tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or
             ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
             limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
             ``"DOP853"``, ``"Radau"``.
@@ -363,20 +366,18 @@ class Model(Fits):
             dense=bool(dense or keeps or times is not None or len(chosen) or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
         )  # fmt: skip
+        if keeps or by:
+            refuse_without_derivatives(policy.method)
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])
         state = checked_state(system, y0, p, span[0])
         made = partial(Solution, model)
-
-        def motion(policy: Policy) -> Solution:
-            sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
-            sol._given = (given, params)
-            return sol
-
-        sol = motion(policy)
+        sol = run(made, system, span, state, p, policy, times, chosen, progress, y0)
+        sol._given = (given, params)
         if by and sensitivity_error_control:
-            return sol.differentiated_within_tolerance(by, motion)
+            again = partial(_run_again, sol, made, span, state, times, chosen, progress, y0)
+            return sol.differentiated_within_tolerance(by, again)
         if by:
             sol.differentiate(by, given, params)
         return sol
@@ -521,6 +522,17 @@ def _checked_events(events: Sequence[Any], system: System, p: Array) -> Sequence
     from mechc.simulation.events.expressions import Compiler, checked_events
 
     return checked_events(events, system, p, Compiler(*COMPILER))
+
+
+def _run_again(
+    sol: Solution, made: Callable[..., Solution], span: tuple[float, float], state: Array,
+    times: Array | None, events: Sequence[Any], progress: Callable[[float], None] | None, y0: Array,
+    policy: Policy,
+) -> Solution:  # fmt: skip
+    """The motion of a solution by another policy."""
+    again = run(made, sol.system, span, state, sol.params, policy, times, events, progress, y0)
+    again._given = sol._given
+    return again
 
 
 def _found_again(

@@ -26,6 +26,7 @@ from mechc_codegen.emit.layout import (
     UNLISTED,
     layout,
 )
+from mechc_codegen.emit.row_blocks import scene_blocks
 from mechc_codegen.ir.program import Program, Statement, slice_statements, symbols_of, targets_of
 
 LONG = 200  # values of a stage, beyond which its parts are called rather than in line
@@ -78,6 +79,7 @@ class SceneFunctions:
         running |= symbols_of(e for o in program.outputs for e in o.elements)
         self.constants = [s for s in targets_of(program.hoisted) if s in running]
         self.rows = self.equations.holonomic + self.equations.nonholonomic
+        self.blocks = scene_blocks(self.equations, self.layout, self.outputs)
 
     def __iter__(self) -> Iterator[SceneFunction]:
         """Every function, in the order of the generated text."""

@@ -20,6 +20,8 @@ from mechc_codegen.description.quaternions import unit_quaternions
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.description.tables import Lookup
 from mechc_codegen.emit.layout import layout
+from mechc_codegen.emit.row_blocks import orthogonal_operations, scene_blocks
+from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.ir.program import (
     SWITCHING,
     Program,
@@ -83,8 +85,10 @@ def scene_metadata(
         **_quaternions(mechanism),
         "smooth": _smooth(program, request),
         **_switches(program),
+        **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
+        **_row_blocks(program, equations),
         "loads": _loads(mechanism, request),
         "walked": len(equations.tree.parents) if equations.tree else 0,
         "planar": equations.tree.planar if equations.tree else None,
@@ -304,6 +308,21 @@ def _stages(program: Program, equations: Equations) -> dict[str, int]:
     both = [*first, *(present[name] for name in divided.motion if name in present)]
     configuration = _cost(program, first)
     return {"configuration": configuration, "motion": _cost(program, both) - configuration}
+
+
+def _row_blocks(program: Program, equations: Equations) -> dict[str, Any]:
+    """Rows and speeds of each block of constraint rows, and operations with and without blocks."""
+    present = {o.name: o for o in program.outputs}
+    form = scene_blocks(equations, layout(equations, present), present)
+    if form is None:
+        return {}
+    return {
+        "row_blocks": {
+            "blocks": [[len(b.rows), len(b.speeds)] for b in form.blocks],
+            "by_block": BlockElimination(form).operations(),
+            "together": orthogonal_operations(len(form.jacobian), len(form.mass)),
+        }
+    }
 
 
 def _loads(mechanism: Mechanism, request: OutputRequest) -> dict[str, int]:

@@ -7,18 +7,23 @@ that users give only identifiers become code, other text is in comments without 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 from string import Template
 from typing import Any
 
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.emit.c import plain_words, program_texts
+from mechc_codegen.emit.c import program_texts
+from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.errors import CodegenError
 from mechc_codegen.export.amalgamate import amalgamate
+from mechc_codegen.export.single import headers as single_headers
+from mechc_codegen.export.single import number as single_number
+from mechc_codegen.export.single import single
 from mechc_codegen.extension.flags import RUNTIME
 from mechc_codegen.ir.program import Program
 
@@ -31,6 +36,22 @@ _NAME = re.compile(
 )
 
 
+@dataclass(frozen=True)
+class Precision:
+    """How the C over doubles becomes that over a type."""
+
+    digits: int
+    text: Callable[[str], str]
+    number: Callable[[float], str]
+    headers: Callable[[], Mapping[str, str]]
+
+
+PRECISIONS = {
+    "double": Precision(17, str, repr, dict),
+    "float": Precision(9, single, single_number, single_headers),
+}
+
+
 def standalone(
     program: Program,
     equations: Equations,
@@ -40,18 +61,22 @@ def standalone(
     start: Sequence[float],
     values: Mapping[str, float],
     end: float,
+    real: str = "double",
 ) -> dict[str, str]:
     """File name -> text.
 
     ``name`` is the prefix of all public names; the example starts at the state ``start`` with these
-    values of parameters, and ends after ``end`` seconds.
+    values of parameters, and ends after ``end`` seconds.  ``real``: ``"double"`` or ``"float"``.
 
     Raises
     ------
     CodegenError
-        If ``name`` is no identifier of C, or reserved.
+        If ``name`` is no identifier of C, or reserved, or ``real`` is another type.
     """
     checked_name(name)
+    if real not in PRECISIONS:
+        raise CodegenError(f"numbers are {' or '.join(PRECISIONS)}, not {plain_words(real)!r}")
+    precision = PRECISIONS[real]
     functions = SceneFunctions(program, equations, request)
     generated = program_texts(functions, metadata)
     parameters = [quantity["name"] for quantity in metadata["parameters"]]
@@ -71,22 +96,27 @@ def standalone(
         "input_table": _input_table(metadata),
         "outputs": "\n".join(_declarations(functions, metadata, name)),
     }
+    number = precision.number
     run = {
-        "start": ", ".join(map(repr, map(float, start))),
-        "end": repr(float(end)),
+        "real": real,
+        "digits": precision.digits,
+        "zero": number(0.0),
+        "step": number(0.001),
+        "start": ", ".join(map(number, map(float, start))),
+        "end": number(float(end)),
         "columns": "".join(f",{plain_words(state)}" for state in states),
         "values": "\n".join(
-            f"    p[{parameters.index(p)}] = {float(value)!r}; /* {plain_words(p)} */"
+            f"    p[{parameters.index(p)}] = {number(float(value))}; /* {plain_words(p)} */"
             for p, value in values.items()
         ),
     }
     source = {
-        "code": amalgamate("unit/standalone.h", generated, RUNTIME),
+        "code": amalgamate("unit/standalone.h", {**generated, **precision.headers()}, RUNTIME),
         "defaults": "\n".join(default_lines(functions)),
     }
     return {
-        f"{name}.h": filled("header.h.in", common, tables),
-        f"{name}.c": filled("source.c.in", common, source),
+        f"{name}.h": precision.text(filled("header.h.in", common, tables)),
+        f"{name}.c": precision.text(filled("source.c.in", common, source)),
         "main.c": filled("main.c.in", common, run),
         "CMakeLists.txt": filled("CMakeLists.txt.in", common),
     }

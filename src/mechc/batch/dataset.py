@@ -30,6 +30,7 @@ ABOUT = {
     "critical_gap": "least gap at a critical configuration near the motion",
     "event_counts": "zeros of each event",
     "event_latest": "time of the last zero of each event",
+    "lowered_impacts": "impacts at which less than the whole restitution counted",
 }
 UNITS = {"t": "s", "event_latest": "s", "critical_gap": "m"}
 

@@ -99,6 +99,7 @@ def layouts(
     if recipe.events is not None:
         events = (len(recipe.events.directions),)
         found |= {"event_counts": (events, "int64"), "event_latest": (events, "float64")}
+        found["lowered_impacts"] = (), "int64"
     if recipe.sensitivities:
         columns = (width, len(recipe.sensitivities))
         found |= dict.fromkeys(("sensitivity_final", "sensitivity_max"), (columns, "float64"))

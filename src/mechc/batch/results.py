@@ -118,6 +118,12 @@ class Batch:
         if failed:
             words = ", ".join(f"{n} {what}" for what, n in failed.items())
             told.append(f"not all members reached the end: {words}")
+        lowered = np.count_nonzero(self["lowered_impacts"]) if self.recipe.events else 0
+        if lowered:
+            told.append(
+                f"in {lowered} members Newton's law of restitution with friction would have given "
+                "energy: as much of the restitution was taken as gives none (lowered_impacts)"
+            )
         if self.recipe.sensitivities:
             missing = np.isnan(self["sensitivity_final"]).reshape(len(self), -1).any(axis=1)
             none = np.count_nonzero(np.logical_and(self.ok, missing))

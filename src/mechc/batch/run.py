@@ -23,7 +23,8 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-LOCKSTEP = ("dop853", "gauss8_lockstep")  # methods that run members in lockstep, a lane each
+# Methods that run members in lockstep, a lane each.
+LOCKSTEP = ("dop853", "gauss8_lockstep", "taylor")
 Report = Callable[[int], None]
 
 
@@ -70,6 +71,7 @@ def run_members(
         shape = recipe.count, len(events.directions)
         results["event_counts"] = np.zeros(shape, np.int64)
         results["event_latest"] = np.full(shape, np.nan)
+        results["lowered_impacts"] = np.zeros(recipe.count, np.int64)
     if in_c is not None:
         results["event_counts"][:] = runs.event_counts
         results["event_latest"][:] = runs.event_latest

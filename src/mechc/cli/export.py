@@ -25,6 +25,8 @@ def export_command(chosen: argparse.Namespace) -> int:
     asked = [kind for kind, flag in kinds.items() if flag]
     if len(asked) != 1:
         raise MechcError("say what to export: --c, --fmu or --wasm")
+    if chosen.float and not chosen.c:
+        raise MechcError("--float is for --c")
     if chosen.fmi and not chosen.fmu:
         raise MechcError("--fmi chooses the version of --fmu")
     return asked[0](chosen)
@@ -48,7 +50,7 @@ def _c(chosen: argparse.Namespace) -> int:
     mechanism, arguments = _asked(chosen)
     folder = output_folder(chosen, "mechc_export")
     assert folder is not None
-    files = export_c(mechanism, folder, **arguments)
+    files = export_c(mechanism, folder, real="float" if chosen.float else "double", **arguments)
     for file in files:
         print(file)
     c = next(file.name for file in files if file.suffix == ".c")

@@ -127,7 +127,7 @@ def _run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--method",
         default="auto",
-        help="auto, dopri5, dop853, gauss8, gauss8_lockstep or radau5 [auto]",
+        help="auto, dopri5, dop853, gauss8, gauss8_lockstep, radau5 or taylor [auto]",
     )
     parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
     parser.add_argument(
@@ -141,6 +141,7 @@ def export_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--c", action="store_true", help="C99 files: header, source, example, CMake"
     )
+    parser.add_argument("--float", action="store_true", help="of --c: numbers in single precision")
     parser.add_argument(
         "--fmu", action="store_true",
         help="a functional mock-up unit: model exchange and co-simulation, compiled, with its C",

@@ -38,13 +38,13 @@ def typed_expression(text: str, names: Mapping[str, Any]) -> Any:
 
 @one_at_a_time
 def event_functions(
-    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any]], width: int, parameters: int
+    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], width: int, parameters: int
 ) -> EventFunctions | None:
     """Compiled values, slopes and resets of events, from the cache where they are known.
 
     None for functions that have no form in C, and without a C compiler.
     """
-    told = tuple((value, reset and tuple(reset.items()), e) for value, reset, e in events)
+    told = tuple((value, reset and tuple(reset.items()), *more) for value, reset, *more in events)
     asked = (told, width, parameters)
     if asked not in _known:
         if len(_known) >= MOST_KNOWN:
@@ -54,7 +54,7 @@ def event_functions(
 
 
 def _made(
-    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any]], width: int, parameters: int
+    events: Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], width: int, parameters: int
 ) -> EventFunctions | None:
     from mechc_codegen.emit.units.event_unit import EventExpressions, event_unit
 

@@ -21,6 +21,7 @@ def standalone_texts(
     *,
     fix: Mapping[Any, float] | None,
     outputs: Iterable[Any] | None,
+    real: str,
     **options: Any,
 ) -> dict[str, str]:
     """File name -> text; see :func:`mechc.export_c`."""
@@ -29,7 +30,7 @@ def standalone_texts(
     asked = exported(mechanism, y0, params, fix=fix, outputs=outputs, **options)
     found = asked.mechanism
     texts: dict[str, str] = build_standalone(
-        found, name or found.name, asked.start, asked.values, t_end, asked.request
+        found, name or found.name, asked.start, asked.values, t_end, asked.request, real
     )
     return texts
 

@@ -51,7 +51,7 @@ cdef extern from "events/resets.h":
     ) nogil
     int mechc_watch_reset(mechc_watch *, double, double *) nogil
     int mechc_impulses(
-        const double *, const double *, const double *, int, double *, double *, int *
+        const double *, const double *, const double *, int, int, double *, double *, int *
     ) nogil
 
 
@@ -76,23 +76,27 @@ cdef void reset_state(void *given) noexcept nogil:
     job.status = mechc_watch_reset(job.watch, job.t, job.y)
 
 
-def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e):
+def impulses(const double[:, ::1] a, const double[::1] w, const double[::1] e, bint poisson=False):
     """The impulses (n,) at n contacts that touch: ``events/impact.h``.
 
     a : (n, n)
         How the rates of the gaps change with them.
     w, e : (n,)
         The rates before, and the restitution of each.
+    poisson
+        By Poisson's law, not Newton's.
 
     Raises ArithmeticError where there are none.
     """
     cdef int n = w.shape[0]
-    out, space, sets = np.zeros(n), np.zeros(n * (n + 5) + 1), np.zeros(2 * n + 1, np.intc)
+    out, space, sets = np.zeros(n), np.zeros(n * (n + 7) + 1), np.zeros(2 * n + 1, np.intc)
     cdef double[::1] p = out, room = space
     cdef int[::1] of_contacts = sets
     if a.shape[0] != n or a.shape[1] != n or e.shape[0] != n:
         raise ValueError("a rate and a restitution are needed for every contact")
-    if n and not mechc_impulses(&a[0, 0], &w[0], &e[0], n, &p[0], &room[0], &of_contacts[0]):
+    if n and not mechc_impulses(
+        &a[0, 0], &w[0], &e[0], n, poisson, &p[0], &room[0], &of_contacts[0]
+    ):
         raise ArithmeticError("no impulses keep these gaps from closing")
     return out
 

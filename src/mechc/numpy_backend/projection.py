@@ -40,7 +40,7 @@ class Manifold:
         """The same constraints, with the least sum of the entries of an ordinary row.
 
         Where links come in line a row may vanish, but not the rounding of its gap: see
-        ``dynamics/ordinary_rows.h`` of the compiled run.
+        ``singularities/ordinary_rows.h`` of the compiled run.
         """
         if not len(angles) or not self.listing.holonomic:
             return self

@@ -32,6 +32,7 @@ STAGES = {
     "dop853": "explicit pairs and lockstep compiled",
     "gauss8_lockstep": "collocation in lockstep compiled",
     "radau5": "implicit method compiled",
+    "taylor": "Taylor series compiled",
     "outputs": "outputs in lanes compiled",
     "derivatives": "derivatives of runs compiled",
     "whole": "the whole compiled for its capsule",
@@ -143,9 +144,23 @@ def _calls(system: System) -> ReportSection:
         ("configuration", f"{counts['stages']['configuration']} operations"),
         ("speeds", f"{counts['stages']['motion']} operations"),
         ("solution", solved),
+        *_row_blocks(system),
         *given,
     )  # fmt: skip
     return ReportSection("a right-hand side", facts)
+
+
+def _row_blocks(system: System) -> tuple[tuple[str, str], ...]:
+    """How the constraint rows are eliminated, where that is done block by block."""
+    found = system.data.get("row_blocks")
+    if not found:
+        return ()
+    sizes = ", ".join(f"{rows} x {speeds}" for rows, speeds in found["blocks"])
+    costs = ", ".join(
+        f"{what} {found['by_block'][what]} operations (all together {found['together'][what]})"
+        for what in ("factors", "solution", "conditioning")
+    )
+    return (("constraint rows", f"in blocks of {sizes}: {costs}"),)
 
 
 def _fallen(system: System, whole: Whole) -> ReportSection:

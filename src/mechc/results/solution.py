@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
+from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import names_of
@@ -47,11 +48,12 @@ class Solution(Trajectory):
         States; ``q`` and ``u`` are its halves, ``sol["theta_0"]`` one component (nt,).
     """
 
+    _sensitivity: Sensitivity | None = None
+    _given: tuple[Any, Any] | None = None  # y0 and params, as they were given
+
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
-        self._sensitivity: Sensitivity | None = None
-        self._given: tuple[Any, Any] | None = None  # y0 and params, as they were given
-        super().__init__(*run)
+        Trajectory.__init__(self, *run)
 
     def __copy__(self) -> Solution:
         other = object.__new__(type(self))
@@ -192,6 +194,7 @@ class Solution(Trajectory):
 
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
+        refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
         return gradient_of_run(self, end, integral, names, *self._given_or_own)
 

@@ -48,14 +48,20 @@ def checked_policy(
     max_step: float, max_steps: int, dense: bool, on_change_point: str,
     max_bytes: float = LARGEST_TRAJECTORY, checkpoints: float | None = None,
 ) -> Policy:  # fmt: skip
-    """The policy of a run or a batch.
+    """The policy of a run or a batch; the last one of a system is kept.
 
     Raises
     ------
     UnknownNameError, ValueOutOfBoundsError
         For an unknown method or policy and wrong numbers.
     """
-    return Policy(
+    asked = (rtol, method, first_step, max_step, max_steps, dense, on_change_point, max_bytes,
+             checkpoints)  # fmt: skip
+    known = system.kept.get("policy")
+    if known is not None and atol is None and _are_equal(known[0], asked):
+        kept: Policy = known[1]
+        return kept
+    policy = Policy(
         _checked_rtol(rtol),
         None if atol is None else _checked_atol(system, atol),
         _chosen_method(system, method),
@@ -68,6 +74,16 @@ def checked_policy(
         _positive("max_bytes", max_bytes, infinite=True),
         checkpoints=None if checkpoints is None else _positive("checkpoints", checkpoints),
     )
+    if atol is None:
+        system.kept["policy"] = asked, policy
+    return policy
+
+
+def _are_equal(kept: tuple[Any, ...], asked: tuple[Any, ...]) -> bool:
+    try:
+        return kept == asked
+    except ValueError:  # an array is none of these
+        return False
 
 
 def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any]) -> None:
@@ -81,6 +97,20 @@ def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any
         raise ValueOutOfBoundsError(
             "a run with checkpoints takes neither events= nor sensitivities=: its gradient, "
             "sol.gradient(...), needs neither"
+        )
+
+
+def refuse_without_derivatives(method: str) -> None:
+    """
+    Raises
+    ------
+    ValueOutOfBoundsError
+        For a method over whose steps no derivatives are computed.
+    """
+    if method == "taylor":
+        raise ValueOutOfBoundsError(
+            "there are no derivatives over steps of method='taylor': take 'auto', 'gauss8', "
+            "'dop853', 'dopri5' or 'radau5'"
         )
 
 
@@ -104,6 +134,12 @@ def _chosen_method(system: System, method: str) -> str:
         raise ValueOutOfBoundsError(
             f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
         )
+    if method == "taylor" and not system.data.get("taylor"):
+        raise ValueOutOfBoundsError(
+            "method='taylor' needs a small scene without constraints, tables and inputs, whose "
+            "equations have +, -, *, /, powers, sqrt, sin, cos, tan, exp and log alone: take "
+            "method='auto'"
+        )
     return method
 
 
@@ -111,6 +147,8 @@ def checked_span_and_times(
     t_span: Any, t_eval: Array | None
 ) -> tuple[tuple[float, float], Array | None]:
     """(t0, t1) and the times to report at; a span of more than two times is those too."""
+    if type(t_span) is float and t_eval is None and math.isfinite(t_span):
+        return (0.0, t_span), None  # nearly always, and fast
     if t_eval is None and isinstance(t_span, SEQUENCES) and _has_several(t_span):
         t_span, t_eval = (t_span[0], t_span[-1]), t_span
     span = checked_span(t_span)

@@ -128,6 +128,8 @@ def _driven(
     stats = compiled.stats()
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
+    if events:
+        stats["lowered_impacts"] = len(finder.lowered) if finder else 0
     bad = stats.pop("coordinate")
     status = status_of(
         code,

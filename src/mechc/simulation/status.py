@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 from mechc.native import _codes as codes
 
@@ -247,5 +248,10 @@ def status_of(
     """The status for a code of the compiled integrator."""
     name, cause, advice = CODES[code]
     if not cause:
-        return Status(name, t, warnings=warnings)
+        return _reached(name, t, warnings)
     return Status(name, t, cause.format(coordinate=coordinate, gap=gap), advice, warnings)
+
+
+@lru_cache(maxsize=64)
+def _reached(name: str, t: float, warnings: tuple[str, ...]) -> Status:
+    return Status(name, t, warnings=warnings)

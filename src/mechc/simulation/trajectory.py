@@ -24,6 +24,9 @@ from mechc.system.system import System
 class Trajectory:
     """The states of a run over time; :class:`mechc.Solution`, its public face, tells of them."""
 
+    _asked: tuple[Any, ...] = ()  # the events looked for
+    _titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
+
     def __init__(
         self,
         system: System,
@@ -41,8 +44,6 @@ class Trajectory:
         self.stats: Mapping[str, Any] = MappingProxyType(stats)
         self.events = events
         self._run, self._times, self._stop = run, times, stop
-        self._asked: tuple[Any, ...] = ()  # the events looked for
-        self._titles: tuple[str, ...] = ()  # theirs, where they are known from a file alone
 
     @cached_property
     def _record(self) -> tuple[Array, Array]:

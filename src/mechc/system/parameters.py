@@ -105,6 +105,7 @@ class ParameterSet:
         nothing = np.zeros(len(self.names), np.uint8)
         self.defaults = self.completed(np.zeros(len(self.names)), nothing)
         self.defaults.flags.writeable = False
+        self._default_length = largest_of(self.defaults, self._lengths) or 1.0
         self.missing = tuple(n for n, x in zip(self.names, self.defaults, strict=True) if x != x)
 
     def resolve(self, params: Parameters) -> Array:
@@ -131,6 +132,8 @@ class ParameterSet:
 
     def length(self, values: Array) -> float:
         """The scale of lengths: the largest parameter that is one, 1 if there is none."""
+        if values is self.defaults:
+            return self._default_length
         return largest_of(values, self._lengths) or 1.0
 
     @property

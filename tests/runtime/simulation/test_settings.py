@@ -104,9 +104,9 @@ def test_a_wrong_number_of_tolerances_is_named(model, regular):
 
 
 @pytest.mark.slow
-def test_auto_keeps_of_two_methods_that_which_does_less_work():
-    """A bead that stiff springs and dampers draw along sin(t): to ten digits the implicit method,
-    of order 5, needs more steps than stability asks of collocation, unless they are stiffer."""
+def test_auto_takes_few_steps_however_stiff_a_motion_is():
+    """A bead that stiff springs and dampers draw along sin(t): collocation by Newton's iteration
+    serves where stability limits both the plain iteration and explicit methods."""
     (q, u), t, f = dynamicsymbols("q u"), dynamicsymbols._t, Symbol("f")
     drawn = -f * (u - cos(t)) - f * sin(q - sin(t)) + sin(3 * t) * cos(q)
     model = mechc.compile(scenes.bead_with(drawn), outputs=())
@@ -117,9 +117,11 @@ def test_auto_keeps_of_two_methods_that_which_does_less_work():
         assert run.status.ok
         return run.stats["steps"], run.y[-1]
 
-    for stiffness, rtol, most in ((30.0, 1e-8, 200), (30.0, 1e-10, 200), (100.0, 1e-10, 600)):
-        count, end = steps(stiffness, rtol)  # 1136, 3009 and 3557 where the trial is not judged
+    for stiffness, rtol, most in (
+        (30.0, 1e-8, 200), (30.0, 1e-10, 200), (100.0, 1e-10, 600), (100.0, 1e-4, 200),
+        (1e3, 1e-6, 500), (1e4, 1e-8, 1500), (1e6, 1e-10, 1500),
+    ):  # fmt: skip
+        count, end = steps(stiffness, rtol)
         assert count < most
-        np.testing.assert_allclose(end, steps(stiffness, 1e-12, "gauss8")[1], atol=10 * rtol)
-    for stiffness, rtol, most in ((100.0, 1e-4, 200), (1e3, 1e-6, 500), (1e4, 1e-8, 1500)):
-        assert steps(stiffness, rtol)[0] < most < steps(stiffness, rtol, "gauss8")[0] / 2
+        assert steps(stiffness, rtol, "gauss8")[0] < most
+        np.testing.assert_allclose(end, steps(stiffness, 1e-10, "radau5")[1], atol=10 * rtol)

@@ -35,11 +35,14 @@ class EventExpressions:
         Place in the state -> its value after the event, all others stay; None without a reset.
     restitution
         Of a stop, whose gap is the value; None for other events.
+    poisson
+        Whether a stop follows Poisson's law of restitution, not Newton's.
     """
 
     value: Expr
     reset: Mapping[int, Expr] | None = None
     restitution: Expr | None = None
+    poisson: bool = False
 
 
 def event_unit(events: Sequence[EventExpressions], width: int, parameters: int) -> str:
@@ -85,7 +88,7 @@ def _functions_and_table(
         if event.restitution is not None:
             names[3] = f"mechc_restitution_{number}"
             functions.append(_value(names[3], event.restitution))
-        table.append(f"    {{{', '.join(names)}}},")
+        table.append(f"    {{{', '.join([*names, str(int(event.poisson))])}}},")
     return functions, table
 
 

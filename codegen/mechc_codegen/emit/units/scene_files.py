@@ -15,6 +15,7 @@ from typing import Any
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.periodic import angles, periodic
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.ir.program import SWITCHING, SineCosine
 
@@ -67,6 +68,13 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
         text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
+    if functions.program.series:
+        text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
+    if functions.blocks:
+        text += (
+            f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)} /* of constraint rows */\n"
+        )
+        text += f"#define MECHC_BLOCKS_KEPT {BlockElimination(functions.blocks).kept}\n"
     text += _variational(functions)
     return text + (f"#define MECHC_NI {values} /* values of inputs */\n" if values else "")
 

@@ -16,10 +16,9 @@
 #define MECHC_LINEAR_SCALAR
 #endif
 #include "dynamics/sizes.h"
+#include "dynamics/thresholds.h"
 #include "simd/rough.h"
 
-/* Squared ratio of norms below which a row is rounding: (16 eps)^2. */
-#define MECHC_REDUNDANT 1.3e-29
 /* Squared loss of length at which a row is made orthogonal again. */
 #define MECHC_LOSS 1e-2
 
@@ -40,7 +39,7 @@ MECHC_INLINE int FN(factor_mass)(const real *mass, int n, FN(mass_factors) *f)
             f->lower[j * n + k] *= f->inverse[k];
             pivot -= scaled[k] * f->lower[j * n + k];
         }
-        if (bad < 0 && R_ANY(~R_MASK(pivot > 4e-16 * mass[j * n + j]))) bad = j;
+        if (bad < 0 && R_ANY(~R_MASK(pivot > MECHC_NO_PIVOT * mass[j * n + j]))) bad = j;
         f->inverse[j] = 1.0 / pivot;
         for (int i = j + 1; i < n; i++) {
             real entry = mass[i * n + j];

@@ -40,9 +40,6 @@ typedef struct {
 } FN(eliminated);
 
 #if MECHC_CARRIED > 0
-/* Conditioning, squared, above which rows are eliminated link by link. */
-#define MECHC_SAFE 2.5e-5
-
 /* Each cut's row as a wrench of unit force on the link that is cut. */
 MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
 {

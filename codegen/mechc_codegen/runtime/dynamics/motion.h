@@ -226,12 +226,29 @@ MECHC_INLINE void FN(solve_reduced)(const FN(motion_terms) *terms, const FN(fact
 #endif
 #endif
 
-#if MECHC_NC > 0
 #if MECHC_ONE_FREEDOM
 typedef FN(freedom) FN(solver);
 
-MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
-                                    real *lambda)
+/* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
+ * to be far from dependent. */
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
+                                   real ordinary, int regular, FN(solver) *f)
+{
+    (void)ordinary;
+    FN(find_freedom)(jacobian, mass, rank, regular, f);
+}
+
+/* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
+ * dependent. */
+MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real ordinary,
+                                           const FN(solver) *f)
+{
+    (void)jacobian;
+    return FN(freedom_conditioning_squared)(f, mass, ordinary);
+}
+
+MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                   real *lambda)
 {
     FN(along_freedom)(f, terms->gamma, FN(dot)(f->direction, terms->forcing), x);
     if (lambda) {
@@ -239,67 +256,10 @@ MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solv
         FN(factor_rows)(terms->jacobian, terms->mass, MECHC_NC, terms->rank, &rows);
         FN(reactions)(terms, &rows, x, lambda);
     }
-}
-#elif MECHC_REDUCED
-typedef FN(factors) FN(solver);
-
-MECHC_INLINE void FN(solve_regular)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
-                                    real *lambda)
-{
-    FN(solve_reduced)(terms, f, x, lambda);
-}
-#else
-typedef FN(factors) FN(solver);
-#endif
-
-/* What the rows of a configuration, of which `rank` count, are solved with; regular: they are known
- * to be far from dependent. */
-MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank, int regular,
-                                   FN(solver) *f)
-{
-#if MECHC_ONE_FREEDOM
-    FN(find_freedom)(jacobian, mass, rank, regular, f);
-#else
-    (void)regular;
-    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
-#endif
+    if (__builtin_expect(R_ANY(f->redundant), 0))
+        FN(redundant_motion)(terms, f->redundant, x, lambda);
 }
 
-/* Squared length of the shortest orthogonal row over that of the longest: 0 where rows are
- * dependent. */
-MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f, const real *mass, real ordinary)
-{
-#if MECHC_ONE_FREEDOM
-    return FN(freedom_conditioning_squared)(f, mass, ordinary);
-#else
-    (void)mass;
-    return FN(least_singular_squared)(f, ordinary);
-#endif
-}
-
-MECHC_INLINE rmask FN(redundant_rows)(const FN(solver) *f)
-{
-#if MECHC_ONE_FREEDOM
-    return f->redundant;
-#else
-    return FN(redundant)(f);
-#endif
-}
-
-MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
-                                   real *lambda)
-{
-#if MECHC_REDUCED
-    const rmask redundant = FN(redundant_rows)(f);
-    FN(solve_regular)(terms, f, x, lambda);
-    if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
-#else
-    (void)f;
-    FN(solve_in_mass_metric)(terms, x, lambda);
-#endif
-}
-
-#if MECHC_ONE_FREEDOM
 MECHC_ONCE __attribute__((cold)) void FN(least_redundant_step)(const real *jacobian,
                                                                const real *mass, real rank,
                                                                const real *values, real *step)
@@ -324,10 +284,24 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(f->redundant, other[i], step[i]);
     }
 }
+#elif MECHC_NC > 0
+/* By the orthogonal factors. */
+MECHC_INLINE void FN(solve_orthogonal)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+                                       real *lambda)
+{
+#if MECHC_REDUCED
+    const rmask redundant = FN(redundant)(f);
+    FN(solve_reduced)(terms, f, x, lambda);
+    if (__builtin_expect(R_ANY(redundant), 0)) FN(redundant_motion)(terms, redundant, x, lambda);
 #else
+    (void)f;
+    FN(solve_in_mass_metric)(terms, x, lambda);
+#endif
+}
+
 /* The least change that gives every row the value wanted. */
-MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
-                                 const real *values, real *step)
+MECHC_INLINE void FN(least_orthogonal_step)(const real *jacobian, const real *mass,
+                                            const FN(factors) *f, const real *values, real *step)
 {
     const rmask beside =
         R_MASK(FN(least_singular_squared)(f, R(0.0)) < MECHC_BESIDE_CROSSING * MECHC_BESIDE_CROSSING)
@@ -338,6 +312,35 @@ MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const F
         FN(least_work)(mass, jacobian, f->rank, values, other);
         for (int i = 0; i < MECHC_NU; i++) step[i] = R_SELECT(beside, other[i], step[i]);
     }
+}
+
+#if MECHC_ROW_BLOCKS == 0
+typedef FN(factors) FN(solver);
+
+MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real rank,
+                                   real ordinary, int regular, FN(solver) *f)
+{
+    (void)ordinary, (void)regular;
+    FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
+}
+
+MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mass, real ordinary,
+                                           const FN(solver) *f)
+{
+    (void)jacobian, (void)mass;
+    return FN(least_singular_squared)(f, ordinary);
+}
+
+MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solver) *f, real *x,
+                                   real *lambda)
+{
+    FN(solve_orthogonal)(terms, f, x, lambda);
+}
+
+MECHC_INLINE void FN(least_step)(const real *jacobian, const real *mass, const FN(solver) *f,
+                                 const real *values, real *step)
+{
+    FN(least_orthogonal_step)(jacobian, mass, f, values, step);
 }
 #endif
 #endif

@@ -4,13 +4,6 @@
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
-/* Conditioning, squared, below which the weakest row cannot close a loop any more, and below which
- * it is asked with care what speeds it allows. */
-#define MECHC_WEAK 1e-14
-#define MECHC_DELICATE 1e-3
-/* Below this a row is a redundant one, whose rounding says nothing about a crossing. */
-#define MECHC_SURELY 1e-28
-
 /* The rows at q without those that are that weak; returns how many these are. */
 MECHC_ONCE int mechc_strong_rows(double t, const double *q, const mechc_scalar_given *given,
                                  mechc_scalar_place *place, mechc_scalar_factors *rows)
@@ -86,7 +79,7 @@ MECHC_RARE void mechc_fit_to_speeds(double t, double *y, const mechc_scalar_give
     const double rate = mechc_weakest_rate(place, rows, y + MECHC_NQ, direction);
     double fastest = 0.0;
     for (int j = 0; j < MECHC_NU; j++) fastest = mechc_max(fastest, fabs(direction[j]));
-    const double small = 1e-7 / fastest;
+    const double small = MECHC_SMALL_MOVE / fastest;
     for (int j = 0; j < MECHC_NU; j++) by[j] = small * direction[j];
     memcpy(moved, y, sizeof moved);
     mechc_scalar_displace(t, moved, given, by);
@@ -125,10 +118,6 @@ MECHC_ONCE int mechc_project_between(double t, double *y, const mechc_scalar_giv
 #endif
     return MECHC_RUNNING;
 }
-
-/* Conditioning below which a state beside a crossing is spoiled where its speeds follow its rows: these
- * are off by the rounding of the closure over the conditioning, and the speeds by that over it again. */
-#define MECHC_TOO_NEAR 3e-4
 
 /* Is a state, whose loops are closed, to be projected as those between accepted ones are? */
 MECHC_STATIC int mechc_is_delicate(const mechc_scalar_place *place, const mechc_scalar_given *given)

@@ -15,12 +15,25 @@
 #define MECHC_SWITCHES 0 /* functions at whose zeros the equations change their form */
 #endif
 
+#ifndef MECHC_ROW_BLOCKS
+#define MECHC_ROW_BLOCKS 0 /* in which constraint rows are eliminated one by one */
+#endif
+
+/* Squared sine or share, and squared length over that of the longest row, below which rows are not
+ * eliminated block by block: see block_motion.h. */
+#define MECHC_SAFE_SINE 0.1
+#define MECHC_SAFE_LENGTH 1e-3
+
 /* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call
  * costs little beside them, and each copy as long to compile as all the rest. */
 #ifdef MECHC_LONG
 #define MECHC_OF_STAGE MECHC_SINGLE
 #else
 #define MECHC_OF_STAGE MECHC_INLINE
+#endif
+
+#ifndef MECHC_TAYLOR_SERIES
+#define MECHC_TAYLOR_SERIES 0 /* are there recurrences of the motion's Taylor coefficients? */
 #endif
 
 #define MECHC_NX (MECHC_NQ + MECHC_NU)

@@ -13,6 +13,7 @@
 #endif
 #include "abi/codes.h"
 #include "abi/inputs.h"
+#include "dynamics/block_motion.h"
 #include "dynamics/given.h"
 #include "dynamics/linear.h"
 #include "dynamics/loop_motion.h"
@@ -88,7 +89,8 @@ MECHC_OF_STAGE void FN(locate_near)(real t, const real *q, const FN(given) *give
     place->bad = -1;
     place->rank = given->k[MECHC_ROWS_THAT_COUNT];
     FN(give_ordinary)(given, place);
-    FN(prepare_rows)(place->jacobian, place->mass, place->rank, regular, &place->rows);
+    FN(prepare_rows)(place->jacobian, place->mass, place->rank, place->ordinary_length, regular,
+                     &place->rows);
 #elif MECHC_ARTICULATED
     (void)regular;
     place->bad = FN(articulate)(place->saved, &place->factored);
@@ -158,7 +160,8 @@ MECHC_INLINE real FN(conditioning_at)(const FN(place) *place)
 #if MECHC_LINKS > 0
     return MECHC_TOGETHER * MECHC_TOGETHER * FN(conditioning_squared)(&place->rows);
 #else
-    return FN(conditioning_squared)(&place->rows, place->mass, place->ordinary_length);
+    return FN(conditioning_squared)(place->jacobian, place->mass, place->ordinary_length,
+                                    &place->rows);
 #endif
 }
 
@@ -172,6 +175,8 @@ MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real 
 {
 #if MECHC_LINKS > 0
     FN(cut_rates)(place->saved, x, rates);
+#elif MECHC_ROW_BLOCKS > 0
+    FN(rates_in_blocks)(place->jacobian, x, rates);
 #else
     for (int i = 0; i < MECHC_NC; i++) {
         rates[i] = R(0.0);
@@ -189,6 +194,8 @@ MECHC_INLINE real FN(sum_of_partials)(const FN(place) *place)
 {
 #if MECHC_LINKS > 0
     return FN(most_partials)(place->saved);
+#elif MECHC_ROW_BLOCKS > 0
+    return FN(partials_in_blocks)(place->jacobian);
 #else
     real terms = R(0.0);
     for (int i = 0; i < MECHC_NH; i++) {
@@ -213,7 +220,7 @@ MECHC_INLINE real FN(gap_and_rounding)(const FN(place) *place, const real *q, re
         const real size = FN(size)(q[j]);
         turn = R_SELECT(R_MASK(size > turn), size, turn);
     }
-    *rounding = terms * turn * (2.0 * 2.220446049250313e-16);
+    *rounding = terms * turn * (2.0 * MECHC_EPSILON);
     return gap;
 }
 

@@ -1,7 +1,7 @@
 /* The functions of events, compiled from expressions of time, state and parameters. */
 #pragma once
 
-#define MECHC_EVENTS_ABI 2
+#define MECHC_EVENTS_ABI 3
 
 typedef struct {
     double (*value)(double t, const double *y, const double *p); /* zero at the event */
@@ -12,6 +12,7 @@ typedef struct {
     /* Of a stop, whose gap is the value: how much of the speed of approach it gives back.  NULL: it
      * is none. */
     double (*restitution)(double t, const double *y, const double *p);
+    int poisson; /* of a stop: by Poisson's law of restitution, not Newton's */
 } mechc_event_functions;
 
 /* What one compiled unit offers, under the name mechc_events. */

@@ -1,9 +1,13 @@
-/* Impacts of several contacts at once, by Newton's law of restitution.
+/* Impacts of several contacts at once, by Newton's law of restitution or by Poisson's.
  *
- * The contacts that touch get impulses p >= 0 that change the rates w of their gaps to w+ = w + A p,
+ * By Newton's the contacts that touch get impulses p >= 0 that change the rates w of their gaps to w+ = w + A p,
  * A = W M^-1 W^T, with w+ + e w >= 0 and p (w+ + e w) = 0 (Moreau 1988; Glocker & Pfeiffer 1995,
  * Nonlinear Dynamics 7): a linear complementarity problem.  M is that of the speeds which the
  * constraints leave free.  With one e for all, energy changes by -(1 - e) / (1 + e) p^T A p / 2.
+ *
+ * By Poisson's law (Glocker & Pfeiffer 1995) compression has the impulses c of e = 0, and expansion
+ * at least e c: e c + x, x >= 0, where a gap would still close, x w+ = 0.  With one e for all, energy
+ * changes by -(1 - e^2) c^T A c / 2 at most.
  */
 #pragma once
 
@@ -132,18 +136,45 @@ static double mechc_impact_energy(const double *a, const double *w, int n, const
     return energy;
 }
 
-/* Impulses p (n,) of n contacts with A, rates w before and restitution e: where different ones would
- * give energy, the least counts for all.  0 where there are none.  `space`: n (n + 5); `sets`: 2 n.
- */
-static int mechc_impulses(const double *a, const double *w, const double *e, int n, double *p,
-                          double *space, int *sets)
+/* Impulses by Newton's law.  0 where there are none.  `space`: n (n + 5); `sets`: 2 n. */
+static int mechc_by_newton(const double *a, const double *w, const double *e, int n, double *p,
+                           double *space, int *sets)
 {
-    double *b = space, least = INFINITY, size = 0.0;
+    double *b = space;
     for (int i = 0; i < n; i++) b[i] = (1.0 + e[i]) * w[i];
+    return mechc_complementary(a, b, n, p, b + n, sets);
+}
+
+/* Impulses by Poisson's law.  0 where there are none.  `space`: n (n + 6); `sets`: 2 n. */
+static int mechc_by_poisson(const double *a, const double *w, const double *e, int n, double *p,
+                            double *space, int *sets)
+{
+    double *b = space, *restored = b + n;
+    const double settled = MECHC_IMPACT_SETTLED * mechc_largest(w, n);
+    if (!mechc_complementary(a, w, n, p, restored + n, sets)) return 0;
+    for (int i = 0; i < n; i++) restored[i] = (1.0 + e[i]) * p[i];
+    for (int i = 0; i < n; i++) {
+        b[i] = mechc_rate_after(a, w, n, restored, i);
+        if (fabs(b[i]) <= settled) b[i] = 0.0;
+    }
+    const int found = mechc_complementary(a, b, n, p, restored + n, sets);
+    for (int i = 0; i < n; i++) p[i] += restored[i];
+    return found;
+}
+
+/* Impulses p (n,) of n contacts with A, rates w before and restitution e: where different ones would
+ * give energy, the least counts for all.  0 where there are none.  `space`: n (n + 7); `sets`: 2 n.
+ */
+static int mechc_impulses(const double *a, const double *w, const double *e, int n, int poisson,
+                          double *p, double *space, int *sets)
+{
+    int (*law)(const double *, const double *, const double *, int, double *, double *, int *) =
+        poisson ? mechc_by_poisson : mechc_by_newton;
+    double *same = space, least = INFINITY, size = 0.0;
     for (int i = 0; i < n; i++) least = fmin(least, e[i]);
-    const int found = mechc_complementary(a, b, n, p, b + n, sets);
+    for (int i = 0; i < n; i++) same[i] = least;
+    const int found = law(a, w, e, n, p, same + n, sets);
     for (int i = 0; i < n; i++) size += fabs(p[i] * w[i]);
     if (found && !(mechc_impact_energy(a, w, n, p) > 1e-13 * size)) return 1;
-    for (int i = 0; i < n; i++) b[i] = (1.0 + least) * w[i];
-    return mechc_complementary(a, b, n, p, b + n, sets);
+    return law(a, w, same, n, p, same + n, sets);
 }

@@ -94,7 +94,8 @@ static int mechc_stop_impact(mechc_watch *watch, int number, double t, double *y
             for (int j = 0; j < n; j++) a[i * count + k] += rows[i * n + j] * rows[k * n + j];
         }
     }
-    if (!mechc_impulses(a, w, e, count, p, space, watch->touching + watch->count)) return 0;
+    const int poisson = watch->functions[number].poisson;
+    if (!mechc_impulses(a, w, e, count, poisson, p, space, watch->touching + watch->count)) return 0;
     if (!mechc_note_impacts(watch, number, count, p, t, y)) return 0;
     for (int j = 0; j < n; j++) {
         change[j] = 0.0;

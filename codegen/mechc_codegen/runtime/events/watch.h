@@ -117,7 +117,7 @@ static int mechc_watch_make(mechc_watch *watch, const mechc_unit *unit,
     watch->slopes = malloc((width + 1) * sizeof(double));
     watch->prepared = malloc(unit->given_size + sizeof(double));
     watch->impulse = malloc((nu * nu + 2 * nc * nu + 3 * nc + nu + 1) * sizeof(double));
-    watch->contacts = malloc((k * (nu + 2 * k + 8) + nu + 1) * sizeof(double));
+    watch->contacts = malloc((k * (nu + 2 * k + 10) + nu + 1) * sizeof(double));
     watch->touching = malloc((3 * k + 1) * sizeof *watch->touching);
     watch->points = malloc(MECHC_EVENT_POINTS * sizeof *watch->points);
     watch->spare = malloc(MECHC_EVENT_POINTS * sizeof *watch->spare);

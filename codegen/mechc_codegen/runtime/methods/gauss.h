@@ -12,7 +12,7 @@
  */
 #pragma once
 
-#include "methods/gauss_stages.h"
+#include "methods/gauss_newton.h"
 #include "methods/gauss_tableau.h"
 #include "methods/traits.h"
 #include "run/integration.h"
@@ -30,6 +30,15 @@
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
 /* Changes that grow so end a step; across a jump they need not shrink at all. */
 #define MECHC_GAUSS_DIVERGES (MECHC_SWITCHES ? 1.0 : 2.0)
+/* Stiff components answer at once to what the polynomial lacks: a Legendre polynomial P of degree 8,
+ * by int_0^1 exp(z (1 - x)) P(x) dx, at most an eighth of it, and (z / 2)^8 / 17!! where |z| is small. */
+#define MECHC_GAUSS_RESPONSE 0.125
+#define MECHC_GAUSS_LOW 34459425.0
+#define MECHC_GAUSS_DAMPED 144.0 /* a step leaves 1 - 144 / |z| of such a one where |z| is large */
+
+/* Steps of Newton's iteration before the plain one is tried again. */
+#define MECHC_GAUSS_PATIENCE 8
+#define MECHC_GAUSS_MOST_PATIENCE 512
 
 MECHC_STATIC mechc_gauss *mechc_gauss_of(const mechc_integration *run)
 {
@@ -115,6 +124,20 @@ MECHC_STATIC double mechc_gauss_measure(const mechc_gauss *g, double h)
         square += (squares[MECHC_DEGREE_7] + squares[MECHC_DEGREE_6]) * g->error_weights[i];
     }
     return fabs(h) * sqrt(square);
+}
+
+/* The same of stiff components, whose errors accumulate over few steps: see mechc_gauss_respond. */
+MECHC_STATIC double mechc_gauss_stiff_error(const mechc_integration *run, double h)
+{
+    const mechc_gauss *g = mechc_gauss_of(run);
+    double most = 0.0;
+    for (int i = 0; g->response > 0.0 && i < MECHC_UNKNOWNS; i++) {
+        mechc_sums sums;
+        mechc_gauss_sums(g, i, &sums);
+        const double lacks = mechc_max(fabs(sums[MECHC_DEGREE_7]), fabs(sums[MECHC_DEGREE_6]));
+        most = mechc_max(most, lacks * g->weights[MECHC_FIRST_UNKNOWN + i]);
+    }
+    return g->response * fabs(h) * most;
 }
 
 MECHC_STATIC double mechc_gauss_error(mechc_integration *run, double h, const double *end)
@@ -341,6 +364,79 @@ MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double 
     return status;
 }
 
+/* Newton's iteration takes over; for twice as many steps as the last time where that is not long ago. */
+MECHC_STATIC void mechc_gauss_stiffen(mechc_gauss *g)
+{
+    const int again = g->plain < MECHC_GAUSS_PATIENCE && g->patience;
+    if (!again) g->patience = MECHC_GAUSS_PATIENCE;
+    else if (g->patience < MECHC_GAUSS_MOST_PATIENCE) g->patience *= 2;
+    g->stiff = g->patience;
+    g->plain = g->slow = 0;
+}
+
+/* Count an accepted step. */
+MECHC_STATIC void mechc_gauss_count(mechc_gauss *g, int limited)
+{
+    if (g->stiff) {
+        g->stiff--;
+        return;
+    }
+    g->plain++;
+    g->slow = limited ? g->slow + 1 : 0;
+    if (g->slow > 1) mechc_gauss_stiffen(g);
+}
+
+#if MECHC_NEWTON
+/* What stiff components make of a step's missing coefficient, over a step's share of the tolerance:
+ * theirs is as much larger as the errors of fewer steps add up; `size` is that of h J. */
+MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double size)
+{
+    const double low = pow(0.5 * size, 8.0) / MECHC_GAUSS_LOW, most = 1.0 / run->method->share;
+    const double steps = mechc_min(most, mechc_max(1.0, size / MECHC_GAUSS_DAMPED));
+    return mechc_min(MECHC_GAUSS_RESPONSE, low) * steps / most;
+}
+
+/* Newton's equations of this step, where the plain iteration contracts slowly. */
+MECHC_STATIC void mechc_gauss_prepare(mechc_integration *run, double h, mechc_newton *w)
+{
+    mechc_gauss *g = mechc_gauss_of(run);
+    g->newton = NULL;
+    g->response = 0.0;
+    if (!g->stiff || g->closing != MECHC_UNPROJECTED) return;
+    mechc_newton_slopes(w, g, run->head.t, run->y, h, run->scale);
+    run->head.stats.rhs_evaluations += (MECHC_NX / MECHC_LANES + 1) * MECHC_LANES;
+    const double size = mechc_newton_size(w, h, run->scale);
+    if (size < MECHC_NEWTON_EASY) g->stiff = 0;
+    if (!g->stiff) return;
+    g->response = mechc_gauss_respond(run, size);
+    mechc_newton_equations(w, h);
+    if (mechc_newton_invert(w)) g->newton = w;
+}
+#endif
+
+/* Solve for the stages; by Newton's iteration where the plain one does not contract. */
+MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)
+{
+#if MECHC_NEWTON
+    mechc_gauss *g = mechc_gauss_of(run);
+    mechc_newton equations;
+    mechc_gauss_predict(g, h);
+    mechc_gauss_prepare(run, h, &equations);
+    int status = mechc_gauss_converge(run, h);
+    if (status == MECHC_NOT_CLOSED && !g->stiff && g->closing == MECHC_UNPROJECTED) {
+        mechc_gauss_stiffen(g);
+        mechc_gauss_predict(g, h);
+        mechc_gauss_prepare(run, h, &equations);
+        if (g->newton) status = mechc_gauss_converge(run, h);
+    }
+    g->newton = NULL;
+    return status;
+#else
+    mechc_gauss_predict(mechc_gauss_of(run), h);
+    return mechc_gauss_converge(run, h);
+#endif
+}
+
 /* A step from the run's state; leaves the end's rates where the explicit pairs do. */
 MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
 {
@@ -353,13 +449,12 @@ MECHC_STATIC int mechc_gauss_step(mechc_integration *run, double h, double *end)
     g->alone = &run->given;
 #endif
     mechc_gauss_weigh(run, g);
-    mechc_gauss_predict(g, h);
-    const int status = mechc_gauss_converge(run, h);
+    const int status = mechc_gauss_solve(run, h);
     if (status != MECHC_RUNNING) return status;
     if (MECHC_NH > 0 && mechc_is_beside(run, h)
         && mechc_gauss_noise(run, h) > mechc_gauss_most_noise(run))
         return MECHC_NOT_CLOSED;
-    g->error = mechc_gauss_measure(g, h);
+    g->error = mechc_max(mechc_gauss_measure(g, h), mechc_gauss_stiff_error(run, h));
     if (!mechc_gauss_reached_end(run, g->error)) return status;
     if (!mechc_gauss_stays(run)) return MECHC_NOT_CLOSED;
     mechc_gauss_meet(run, h);
@@ -394,6 +489,13 @@ MECHC_RARE void mechc_gauss_switching(mechc_integration *run, double h, double *
 }
 #endif
 
+MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, const double *end,
+                                     double error)
+{
+    (void)h, (void)end;
+    return mechc_gauss_of(run)->shrinking > MECHC_GAUSS_SLOW && error < MECHC_GAUSS_NEEDLESS;
+}
+
 /* Keep the polynomial of an accepted step. */
 MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
 {
@@ -402,6 +504,7 @@ MECHC_STATIC void mechc_gauss_accept(mechc_integration *run, double h)
     memcpy(g->tried, g->rates, sizeof g->tried);
     g->last_step = h;
     g->last_factor = g->factor;
+    mechc_gauss_count(g, mechc_gauss_limited(run, h, run->y, g->error));
 }
 
 MECHC_STATIC void mechc_gauss_dense(mechc_integration *run, double h, const double *end,
@@ -431,13 +534,6 @@ MECHC_STATIC double mechc_gauss_reach(const mechc_integration *run)
     return fabs(g->last_step) * mechc_min(3.0, mechc_max(1.3, 0.9 * g->last_factor));
 }
 
-MECHC_STATIC int mechc_gauss_limited(const mechc_integration *run, double h, const double *end,
-                                     double error)
-{
-    (void)h, (void)end;
-    return mechc_gauss_of(run)->shrinking > MECHC_GAUSS_SLOW && error < MECHC_GAUSS_NEEDLESS;
-}
-
 MECHC_STATIC void mechc_gauss_take_inputs(mechc_gauss *g, const mechc_integration *run)
 {
     for (int lane = 0; lane < MECHC_LANES; lane++)
@@ -461,6 +557,7 @@ MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     g->last_step = g->last_factor = 0.0;
+    g->stiff = g->patience = g->slow = 0;
     memset(g->compensation, 0, sizeof g->compensation);
 }
 

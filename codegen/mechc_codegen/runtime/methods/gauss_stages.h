@@ -30,6 +30,11 @@ enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 typedef double mechc_sums __attribute__((vector_size(32)));
 enum { MECHC_ONCE_INTEGRATED, MECHC_TWICE_INTEGRATED, MECHC_DEGREE_7, MECHC_DEGREE_6 };
 
+/* Scenes so large go over to radau5 where they are stiff. */
+#define MECHC_NEWTON (MECHC_UNKNOWNS <= 32)
+typedef struct mechc_newton mechc_newton;
+typedef mechc_sums mechc_modes; /* one number of each pair of eigenvalues */
+
 typedef struct {
     mechc_vector_given given;
     mechc_vector q[MECHC_NQ][MECHC_BLOCKS];    /* stages as last evaluated */
@@ -53,6 +58,11 @@ typedef struct {
     int fine; /* stages near it are closed finely */
 #endif
     int closing;                 /* how stages are kept on the constraints */
+    int stiff;                   /* steps left to Newton's iteration: the plain one contracts slowly */
+    int patience;                /* how many it was given the last time, */
+    int plain, slow;             /* steps since; those in a row whose iteration contracted slowly */
+    const mechc_newton *newton;  /* of this step; NULL: the plain iteration */
+    double response;             /* of stiff components to what the polynomial lacks, at most */
     double shrinking;            /* from the iteration's second change to its third; 0: no third */
     double last_step;            /* 0: no polynomial yet */
     double factor, last_factor;  /* by which this step's error, and the last one's, would have let
@@ -135,13 +145,12 @@ MECHC_INLINE void mechc_gauss_rates(const mechc_gauss *g, mechc_vector time,
 
 /* Rates of one block of stages as they stand; first: before their sines and their conditioning are
  * known. */
-MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y, double h,
-                                       int block, int first, mechc_vector *rates)
+MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, double h,
+                                       const mechc_vector *state, int block, int first,
+                                       mechc_vector *rates)
 {
     mechc_vector_place place;
-    mechc_vector state[MECHC_NX];
     const mechc_vector time = t + h * mechc_take(mechc_gauss_nodes, block);
-    mechc_gauss_states(g, y, h, block, state);
     mechc_vector_locate_near(time, state, &g->given, &place, g->turns[block], !first, !first);
     mechc_gauss_rates(g, time, state, &place, rates);
 #if MECHC_NH > 0
@@ -151,16 +160,19 @@ MECHC_INLINE void mechc_gauss_unclosed(mechc_gauss *g, double t, const double *y
 #endif
 }
 
-MECHC_ONCE void mechc_gauss_first_stages(mechc_gauss *g, double t, const double *y, double h,
-                                         int block, mechc_vector *rates)
+MECHC_ONCE void mechc_gauss_first_stages(mechc_gauss *g, double t, double h,
+                                         const mechc_vector *state, int block,
+                                         mechc_vector *rates)
 {
-    mechc_gauss_unclosed(g, t, y, h, block, 1, rates);
+    mechc_gauss_unclosed(g, t, h, state, block, 1, rates);
 }
 
 MECHC_ONCE void mechc_gauss_plain_stages(mechc_gauss *g, double t, const double *y, double h,
                                          int block, mechc_vector *rates)
 {
-    mechc_gauss_unclosed(g, t, y, h, block, 0, rates);
+    mechc_vector state[MECHC_NX];
+    mechc_gauss_states(g, y, h, block, state);
+    mechc_gauss_unclosed(g, t, h, state, block, 0, rates);
 }
 
 /* Rates of one block of stages at positions and speeds projected; places shift and q. */
@@ -188,29 +200,4 @@ MECHC_ONCE void mechc_gauss_stages(mechc_gauss *g, double t, const double *y, do
 #else
     for (int i = 0; i < MECHC_NQ; i++) moved[i] = mechc_spread(0.0);
 #endif
-}
-
-/* One iteration; the largest change of a rate over what is tolerated. */
-MECHC_ONCE double mechc_gauss_iterate(mechc_gauss *g, double t, const double *y, double h,
-                                      int first)
-{
-    const double *weights = g->weights;
-    mechc_vector rates[MECHC_BLOCKS][MECHC_UNKNOWNS], moved[MECHC_NQ], change = {0};
-    for (int block = 0; block < MECHC_BLOCKS; block++) {
-        if (g->closing == MECHC_UNPROJECTED) {
-            (first ? mechc_gauss_first_stages : mechc_gauss_plain_stages)(g, t, y, h, block,
-                                                                          rates[block]);
-            continue;
-        }
-        mechc_gauss_stages(g, t, y, h, block, rates[block], moved);
-        for (int i = 0; i < MECHC_NQ; i++) change = mechc_larger(change, moved[i] * weights[i]);
-    }
-    for (int i = 0; i < MECHC_UNKNOWNS; i++)
-        for (int block = 0; block < MECHC_BLOCKS; block++) {
-            const mechc_vector by = rates[block][i] - mechc_take(g->rates[i], block);
-            const double weight = fabs(h) * weights[MECHC_FIRST_UNKNOWN + i];
-            change = mechc_larger(change, by * weight);
-            mechc_put(rates[block][i], g->rates[i], block);
-        }
-    return mechc_greatest(change);
 }

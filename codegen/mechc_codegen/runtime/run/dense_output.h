@@ -4,7 +4,7 @@
 #pragma once
 
 #include "abi/run.h"
-#include "dynamics/generic_rank.h"
+#include "singularities/generic_rank.h"
 #include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
 #include "run/trajectory.h"

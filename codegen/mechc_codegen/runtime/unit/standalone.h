@@ -7,7 +7,7 @@
 #include <string.h>
 #include "abi/codes.h"
 #include "abi/inputs.h"
-#include "dynamics/generic_rank.h"
+#include "singularities/generic_rank.h"
 #include "dynamics/project.h"
 #include "unit/assemble.h"
 #include "unit/scalar_outputs.h"

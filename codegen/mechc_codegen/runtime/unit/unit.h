@@ -7,7 +7,7 @@
 #include "dynamics/scalar_stage.h"
 #include "methods/methods.h"
 #if MECHC_HAS(DRIVER)
-#include "dynamics/generic_rank.h"
+#include "singularities/generic_rank.h"
 #include "dynamics/project.h"
 #include "run/dense_output.h"
 #include "run/integration.h"

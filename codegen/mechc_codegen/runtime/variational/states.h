@@ -2,7 +2,7 @@
 #pragma once
 
 #include "abi/run.h"
-#include "dynamics/generic_rank.h"
+#include "singularities/generic_rank.h"
 #include "dynamics/project.h"
 #include "run/tableau.h"
 #include "simd/bind_vector.h"

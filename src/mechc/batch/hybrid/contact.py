@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from mechc.batch.hybrid.reduced import reduced
+from mechc.batch.reductions import read_reduction
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
 from mechc.inputs.driven_scene import with_inputs
@@ -49,16 +51,10 @@ class Found:
 
 
 def run_in_contact(system: System, recipe: Recipe, values: Array, found: Found) -> bool:
-    """Replace the results of members with contact; False if Ctrl-C came first.
-
-    Numbers of the whole motion are found in compiled code alone: where such are asked for, members
-    end where contact begins.
-    """
+    """Replace the results of members with contact; False if Ctrl-C came first."""
     members = _in_contact(system, recipe, values, found)
     for place, member in enumerate(members):
-        if recipe.reductions:
-            _stopped_at_start(recipe, found, member)
-        elif not _replaced(system, recipe, values[member], found, member):
+        if not _replaced(system, recipe, values[member], found, member):
             found.results["status"][members[place:]] = NOT_RUN
             return False
     return True
@@ -72,8 +68,7 @@ def _in_contact(system: System, recipe: Recipe, values: Array, found: Found) -> 
     status, y0 = found.results["status"], found.results["y0"]
     moves = ~np.isin(status, WITHOUT_MOTION)
     if not events.one_by_one:
-        near = _near(system, recipe, values, y0)
-        moves &= near if recipe.reductions else near | (status == RESETS_ACCUMULATE)
+        moves &= _near(system, recipe, values, y0) | (status == RESETS_ACCUMULATE)
     return [int(k) for k in np.flatnonzero(moves)]
 
 
@@ -85,16 +80,6 @@ def _near(system: System, recipe: Recipe, values: Array, y0: Array) -> Any:
     least = [NEAR_START * system.scale(p).max(initial=0.0) for p in values]
     found = [gaps(recipe.span[0], y, p) for y, p in zip(y0, values, strict=True)]
     return (np.array(found, dtype=float) <= np.array(least)[:, None]).any(axis=1)
-
-
-def _stopped_at_start(recipe: Recipe, found: Found, member: int) -> None:
-    results, t0 = found.results, recipe.span[0]
-    results["status"][member] = RESETS_ACCUMULATE
-    results["t"][member], results["y"][member] = t0, results["y0"][member]
-    for name in results:
-        if name.startswith("reduction_"):
-            results[name][member] = np.nan
-    found.at_times[member, recipe.t_eval != t0] = np.nan
 
 
 def _replaced(system: System, recipe: Recipe, p: Array, found: Found, member: int) -> bool:
@@ -113,6 +98,8 @@ def _replaced(system: System, recipe: Recipe, p: Array, found: Found, member: in
         sol = getattr(error, "solution", None)
     if sol is None:
         found.results["status"][member] = OPEN_AT_START
+        for k in range(len(recipe.reductions)):
+            found.results[f"reduction_{k}"][member] = np.nan
         return True
     if sol.status.code == "interrupted":
         return False
@@ -130,6 +117,11 @@ def _keep(sol: Any, recipe: Recipe, found: Found, member: int) -> None:
     latest = [record.t[-1] if len(record.t) else np.nan for record in sol.events]
     results["event_counts"][member] = [len(record.t) for record in sol.events]
     results["event_latest"][member] = latest
+    results["lowered_impacts"][member] = sol.stats["lowered_impacts"]
+    for k, text in enumerate(recipe.reductions):
+        reduction = read_reduction(sol.system, text)
+        parts = np.array([[reduced(sol, one) for one in reduction.primitives]])
+        results[f"reduction_{k}"][member] = reduction.combine(parts)[0]
     reached = times <= sol.t[-1]
     found.at_times[member, ~reached] = np.nan
     found.at_times[member, reached] = sol(times[reached])

@@ -298,10 +298,13 @@ class ContactResets(CompiledResets):
             return y, []
         kept = numbers.restitution.copy()
         kept[list(again)] = 0.0
-        change, pressed = after_impact(place, touching, kept, self.laws.has_friction)
+        laws = self.laws
+        impact = after_impact(place, touching, kept, laws.has_friction, laws.poisson)
         after = y.copy()
-        after[self.contacts.split :] += place.speeds(change)
-        struck = [self.numbers_of[k] for k in np.flatnonzero(pressed)]
+        after[self.contacts.split :] += place.speeds(impact.change)
+        struck = [self.numbers_of[k] for k in np.flatnonzero(impact.struck)]
+        if impact.kept < 1.0:
+            self.finder.lowered.append((t, impact.kept))
         for number in struck:
             self.last[number] = t
             if not noted and self.numbers_of.index(number) not in hit:

@@ -12,7 +12,7 @@ import numpy as np
 from mechc.simulation.events.event import Event, FunctionFailedError
 from mechc.simulation.events.expressions import MOST_KEPT, function_of
 from mechc.simulation.events.friction import FrictionLaw
-from mechc.simulation.events.stops import StopReset
+from mechc.simulation.events.stops import NEWTON, POISSON, StopReset
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -34,6 +34,8 @@ class ContactLaw:
         The speed of sliding; None without friction.
     friction, static
         Coefficients while it slides and while it sticks; without a gap the forces in N.
+    law
+        Of restitution.
     """
 
     number: int
@@ -42,6 +44,7 @@ class ContactLaw:
     slip: Any = None
     friction: Any = 0.0
     static: Any = 0.0
+    law: str = NEWTON
 
 
 class Numbers(NamedTuple):
@@ -73,17 +76,19 @@ def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:
             found.append(ContactLaw(number, None, 0.0, *function.expressions))
         elif isinstance(event, Event) and isinstance(reset, StopReset):
             gap, kept = reset.gap.expression, reset.restitution
-            found.append(ContactLaw(number, gap, kept, *reset.friction.expressions))
+            found.append(ContactLaw(number, gap, kept, *reset.friction.expressions, reset.law))
     return found
 
 
 class Laws:
-    """The laws of all contacts of a run, evaluated together; ``has_gap``, ``has_friction`` (n,)."""
+    """The laws of all contacts of a run, evaluated together; ``has_gap``, ``has_friction`` (n,);
+    ``poisson``: whether impacts follow Poisson's law of restitution."""
 
     def __init__(self, laws: Sequence[ContactLaw], system: System, p: Array) -> None:
         self.laws, self.system, self.p = tuple(laws), system, p
         self.has_gap = np.array([law.gap is not None for law in laws])
         self.has_friction = np.array([law.slip is not None for law in laws])
+        self.poisson = any(law.law == POISSON for law in laws)
 
     def __len__(self) -> int:
         return len(self.laws)

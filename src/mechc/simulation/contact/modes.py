@@ -61,6 +61,8 @@ class Problem:
         What of gaps and slips is to be made 0 where they are held: accelerations, or speeds.
     friction, static : (n,)
         Coefficients, or forces in N where ``has_gap`` is false.
+    restored : (n,)
+        Of an impact's expansion: normal impulses that it has besides those sought; None elsewhere.
     """
 
     normal: Array
@@ -70,6 +72,7 @@ class Problem:
     friction: Array
     static: Array
     has_gap: Mask
+    restored: Array | None = None
 
     @classmethod
     def of_forces(cls, place: Place, free: Free, has_gap: Mask) -> Problem:
@@ -84,12 +87,14 @@ class Problem:
         """The largest of what is to be made 0, and of what given forces do."""
         largest = max(np.abs(self.closing).max(initial=0.0), np.abs(self.slipping).max(initial=0.0))
         limits = np.where(self.has_gap, 0.0, self.static) * (self.tangent**2).sum(axis=1)
+        if self.restored is not None:
+            limits = np.maximum(limits, self.restored * (self.normal**2).sum(axis=1))
         return float(max(largest, limits.max(initial=0.0))) or 1.0
 
     def answer(self, mode: Mode) -> Answer:
         """The forces of a mode, and what they do; whether it is consistent is another question."""
         rows, columns, owners, targets = [], [], [], []
-        given = np.zeros(self.normal.shape[1])
+        given = self._given(mode)
         for k, state in enumerate(mode):
             if self.has_gap[k] and state is not State.OPEN:
                 slope = state.way * self.friction[k]
@@ -109,6 +114,13 @@ class Problem:
         return Answer(
             self, mode, tuple(owners), a @ b.T, -(np.array(targets) + a @ given), b, given
         )
+
+    def _given(self, mode: Mode) -> Array:
+        """What the impulses that are restored do, with the friction of those that slide."""
+        if self.restored is None:
+            return np.zeros(self.normal.shape[1])
+        way = np.array([state.way for state in mode]) * np.where(self.has_gap, self.friction, 0.0)
+        return np.asarray(self.restored @ (self.normal - way[:, None] * self.tangent))
 
 
 @dataclass(frozen=True)
@@ -172,6 +184,8 @@ class Answer:
         found = np.zeros((len(self.mode), 2))
         for (k, kind), x in zip(self.owners, self.unknowns, strict=True):
             found[k, kind] = x
+        if self.problem.restored is not None:
+            found[:, 0] += self.problem.restored
         for k, state in enumerate(self.mode):
             if state.way:
                 pressed = found[k, 0] if self.problem.has_gap[k] else 1.0
@@ -201,8 +215,9 @@ class Answer:
                 if (k, kind) in place:
                     unit[kind, place[k, kind]] = 1.0
             if state is State.STICKS:
-                limit = self.problem.static[k]
-                most, fixed = (limit * unit[0], 0.0) if self.problem.has_gap[k] else (0.0, limit)
+                limit, restored = self.problem.static[k], self.problem.restored
+                known = 0.0 if restored is None else limit * restored[k]
+                most, fixed = (limit * unit[0], known) if self.problem.has_gap[k] else (0.0, limit)
                 found += [
                     ("release", k, most - unit[1], fixed),
                     ("release", k, most + unit[1], fixed),

@@ -129,6 +129,8 @@ class EventFinder:
         The number of the event that ended the search.
     sizes
         The largest magnitude of each event's function met so far.
+    lowered
+        Impacts at which less than the whole restitution counted: times, and the part that did.
     """
 
     steps = 50  # attempted between two searches
@@ -141,6 +143,7 @@ class EventFinder:
         self.kept: list[list[tuple[Array, Array]]] = [[] for _ in self.events]
         self.sizes = [0.0] * len(self.events)
         self.stopped_by = -1
+        self.lowered: list[tuple[float, float]] = []
         self.grazing: dict[int, float] = {}  # event: the first time that it may only touch zero
         self.enter(run, first)
         self.failure: FunctionFailedError | None = None
@@ -273,10 +276,25 @@ class EventFinder:
             "whether it is crossed, and the reset applied, depends on less (grazing)"
             for number, t in self.grazing.items()
         )
-        return grazing + tuple(
-            f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples a "
-            "step do not follow it: zeros may be missing. Shorten the steps with max_step"
-            for number, t in self.too_fast.items()
+        return (
+            self._lowered_note()
+            + grazing
+            + tuple(
+                f"Event {number} changes so fast from t = {t:.9g} s on that {MOST_SAMPLES} samples "
+                "a step do not follow it: zeros may be missing. Shorten the steps with max_step"
+                for number, t in self.too_fast.items()
+            )
+        )
+
+    def _lowered_note(self) -> tuple[str, ...]:
+        if not self.lowered:
+            return ()
+        (t, part), count = self.lowered[0], len(self.lowered)
+        times = "an impact" if count == 1 else f"{count} impacts"
+        return (
+            f"At {times}, first at t = {t:.9g} s, Newton's law of restitution with friction would "
+            f"have given energy: {part:.3g} of the restitution was taken there, which gives none. "
+            "mechc.Stop(..., law='poisson') gives none by itself",
         )
 
     def _dips(self, event: Event, points: list[tuple[float, float]]) -> list[tuple[float, float]]:

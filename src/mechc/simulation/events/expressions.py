@@ -13,7 +13,7 @@ import numpy as np
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.simulation.events.event import Event
 from mechc.simulation.events.friction import DryFriction, FrictionLaw
-from mechc.simulation.events.stops import Stop, StopReset
+from mechc.simulation.events.stops import NEWTON, POISSON, Stop, StopReset
 from mechc.system.names import by_name, name_of
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -32,12 +32,12 @@ class Compiler(NamedTuple):
         ``parse(text, names)``: the expression that a text of the grammar is.
     compile
         ``compile(events, width, parameters)``: compiled functions of events, of which each is a
-        value, what its reset assigns, and a stop's restitution, over plain symbols; None where
-        there is no compiler.
+        value, what its reset assigns, a stop's restitution, over plain symbols, and whether that
+        is Poisson's; None where there is no compiler.
     """
 
     parse: Callable[[str, Mapping[str, Any]], Any]
-    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None, Any]], int, int], Any]
+    compile: Callable[[Sequence[tuple[Any, Mapping[int, Any] | None, Any, bool]], int, int], Any]
 
 
 def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> list[Any]:
@@ -55,6 +55,8 @@ def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> 
         given = [given]
     reader = _Reader(system, p, compiler.parse)
     events = [reader.event(event) for event in given]
+    if len({e.reset.law for e in events if isinstance(getattr(e, "reset", None), StopReset)}) > 1:
+        raise ValueOutOfBoundsError("the stops of a run have one law of restitution")
     if any(isinstance(e, Event) and isinstance(e.reset, COMPILED_RESETS) for e in events):
         compile_all(events, system, compiler)
     return events
@@ -66,7 +68,7 @@ def compile_all(events: Sequence[Any], system: System, compiler: Compiler) -> An
         return None
     told = [
         (e.function.expression, getattr(e.reset, "changes", None),
-         getattr(e.reset, "restitution", None))
+         getattr(e.reset, "restitution", None), getattr(e.reset, "law", NEWTON) == POISSON)
         for e in events
     ]  # fmt: skip
     unit = compiler.compile(told, system.scene.width, len(system.parameters))
@@ -239,7 +241,12 @@ class _Reader:
                 )
         if not 0.0 <= kept(0.0, np.zeros(self.width)) <= 1.0:
             raise ValueOutOfBoundsError(f"restitution = {given.restitution} must be 0 to 1")
-        reset = StopReset(gap, kept, system, self.p, self._friction_of_stop(given))
+        if given.law not in (NEWTON, POISSON):
+            raise ValueOutOfBoundsError(
+                f"law = {given.law!r}: the law of restitution is {NEWTON!r} or {POISSON!r}"
+            )
+        friction = self._friction_of_stop(given)
+        reset = StopReset(gap, kept, system, self.p, friction, given.law)
         return Event(gap, -1.0, given.terminal, reset)
 
     def _friction_of_stop(self, given: Stop) -> FrictionLaw:

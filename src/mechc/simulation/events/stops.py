@@ -12,16 +12,23 @@ from mechc.simulation.events.friction import FrictionLaw
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
+NEWTON, POISSON = "newton", "poisson"
+
 
 @dataclass(frozen=True)
 class Stop:
     """A gap that stays open: where it closes, an impact turns its rate back, or contact lasts.
 
     The impulse acts through the mass matrix and the constraints.  Stops that touch at that instant
-    get their impulses together: each rate is afterwards at least ``-e`` times the one before, and
-    where it is more there is no impulse (Moreau 1988; a linear complementarity problem).  Energy
-    never grows: of stops with different e that touch at once the least counts where it would, and
-    with friction all restitutions are as much smaller as keeps it from that.
+    get their impulses together.  By Newton's law each rate is afterwards at least ``-e`` times the
+    one before, and where it is more there is no impulse (Moreau 1988; a linear complementarity
+    problem).  By Poisson's law expansion follows compression, which ends with gaps at rest, and has
+    at least ``e`` times its impulses, with friction of its own (Glocker & Pfeiffer 1995).
+
+    Energy never grows: of stops with different e that touch at once the least counts where it
+    would.  Newton's law with friction gives energy at some oblique impacts (Kane & Levinson 1985):
+    all restitutions are then as much smaller as keeps it from that, and the status warns.
+    Poisson's does not.
 
     Where flights become too short to be told apart, and with e = 0, the contact lasts: the gap is
     held by a force that presses, until that comes to 0.
@@ -43,6 +50,8 @@ class Stop:
         ``"u_x + r*omega"``.
     static
         The coefficient at which what sticks begins to slide; None: ``friction``.
+    law
+        ``"newton"`` or ``"poisson"``: the law of restitution, one for all stops of a run.
     """
 
     gap: Any
@@ -51,6 +60,7 @@ class Stop:
     friction: Any = 0.0
     slip: Any = None
     static: Any = None
+    law: str = NEWTON
 
 
 def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> None:
@@ -77,15 +87,16 @@ class StopReset:
     """The impact of one stop by itself, as a function of t, q, u and parameters.
 
     ``gap`` and ``kept``, the restitution, are a :class:`ValueExpression` each; ``friction``: its
-    law, without a slip where there is none.
+    law, without a slip where there is none.  One impact by itself without friction is the same by
+    either ``law`` of restitution.
     """
 
     takes_parameters = True
 
     def __init__(
-        self, gap: Any, kept: Any, system: System, p: Array, friction: FrictionLaw
+        self, gap: Any, kept: Any, system: System, p: Array, friction: FrictionLaw, law: str
     ) -> None:  # fmt: skip
-        self.friction = friction
+        self.friction, self.law = friction, law
         self.gap, self.kept, self.system, self.p = gap, kept, system, p
         self.restitution = kept.expression
         self.__name__ = "of a stop"
@@ -93,7 +104,7 @@ class StopReset:
     def with_values(self, p: Array) -> StopReset:
         """The same stop for parameters p (np,)."""
         gap, kept = self.gap.with_values(p), self.kept.with_values(p)
-        return StopReset(gap, kept, self.system, p, self.friction)
+        return StopReset(gap, kept, self.system, p, self.friction, self.law)
 
     def __call__(self, t: float, q: Array, u: Array, p: Array | None = None) -> tuple[Array, Array]:
         """``p``: other parameters than those of the run."""

@@ -15,7 +15,10 @@ T, Y0, Y1, P0 = (Symbol(name, real=True) for name in ("t", "y0", "y1", "p0"))
 
 
 class Functions(ctypes.Structure):
-    _fields_ = [(name, ctypes.c_void_p) for name in ("value", "slopes", "reset", "restitution")]
+    _fields_ = [
+        *((name, ctypes.c_void_p) for name in ("value", "slopes", "reset", "restitution")),
+        ("poisson", ctypes.c_int),
+    ]
 
 
 class Unit(ctypes.Structure):
@@ -28,7 +31,7 @@ class Unit(ctypes.Structure):
 def test_values_slopes_and_resets(tmp_path):
     value = sin(Y0 * T) * sqrt(Y1) + Abs(Y0) ** 3 / P0 + Max(Y0, Y1)
     reset = {1: -P0 * Y1 + Y0**2}
-    stop = EventExpressions(Y1, restitution=P0 / 2)
+    stop = EventExpressions(Y1, restitution=P0 / 2, poisson=True)
     text = event_unit([stop, EventExpressions(value, reset)], 2, 1)
     (tmp_path / "events.c").write_text(text)
     command = [
@@ -51,6 +54,7 @@ def test_values_slopes_and_resets(tmp_path):
     assert call(0.7, state, p) == pytest.approx(float(value.subs(numbers)), rel=1e-15)
     kept = ctypes.CFUNCTYPE(ctypes.c_double, *pointers)(unit.functions[0].restitution)
     assert kept(0.7, state, p) == 0.45
+    assert [unit.functions[k].poisson for k in range(2)] == [1, 0]
     assert unit.functions[1].restitution is None
     slopes, after = (ctypes.c_double * 3)(), (ctypes.c_double * 2)()
     into = ctypes.CFUNCTYPE(None, *pointers, ctypes.c_void_p)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.batch.hybrid.reduced import reduced
+from mechc.batch.reductions import read_reduction
 from tests.support.impacts import block, points_on_a_line
 from tests.support.pendulums import pushed_mass
 
@@ -42,19 +44,50 @@ def test_balls_rest_and_begin_at_rest_beside_those_that_fly(ball):
     assert [within.status(k).code for k in range(2)] == ["finished", "open at the start"]
 
 
-def test_with_numbers_of_the_whole_motion_members_end_where_contact_begins(ball):
-    batch = ball.simulate_batch(
-        1.5, [[0.0, 0.0], [0.2, 0.0], [50.0, 0.0]], events=REST, reduce=["max(q_0)"], progress=False
-    )
-    assert [batch.status(k).code for k in range(3)] == [
-        "resets accumulate", "resets accumulate", "finished",
+def test_numbers_of_motions_with_contact_that_lasts(ball):
+    """A ball comes to rest: the area below each flight is 2 v^3 / (3 g^2)."""
+    asked = ["max(q_0)", "mean(q_0)", "first(q_0 < 0.1)", "max(u_0)", "final(energy)"]
+    starts = [[0.0, 0.0], [0.2, 0.0], [50.0, 0.0]]
+    batch = ball.simulate_batch(1.5, starts, events=REST, reduce=asked, rtol=1e-12, progress=False)
+    assert batch.ok.all()
+    v = np.sqrt(2 * 9.81 * 0.2)
+    area = v**3 / (3 * 9.81**2) + 2 * (v / 2) ** 3 / (3 * 9.81**2) / (1 - 1 / 8)
+    np.testing.assert_allclose(batch["max(q_0)"], [0.0, 0.2, 50.0], atol=1e-15)
+    assert batch["mean(q_0)"][1] == pytest.approx(area / 1.5, rel=1e-9)
+    falls = np.sqrt(2 * 0.1 / 9.81)
+    np.testing.assert_allclose(batch["first(q_0<0.1)"], [np.nan, falls, np.nan], rtol=1e-12)
+    assert batch["max(u_0)"][1] == pytest.approx(v / 2, rel=1e-12)
+    np.testing.assert_allclose(batch["final(energy)"], [0, 0, 9.81 * 50], atol=1e-12)
+
+
+def test_numbers_by_python_are_those_of_compiled_code(ball):
+    """Of bounces, where both are known: extremes within and at the ends of steps, jumps, means."""
+    asked = [
+        "max(q_0)", "min(u_0)", "range(u_0)", "mean(energy)", "mean(abs(u_0))", "max(abs(u_0))",
+        "first(u_0 > 1)", "first(u_0 < -2)", "first(q_0 = 0.3)", "first(q_0 > 0.8001)",
+        "final(q_0)", "min(kinetic_energy)",
     ]  # fmt: skip
-    np.testing.assert_array_equal(batch["max(q_0)"], [np.nan, 0.2, 50.0])
-    assert batch.t[0] == 0.0
+    stop, start = mechc.Stop("q_0", 0.9, terminal=4), [0.5, 2.3]
+    for method in ("gauss8", "dop853"):
+        more = {"events": stop, "method": method}
+        batch = ball.simulate_batch(3.0, [start], reduce=asked, progress=False, **more)
+        one = ball.simulate(3.0, start, **more)
+        for text in asked:
+            reduction = read_reduction(ball.system, text)
+            parts = np.array([[reduced(one, primitive) for primitive in reduction.primitives]])
+            found, compiled = reduction.combine(parts)[0], batch[text][0]
+            np.testing.assert_allclose(found, compiled, rtol=1e-9, atol=1e-9, err_msg=text)
 
 
 def test_blocks_with_friction():
+    """A block slides until mu g has taken its speed; reductions see all of it."""
     model = block()
+    stop = mechc.Stop("y", friction=0.5, slip="v_x")
+    batch = model.simulate_batch(
+        1.5, [[0, 0, 2, 0.0]], {"a": 0.0}, events=stop, reduce=["max(x)", "first(v_x < 1)"]
+    )
+    assert batch["max(x)"][0] == pytest.approx(2.0 / 9.81 / 0.5, rel=1e-9)
+    assert batch["first(v_x<1)"][0] == pytest.approx(1.0 / 9.81 / 0.5, rel=1e-9)
     for events in (
         mechc.Stop("y", 0.4, friction=0.5, slip="v_x"),
         [mechc.Stop("y"), mechc.DryFriction("v_x", 0.5, "m*g*cos(a)")],

@@ -527,3 +527,34 @@ def test_what_contact_does_not_have_yet_is_refused(block):
         block.simulate(1.0, start, events=stop, sensitivities=["a"])
     with pytest.raises(ValueOutOfBoundsError, match="reductions are computed in compiled code"):
         block.simulate_batch(1.0, [start], events=stop, reduce=["max(x)"], progress=False)
+
+
+@pytest.mark.parametrize("law", ["newton", "poisson"])
+def test_an_oblique_impact_of_a_rod_with_friction(rod, law):
+    """The tip sticks to the floor at the end of compression.  Poisson's law in closed form; with
+    Newton's energy would grow, and the run says what it did."""
+    e, mu = 0.9, 1.0
+    stop = mechc.Stop(TIP_GAP, e, friction=mu, slip=TIP_SLIP, law=law)
+    start = np.array([0.0, np.sin(0.8) + 0.01, 0.8, 0.3, -1.0, 1.0])
+    sol = rod.simulate(0.01, start, {"g": 0.0}, events=stop)
+    before, after = sol.segments[0].y1, sol.segments[1].y0
+    s, c = np.sin(before[2]), np.cos(before[2])
+    energy = [rod.kinetic_energy(y, {"g": 0.0}) for y in (before, after)]
+    if law == "newton":
+        assert energy[1] == pytest.approx(energy[0], rel=1e-12)
+        assert "would have given energy" in str(sol.status)
+        batch = rod.simulate_batch(0.01, [start], {"g": 0.0}, events=stop)
+        assert batch.lowered_impacts.tolist() == [sol.stats["lowered_impacts"]] == [1]
+        assert "would have given energy" in batch.warnings[0]
+        return
+    assert not sol.status.warnings
+    rows = np.array([[0.0, 1.0, -c], [1.0, 0.0, s]])
+    by_one_newton = rows / [1.0, 1.0, 1 / 3]  # of a rod of 1 kg and the half length 1 m
+    a, rates = by_one_newton @ rows.T, rows @ before[3:]
+    pressing = -np.linalg.solve(a, rates)
+    again = e * np.array([pressing[0], -a[1, 0] / a[1, 1] * pressing[0]])
+    assert abs(pressing[1]) < mu * pressing[0]
+    assert abs(again[1]) < mu * again[0]
+    wanted = before[3:] + (pressing + again) @ by_one_newton
+    np.testing.assert_allclose(after[3:], wanted, atol=1e-9)
+    assert energy[1] < 0.9 * energy[0]

@@ -1,4 +1,4 @@
-"""Impulses with friction: Newton's and Coulomb's laws hold, and energy never grows."""
+"""Impulses with friction: the laws of restitution and Coulomb's hold, and energy never grows."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_the_laws_hold_and_energy_never_grows(contacts):
         mu, e = rng.uniform(0.0, 1.0, contacts), np.full(contacts, rng.uniform(0.0, 1.0))
         place, n = place_of(normal, tangent, u, mu, e)
         every = np.ones(n, bool)
-        change, _ = after_impact(place, every, e, every)
+        change = after_impact(place, every, e, every).change
         p = np.linalg.lstsq(np.vstack([normal, tangent]).T, change, rcond=None)[0]
         pressed, along = p[:n], p[n:]
         before, after, slip = normal @ u, normal @ (u + change), tangent @ (u + change)
@@ -55,7 +55,97 @@ def test_without_slip_a_ball_spins_up_by_coulombs_law():
     for mu, sticks in ((0.1, False), (0.9, True)):
         u = np.array([1.0, -2.0, 0.5 / scale[2]])
         place, _ = place_of(normal, tangent, u, np.array([mu]), np.array([0.5]))
-        change, _ = after_impact(place, np.array([True]), np.array([0.5]), np.array([True]))
+        change = after_impact(place, np.array([True]), np.array([0.5]), np.array([True])).change
         assert change[1] == pytest.approx(3.0, rel=1e-12)
         expected = -1.5 / (1 + 1 / inertia) if sticks else -mu * 3.0
         assert change[0] == pytest.approx(expected, rel=1e-12)
+
+
+# -- Poisson's law ---------------------------------------------------------------------------------
+
+
+def two_rods(theta, omega):
+    """Kane & Levinson's double pendulum, Dynamics (1985): two rods of 1 kg and 1 m, angles from the
+    vertical, whose tip hits a floor.  Mass matrix, rows of its height and of its place along the
+    floor, speeds."""
+    a, b = theta
+    coupling = np.cos(a - b) / 2
+    mass = np.array([[4 / 3, coupling], [coupling, 1 / 3]])
+    return mass, np.sin([theta]), np.cos([theta]), np.array(omega)
+
+
+def of_one_contact(a, w, slip, mu, e):
+    """Impulses (2,) in closed form: one contact that sticks or slides at the end of each phase."""
+    pressing = -np.linalg.solve(a, [w, slip])
+    if abs(pressing[1]) > mu * pressing[0]:
+        for way in (1.0, -1.0):
+            normal = -w / (a[0, 0] - way * mu * a[0, 1])
+            pressing = np.array([normal, -way * mu * normal])
+            if normal >= 0 and way * (slip + a[1] @ pressing) >= 0:
+                break
+    again = e * pressing[0]
+    rest = -(slip + a[1] @ pressing + a[1, 0] * again) / a[1, 1]
+    return pressing + np.array([again, np.clip(rest, -mu * again, mu * again)])
+
+
+@pytest.mark.parametrize(("e", "mu"), [(0.5, 0.5), (0.7, 0.25), (0.7, 0.5), (1.0, 0.5)])
+def test_poissons_law_takes_energy_where_newtons_gives_it(e, mu):
+    mass, normal, tangent, u = two_rods(np.radians([20.0, 30.0]), [-0.1, -0.2])
+    root = np.linalg.cholesky(mass)
+    rows = np.vstack([normal, tangent])
+    rows, v = np.linalg.solve(root, rows.T).T, root.T @ u
+    w, slip = rows @ v
+    place, _ = place_of(rows[:1], rows[1:], v, np.array([mu]), np.array([e]))
+    every = np.array([True])
+    newton, poisson = (after_impact(place, every, np.array([e]), every, x) for x in (False, True))
+    wanted = of_one_contact(rows @ rows.T, w, slip, mu, e)
+    np.testing.assert_allclose(poisson.change, wanted @ rows, rtol=1e-12, atol=1e-15)
+    before, after = v @ v, (v + poisson.change) @ (v + poisson.change)
+    assert poisson.kept == 1.0
+    assert after < before - 1e-3
+    assert 0.0 < newton.kept < 1.0  # else energy would grow
+    assert (v + newton.change) @ (v + newton.change) == pytest.approx(before, rel=1e-12)
+
+
+def projected(a, n, rates, mu, restored, steps=60_000):
+    """Impulses (2, n) by projections onto p >= ``restored`` and |p_t| <= mu p (Alart & Curnier
+    1991): p+ = project(p - r (A p + rates)) until nothing changes."""
+    p, r = np.zeros(2 * n), 0.5 / np.linalg.norm(a, 2)
+    for _ in range(steps):
+        moved = p - r * (a @ p + rates)
+        normal = np.maximum(moved[:n], restored)
+        found = np.concatenate([normal, np.clip(moved[n:], -mu * normal, mu * normal)])
+        if np.abs(found - p).max() < 1e-15:
+            break
+        p = found
+    return p
+
+
+@pytest.mark.parametrize("contacts", [1, 2, 3])
+def test_compression_and_expansion_of_several_contacts(contacts):
+    """Against projections; with little friction, and rows far from dependent, for one solution."""
+    rng, n = np.random.default_rng(contacts), contacts
+    for _ in range(12):
+        normal, tangent = rng.normal(size=(2, n, 4 * n))
+        u, mu = rng.normal(size=4 * n), rng.uniform(0.0, 0.3, n)
+        e, every = np.full(n, rng.uniform(0.0, 1.0)), np.ones(n, bool)
+        u -= 2.0 * np.linalg.pinv(normal) @ np.maximum(normal @ u, 0.0)  # all gaps close
+        place, _ = place_of(normal, tangent, u, mu, e)
+        rows = np.vstack([normal, tangent])
+        a, rates = rows @ rows.T, rows @ u
+        pressing = projected(a, n, rates, mu, np.zeros(n))
+        wanted = pressing + projected(a, n, rates + a @ pressing, mu, e * pressing[:n])
+        found = after_impact(place, every, e, every, poisson=True).change
+        np.testing.assert_allclose(found, wanted @ rows, atol=1e-9)
+        assert (u + found) @ (u + found) <= u @ u + 1e-12
+
+
+def test_different_restitutions_give_no_energy_by_poissons_law():
+    rng, n = np.random.default_rng(3), 2
+    for _ in range(60):
+        normal, tangent = rng.normal(size=(2, n, 3))
+        u, mu, e = rng.normal(size=3), rng.uniform(0, 0.5, n), rng.uniform(0, 1, n)
+        place, _ = place_of(normal, tangent, u, mu, e)
+        every = np.ones(n, bool)
+        change = after_impact(place, every, e, every, poisson=True).change
+        assert (u + change) @ (u + change) <= u @ u + 1e-12

@@ -140,8 +140,13 @@ def test_a_parameter_is_reset(tmp_path):
         assert sol.energy_drift < 1e-10
     batch = spring.simulate_batch(
         9.0, [start, start], {"k": [4.0, 9.0]}, events=event, rtol=1e-12, t_eval=times,
-        outputs=["potential_energy"],
+        outputs=["potential_energy"], reduce=["min(q_0)", "mean(potential_energy)"],
     )  # fmt: skip
+    assert batch["min(q_0)"][0] == pytest.approx(-1.0, abs=1e-11)
+    fine = np.linspace(0.0, 9.0, 90_001)
+    known = softened(4.0, fine)
+    mean = np.trapezoid(0.5 * known[:, 1] * known[:, 0] ** 2, fine) / 9.0
+    assert batch["mean(potential_energy)"][0] == pytest.approx(mean, rel=1e-4)
     np.testing.assert_array_equal(batch.y[0], runs[0].y[-1])
     assert batch.event_counts[:, 0].tolist() == [2, 2]
     potential = 0.5 * exact[:, 1] * exact[:, 0] ** 2

@@ -129,13 +129,28 @@ def test_impulses_are_the_solution_of_the_complementarity_problem(freedoms):
         assert p @ (w + after) <= 1e-12  # twice the energy
 
 
-def test_different_restitutions_never_give_energy():
+@pytest.mark.parametrize("freedoms", [2, 9])
+def test_poissons_impulses_solve_the_problems_of_compression_and_expansion(freedoms):
+    rng = np.random.default_rng(freedoms)
+    for _ in range(40):
+        n, e = 5, rng.uniform(0.0, 1.0)
+        rows = rng.normal(size=(n, freedoms))
+        a, w = rows @ rows.T, rows @ rng.normal(size=freedoms)
+        p = impulses(a, w, np.full(n, e), poisson=True)
+        pressing = feasible_changes(a, w)[0]
+        parting = feasible_changes(a, w + (1.0 + e) * pressing)[0]
+        np.testing.assert_allclose(a @ p, (1.0 + e) * pressing + parting, atol=1e-9)
+        assert p @ (w + w + a @ p) <= 1e-12
+
+
+@pytest.mark.parametrize("poisson", [False, True])
+def test_different_restitutions_never_give_energy(poisson):
     rng = np.random.default_rng(7)
     for _ in range(500):
         rows = rng.normal(size=(3, 4))
         a, w = rows @ rows.T, rows @ rng.normal(size=4)
         e = rng.uniform(0.0, 1.0, size=3)
-        p = impulses(a, w, e)
+        p = impulses(a, w, e, poisson)
         after = w + a @ p
         assert p @ (w + after) <= 1e-10
         assert (after >= -1e-10 + np.minimum(0.0, -e.max() * np.abs(w))).all()

@@ -8,15 +8,12 @@
 #pragma once
 
 #include "abi/inputs.h"
-#include "dynamics/ordinary_rows.h"
+#include "singularities/ordinary_rows.h"
 #include "dynamics/scalar_stage.h"
 
 #if MECHC_NC > 0
-/* Of the longest row: a shorter one is redundant, or the start is near a change point. */
-#define MECHC_NO_ROW 1e-6
-/* How far each speed is moved to configurations near the start, and how much farther these may be
- * once their loops are closed: there may be other ways to assemble the mechanism. */
-#define MECHC_NEARBY 1e-2
+/* How much farther configurations near the start may be once their loops are closed: there may be
+ * other ways to assemble the mechanism. */
 #define MECHC_STILL_NEAR 10.0
 
 MECHC_ONCE int mechc_rank_at(double t, const double *q, const mechc_scalar_given *given)
@@ -56,10 +53,6 @@ MECHC_STATIC int mechc_rank_beside(double t, const double *y, const mechc_scalar
 #endif
 
 #if MECHC_NH > 0 && MECHC_NC == MECHC_NH
-/* How far a direction is followed, and of it a correction that is rounding. */
-#define MECHC_FOLLOWED 1e-4
-#define MECHC_NO_CORRECTION 1e-6
-
 /* What closes the loops again after q has moved by `step`; HUGE_VAL: nothing does. */
 MECHC_STATIC double mechc_correction(double t, const double *q, const mechc_scalar_given *given,
                                      const double *step)

@@ -1,0 +1,108 @@
+"""The block-triangular form of the constraint Jacobian.
+
+Input: the entries of each row that are not zero for all states.  Output: blocks of rows, each with
+the speeds that it settles once those of the blocks before it are known (planar linkages: Assur
+groups).  Invariant: a row has no entry in a block after its own.  A block has as many speeds as
+rows, or one more: then it leaves one direction free.
+
+The finest blocks come first: of all sets of rows that settle their new speeds the smallest, and
+where there are none, of all that leave one speed open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from mechc_codegen.derive.equations import Equations, Output
+from mechc_codegen.emit.layout import Layout
+
+MOST_ROWS = 2  # of a block
+MOST_FREE = 3  # directions, as in dynamics/motion.h
+
+
+@dataclass(frozen=True)
+class Block:
+    """Rows, and the speeds that they settle."""
+
+    rows: tuple[int, ...]
+    speeds: tuple[int, ...]
+
+    @property
+    def free(self) -> bool:
+        """Whether it leaves a direction free."""
+        return len(self.speeds) > len(self.rows)
+
+
+@dataclass(frozen=True)
+class BlockForm:
+    """Blocks in the order of their elimination, with the entries of J and M that are not zero."""
+
+    blocks: tuple[Block, ...]
+    jacobian: tuple[frozenset[int], ...]
+    mass: tuple[frozenset[int], ...]
+
+    @property
+    def free(self) -> int:
+        return sum(block.free for block in self.blocks)
+
+
+def scene_blocks(
+    equations: Equations, divided: Layout, outputs: Mapping[str, Output]
+) -> BlockForm | None:
+    """The form, or None where rows are solved in another way or are not in small blocks."""
+    speeds = len(equations.symbols.u)
+    rows = equations.holonomic + equations.nonholonomic
+    closed_form = speeds == rows + 1 and speeds <= 3  # dynamics/one_freedom.h
+    if equations.tree or not rows or closed_form or not 0 <= speeds - rows <= MOST_FREE:
+        return None
+    named = {target: name for name, target in divided.configuration.items()}
+    entries = _pattern(outputs[named["jacobian"]], speeds)
+    blocks = find_blocks(entries, speeds)
+    return BlockForm(blocks, entries, _pattern(outputs[named["mass"]], speeds)) if blocks else None
+
+
+def orthogonal_operations(rows: int, speeds: int) -> dict[str, int]:
+    """Products, quotients and selections of the same by the orthogonal factors of all rows."""
+    pairs, free = rows * (rows - 1) // 2, speeds - rows
+    sweeps = pairs * (6 * speeds + 2 * speeds + 4)  # and rows are exchanged
+    return {
+        "factors": 2 * rows * speeds + sweeps + free * (5 * rows + 2 * speeds) * speeds,
+        "solution": 4 * pairs + rows * speeds + 3 * free * speeds,
+        "conditioning": 2 * rows,
+    }
+
+
+def _pattern(output: Output, width: int) -> tuple[frozenset[int], ...]:
+    rows = range(0, len(output.elements), width)
+    return tuple(
+        frozenset(k for k in range(width) if output.elements[first + k] != 0) for first in rows
+    )
+
+
+def find_blocks(rows: Sequence[frozenset[int]], speeds: int) -> tuple[Block, ...] | None:
+    """Blocks that hold every row and every speed once, or None."""
+    left, known, blocks = list(range(len(rows))), frozenset[int](), list[Block]()
+    while left:
+        block = _next_block(rows, left, known)
+        if block is None:
+            return None
+        blocks.append(block)
+        known |= frozenset(block.speeds)
+        left = [row for row in left if row not in block.rows]
+    blocks += [Block((), (speed,)) for speed in range(speeds) if speed not in known]
+    return tuple(blocks)
+
+
+def _next_block(
+    rows: Sequence[frozenset[int]], left: Sequence[int], known: frozenset[int]
+) -> Block | None:
+    for free in (0, 1):
+        for size in range(1, MOST_ROWS + 1):
+            few = [row for row in left if len(rows[row] - known) <= size + free]
+            for chosen in combinations(few, size):
+                new = frozenset[int]().union(*(rows[row] for row in chosen)) - known
+                if len(new) == size + free:
+                    return Block(chosen, tuple(sorted(new)))
+    return None

@@ -1,0 +1,329 @@
+"""C for the elimination of constraint rows block by block: the functions of `block_motion.h`.
+
+Input: the block-triangular form.  Output: their text, and the operations of one evaluation.
+Invariant: entries that are zero for all states are not in the text; nothing is a loop or a branch.
+
+With J_b the rows of a block in its own speeds, and C_b in those before, everything comes from one
+matrix of each block, G_b with J_b G_b = 1:
+    values v of the rows          x_b = G_b (v_b - C_b x)
+    a free direction              n_b of its block, J_b n_b = 0; x_c = -G_c C_c n in those after it
+    multipliers of the rows       l_b = G_b^T (r_b - sum of C_c^T l_c over the blocks after it)
+G_b is the inverse of a square block.  Of one with a speed more, J_b leaves one direction n_b, in
+three dimensions the cross product of its rows, and G_b v is the x with J_b x = v and m.x = 0, for
+m = n_b weighted by the mass that each speed moves; no speed is chosen that could be a bad one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from mechc_codegen.emit.row_blocks import Block, BlockForm
+
+Terms = Mapping[int, str]  # name of each entry that is not zero
+
+
+@dataclass
+class _Text:
+    """Statements of one function, and how many operations they take."""
+
+    lines: list[str] = field(default_factory=list)
+    operations: int = 0
+
+    def let(self, name: str, value: str, operations: int) -> str:
+        self.add(f"const real {name} = {value};", operations)
+        return name
+
+    def put(self, place: str, value: str, operations: int = 0) -> None:
+        self.add(f"{place} = {value};", operations)
+
+    def add(self, line: str, operations: int = 0) -> None:
+        self.lines.append(line)
+        self.operations += operations
+
+    def ask(self, square: str, of: str, operations: int) -> None:
+        """Is a squared sine large enough?"""
+        self.add(f"safe &= R_MASK({square} > MECHC_SAFE_SINE * ({of}));", operations + 2)
+
+    def products(self, name: str, pairs: Sequence[tuple[str, str]]) -> str:
+        return self.let(name, _sum(pairs), len(pairs))
+
+    def less(self, name: str, start: str, pairs: Sequence[tuple[str, str]]) -> str:
+        """start - the sum of the products; start may be zero."""
+        if not pairs:
+            return start
+        value = f"{start} - ({_sum(pairs)})" if start else f"-({_sum(pairs)})"
+        return self.let(name, value, len(pairs))
+
+
+class BlockElimination:
+    """The functions of one scene."""
+
+    def __init__(self, form: BlockForm) -> None:
+        self.form = form
+        self.size = len(form.mass)
+        self.first = list[int]()  # of each block its place among what is kept
+        kept = 0
+        for block in form.blocks:
+            self.first.append(kept)
+            kept += len(block.rows) * len(block.speeds)
+        self.kept = kept
+
+    def text(self) -> str:
+        """All functions."""
+        return "\n".join(_function(*each) for each in self._functions())
+
+    def operations(self) -> dict[str, int]:
+        """Of rows that are factored, of one solution, of the conditioning."""
+        named = {name: text.operations for name, _, _, text in self._functions()}
+        free = self.form.free
+        weights = 2 * self.size * free
+        return {
+            "factors": named["factor_blocks"] + weights,
+            "solution": named["solve_blocks"] + 3 * self.size * free,
+            "conditioning": named["longest_answer"] + weights,
+        }
+
+    def _functions(self) -> Iterator[tuple[str, str, str, _Text]]:
+        """Name, what it returns, parameters, statements."""
+        given = "const real *jacobian, "
+        yield (
+            "factor_blocks", "rmask",
+            given + "const real *mass, const real *weight, real *kept, real *directions, "
+            "real *momenta, real *own, real *lengths", self._factors(),
+        )  # fmt: skip
+        known = given + "const real *kept, "
+        yield "solve_blocks", "void", known + "const real *values, real *x", self._solution()
+        yield (
+            "longest_answer", "real", known + "const real *mass, const real *axes, "
+            "const real *inverse", self._longest_answer(),
+        )  # fmt: skip
+        yield (
+            "block_multipliers",
+            "void",
+            known + "const real *reaction, real *lambda",
+            self._back(),
+        )
+        yield "rates_in_blocks", "void", given + "const real *x, real *rates", self._rates()
+        yield "partials_in_blocks", "real", "const real *jacobian", self._partials()
+
+    # -- entries ----------------------------------------------------------------------------
+
+    def _entry(self, row: int, speed: int) -> str:
+        return f"jacobian[{row * self.size + speed}]"
+
+    def _row(self, row: int) -> list[int]:
+        return sorted(self.form.jacobian[row])
+
+    def _own(self, block: Block, row: int) -> list[int]:
+        return [k for k in block.speeds if k in self.form.jacobian[row]]
+
+    def _before(self, block: Block, row: int) -> list[int]:
+        return [k for k in self._row(row) if k not in block.speeds]
+
+    def _kept(self, number: int, speed: int, row: int) -> str:
+        block = self.form.blocks[number]
+        place = block.speeds.index(speed) * len(block.rows) + block.rows.index(row)
+        return f"kept[{self.first[number] + place}]"
+
+    # -- factors ----------------------------------------------------------------------------
+
+    def _factors(self) -> _Text:
+        text, free = _Text(), 0
+        text.add("rmask safe = R_MASK(R(0.0) == R(0.0));")
+        for row in range(len(self.form.jacobian)):
+            each = [
+                (f"{e} * {e}", f"weight[{k}]") for k in self._row(row) if (e := self._entry(row, k))
+            ]
+            text.put(f"lengths[{row}]", " + ".join(f"{a} * {b}" for a, b in each), 2 * len(each))
+        for number, block in enumerate(self.form.blocks):
+            if block.free:
+                self._free_block(text, number, free)
+                free += 1
+            else:
+                self._square_block(text, number)
+        for number, direction in enumerate(self._directions(text)):
+            self._momentum(text, number, direction)
+        text.add("return safe;")
+        return text
+
+    def _square_block(self, text: _Text, number: int) -> None:
+        block = self.form.blocks[number]
+        if len(block.rows) == 1:
+            row, speed = block.rows[0], block.speeds[0]
+            a = self._entry(row, speed)
+            text.put(self._kept(number, speed, row), f"1.0 / {a}", 1)
+            text.ask(f"{a} * {a} * weight[{speed}]", f"lengths[{row}]", 2)
+            return
+        (r, s), (i, j) = block.rows, block.speeds
+        a, b, c, d = (self._entry(row, k) for row in (r, s) for k in (i, j))
+        n = f"_{number}"
+        det = text.let(f"det{n}", f"{a} * {d} - {b} * {c}", 2)
+        text.ask(f"{det} * {det}", f"({a} * {a} + {c} * {c}) * ({b} * {b} + {d} * {d})", 6)
+        inverse = text.let(f"inverse{n}", f"1.0 / {det}", 1)
+        for speed, row, value in ((i, r, d), (i, s, f"-{b}"), (j, r, f"-{c}"), (j, s, a)):
+            text.put(self._kept(number, speed, row), f"{value} * {inverse}", 1)
+
+    def _free_block(self, text: _Text, number: int, free: int) -> None:
+        """n and G of a block with a speed more than rows."""
+        block = self.form.blocks[number]
+        n = f"_{number}"
+        entries = [[self._entry(row, k) for k in block.speeds] for row in block.rows]
+        own = [f"n{n}_{k}" for k in range(len(block.speeds))]
+        for name, (value, operations) in zip(own, _complement(entries), strict=True):
+            text.let(name, value, operations)
+        weighted = [
+            text.let(f"m{n}_{k}", f"mass[{speed * self.size + speed}] * {own[k]}", 1)
+            for k, speed in enumerate(block.speeds)
+        ]
+        square = text.products(f"square{n}", list(zip(weighted, own, strict=True)))
+        text.put(f"own[{free}]", square)
+        if not block.rows:
+            return
+        if len(block.rows) == 2:
+            r, s = block.rows
+            weights = " * ".join(f"weight[{k}]" for k in block.speeds)
+            text.ask(f"{square} * ({weights})", f"lengths[{r}] * lengths[{s}]", 4)
+        inverse = text.let(f"inverse{n}", f"1.0 / {square}", 1)
+        for row, column in zip(block.rows, _right_inverse(entries, weighted), strict=True):
+            for speed, (value, operations) in zip(block.speeds, column, strict=True):
+                text.put(self._kept(number, speed, row), f"({value}) * {inverse}", operations + 1)
+
+    def _directions(self, text: _Text) -> Iterator[dict[int, str]]:
+        """The entries of each free direction."""
+        free = [number for number, block in enumerate(self.form.blocks) if block.free]
+        for which, number in enumerate(free):
+            speeds = self.form.blocks[number].speeds
+            found = {speed: f"n_{number}_{k}" for k, speed in enumerate(speeds)}
+            self._propagate(text, number + 1, f"d{which}", found, {})
+            for speed in range(self.size):
+                text.put(f"directions[{which * self.size + speed}]", found.get(speed, "R(0.0)"))
+            yield found
+
+    def _propagate(
+        self, text: _Text, start: int, prefix: str, found: dict[int, str], values: Terms
+    ) -> None:
+        """Add to `found` what the blocks from `start` on take for these values of the rows."""
+        for number in range(start, len(self.form.blocks)):
+            block = self.form.blocks[number]
+            rests = {}
+            for row in block.rows:
+                pairs = [
+                    (self._entry(row, k), found[k]) for k in self._before(block, row) if k in found
+                ]
+                if pairs or row in values:
+                    name = f"{prefix}_r{row}"
+                    rests[row] = text.less(name, values.get(row, ""), pairs)
+            for speed in block.speeds if rests else ():
+                pairs = [(self._kept(number, speed, row), rest) for row, rest in rests.items()]
+                found[speed] = text.products(f"{prefix}_x{speed}", pairs)
+
+    def _momentum(self, text: _Text, number: int, direction: Terms) -> None:
+        for speed in range(self.size):
+            place = f"momenta[{number * self.size + speed}]"
+            pairs = [
+                (f"mass[{speed * self.size + k}]", direction[k])
+                for k in sorted(self.form.mass[speed])
+                if k in direction
+            ]
+            text.put(place, _sum(pairs) if pairs else "R(0.0)", len(pairs))
+
+    # -- solutions --------------------------------------------------------------------------
+
+    def _solution(self) -> _Text:
+        text, found = _Text(), dict[int, str]()
+        values = {row: f"values[{row}]" for row in range(len(self.form.jacobian))}
+        self._propagate(text, 0, "x", found, values)
+        for speed in range(self.size):
+            text.put(f"x[{speed}]", found.get(speed, "R(0.0)"))
+        return text
+
+    def _longest_answer(self) -> _Text:
+        """Of the least changes by which one row takes the value 1, the longest, squared."""
+        text = _Text()
+        text.add("real most = R(0.0);")
+        for number, block in enumerate(self.form.blocks):
+            for row in block.rows:
+                found = {speed: self._kept(number, speed, row) for speed in block.speeds}
+                self._propagate(text, number + 1, f"a{row}", found, {})
+                self._length(text, f"size{row}", found)
+        text.add("return most;")
+        return text
+
+    def _length(self, text: _Text, name: str, found: Terms) -> None:
+        squares = [(f"{a} * {a}", f"mass[{k * self.size + k}]") for k, a in found.items()]
+        value, operations = _sum(squares), 2 * len(squares) + 2
+        for free in range(self.form.free):
+            along = [(a, f"axes[{free * self.size + k}]") for k, a in found.items()]
+            part = text.products(f"{name}_{free}", along)
+            value += f" - {part} * {part} * inverse[{free}]"
+            operations += 2
+        text.let(name, value, operations)
+        text.put("most", f"R_SELECT(R_MASK({name} > most), {name}, most)")
+
+    def _back(self) -> _Text:
+        """Multipliers: the blocks in the opposite order."""
+        text, rests = _Text(), {k: f"reaction[{k}]" for k in range(self.size)}
+        for number in reversed(range(len(self.form.blocks))):
+            block = self.form.blocks[number]
+            for row in block.rows:
+                pairs = [(self._kept(number, k, row), rests[k]) for k in block.speeds]
+                name = text.products(f"l{row}", pairs)
+                text.put(f"lambda[{row}]", name)
+            for speed in {k for row in block.rows for k in self._before(block, row)}:
+                rows = [row for row in block.rows if speed in self.form.jacobian[row]]
+                pairs = [(self._entry(row, speed), f"l{row}") for row in rows]
+                rests[speed] = text.less(f"r{number}_{speed}", rests[speed], pairs)
+        return text
+
+    def _rates(self) -> _Text:
+        text = _Text()
+        for row in range(len(self.form.jacobian)):
+            pairs = [(self._entry(row, k), f"x[{k}]") for k in self._row(row)]
+            text.put(f"rates[{row}]", _sum(pairs), len(pairs))
+        return text
+
+    def _partials(self) -> _Text:
+        """The largest sum of a row's entries."""
+        text = _Text()
+        text.add("real most = R(0.0);")
+        for row in range(len(self.form.jacobian)):
+            sizes = [
+                f"R_FROM_BITS(R_BITS({self._entry(row, k)}) & INT64_MAX)" for k in self._row(row)
+            ]
+            name = text.let(f"sum{row}", " + ".join(sizes), 2 * len(sizes))
+            text.put("most", f"R_SELECT(R_MASK({name} > most), {name}, most)", 2)
+        text.add("return most;")
+        return text
+
+
+def _sum(pairs: Iterable[tuple[str, str]]) -> str:
+    return " + ".join(f"{a} * {b}" for a, b in pairs)
+
+
+def _complement(rows: list[list[str]]) -> list[tuple[str, int]]:
+    """What the rows, one less than their entries, leave free; each entry with its operations."""
+    if not rows:
+        return [("R(1.0)", 0)]
+    if len(rows) == 1:
+        a, b = rows[0]
+        return [(f"-{b}", 0), (a, 0)]
+    return _cross(rows[0], rows[1])
+
+
+def _cross(a: Sequence[str], b: Sequence[str]) -> list[tuple[str, int]]:
+    turns = ((1, 2), (2, 0), (0, 1))
+    return [(f"{a[i]} * {b[j]} - {a[j]} * {b[i]}", 2) for i, j in turns]
+
+
+def _right_inverse(rows: list[list[str]], m: list[str]) -> list[list[tuple[str, int]]]:
+    """Columns of (m.n) G: for each row the x on which it is m.n, the others 0 and m.x 0."""
+    if len(rows) == 1:
+        return [[(m[1], 0), (f"-{m[0]}", 0)]]
+    return [_cross(rows[1], m), _cross(m, rows[0])]
+
+
+def _function(name: str, result: str, parameters: str, text: _Text) -> str:
+    unused = " ".join(f"(void){part.split('*')[-1].strip()};" for part in parameters.split(","))
+    lines = "\n".join(f"    {line}" for line in [unused, *text.lines])
+    return f"MECHC_INLINE {result} FN({name})({parameters})\n{{\n{lines}\n}}\n"

@@ -1,0 +1,65 @@
+"""C over doubles -> the same over floats.
+
+Input: C text.  Output: C text whose numbers are floats: types, literals, functions of the C
+library.  Invariant: comments and strings stay; what depends on the rounding of numbers, or on the
+bits of a double, is not translated but in headers of its own (:func:`headers`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from importlib.resources import files
+from typing import Final
+
+_TOKEN = re.compile(
+    r"/\*.*?\*/|//[^\n]*|\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|#[ \t]*include[^\n]*"
+    r"|[A-Za-z_]\w*|(?:\d+\.?\d*|\.\d+)(?:[eEpP][+-]?\d+|\w)*",
+    re.DOTALL,
+)
+_FLOATING = re.compile(r"(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][+-]?\d+)?")
+_FUNCTIONS: Final = (
+    *("acos", "asin", "atan", "atan2", "ceil", "cos", "cosh", "exp", "fabs", "floor", "fmax"),
+    *("fmin", "fmod", "log", "pow", "sin", "sinh", "sqrt", "tan", "tanh"),
+    *("__builtin_fabs", "__builtin_sqrt"),
+)
+_WORDS: Final[Mapping[str, str]] = {
+    "double": "float",
+    "HUGE_VAL": "HUGE_VALF",
+    "DBL_EPSILON": "FLT_EPSILON",
+    **{name: f"{name}f" for name in _FUNCTIONS},
+}
+_LEAST, _MOST = 1.1754943508222875e-38, 3.4028234663852886e38
+_REPLACED: Final[Mapping[str, str]] = {
+    "dynamics/thresholds.h": "thresholds.h.in",
+    "simd/rough.h": "rough.h.in",
+    "simd/scalar.h": "scalar.h.in",
+    "simd/sine_cosine.h": "sine_cosine.h.in",
+}
+
+
+def headers() -> dict[str, str]:
+    """Headers of the runtime that have another text in single precision: name -> that text."""
+    folder = files("mechc_codegen.export").joinpath("templates", "single")
+    return {name: folder.joinpath(file).read_text("utf-8") for name, file in _REPLACED.items()}
+
+
+def single(text: str) -> str:
+    """The text over floats."""
+    return _TOKEN.sub(lambda found: _translated(found[0]), text)
+
+
+def number(value: float) -> str:
+    """A literal."""
+    return single(repr(value))
+
+
+def _translated(token: str) -> str:
+    if token in _WORDS:
+        return _WORDS[token]
+    if not _FLOATING.fullmatch(token):
+        return token
+    value = float(token)
+    if value > _MOST:
+        return "FLT_MAX"
+    return "FLT_MIN" if 0.0 < value < _LEAST else f"{token}f"

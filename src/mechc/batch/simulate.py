@@ -95,7 +95,7 @@ def simulate_batch(
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
         without one, ``batch.lowered_impacts`` (n,) how many impacts had less than the whole
-        restitution, as :class:`mechc.Stop` says.  Not with ``until`` and sampled controllers.
+        restitution, as :class:`mechc.Stop` says.  Not with ``until``.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of

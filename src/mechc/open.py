@@ -23,6 +23,7 @@ from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from mechc.batch.results import Batch
+    from mechc.results.view.page import View
 
 ROWS_A_STEP = 12  # no method stores more rows of states per step
 
@@ -74,7 +75,9 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
 
     try:
         recipe, t, states = read(path)
+        view = _view_in(recipe)
         sol = _again(_model(recipe, model), recipe, t, max_bytes)
+        sol._recorded_view = view
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
     except MissingInputError:
@@ -90,6 +93,49 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
         raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
     return sol
+
+
+def open_view(path: str | Path) -> View:
+    """The picture in space that was saved with the motion of a user-defined mechanism.
+
+    It needs no model, no compiler, and simulates nothing: a page as of :meth:`mechc.Solution.view`,
+    60 frames a second.
+
+    Parameters
+    ----------
+    path
+        A solution that was saved as ``.nc``.
+
+    Raises
+    ------
+    MechcError
+        If the file is not a saved solution, is damaged, or holds no picture, as those of the
+        library's mechanisms and of earlier versions: open them by :func:`mechc.open`.
+    MissingPackageError
+        If three.js is not installed: ``pip install 'mechc[view]'``.
+    """
+    from mechc.results.files import read
+    from mechc.results.view.page import recorded
+
+    try:
+        data = _view_in(read(Path(path))[0])
+    except (FileNotFoundError, MissingPackageError):
+        raise
+    except (MechcError, LookupError, OSError, TypeError, ValueError) as error:
+        told = short(str(error) or type(error).__name__)
+        raise MechcError(f"{printable(str(path))}: {told}") from None
+    if data is None:
+        raise MechcError(
+            f"{printable(str(path))} holds no picture: mechc.open(...).view() makes it"
+        )
+    return recorded(data)
+
+
+def _view_in(recipe: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The checked picture of a file."""
+    from mechc.results.view.recorded import unpacked_view
+
+    return None if recipe["view"] is None else unpacked_view(recipe["view"])
 
 
 def _is_folder(path: Path) -> bool:

@@ -25,8 +25,6 @@
 #include "stepping/control.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
-#define MECHC_GAUSS_LOOSEST 3e-7
-#define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
 /* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
@@ -37,16 +35,10 @@
 #define MECHC_GAUSS_RESPONSE 0.125
 #define MECHC_GAUSS_LOW 34459425.0
 #define MECHC_GAUSS_DAMPED 144.0 /* a step leaves 1 - 144 / |z| of such a one where |z| is large */
-#define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
 
 /* Steps of Newton's iteration before the plain one is tried again. */
 #define MECHC_GAUSS_PATIENCE 8
 #define MECHC_GAUSS_MOST_PATIENCE 512
-
-/* Stability limits the steps where the iteration converges slowly although the steps are far more
- * accurate than requested. */
-#define MECHC_GAUSS_SLOW 0.2
-#define MECHC_GAUSS_NEEDLESS 0.01
 
 MECHC_STATIC mechc_gauss *mechc_gauss_of(const mechc_integration *run)
 {

@@ -134,6 +134,13 @@ setup(
             depends=[*SHARED, *headers("abi", "closing", "events")],
         ),
         Extension(
+            "mechc.native._contact",
+            ["src/mechc/native/_contact.pyx"],
+            include_dirs=[str(RUNTIME)],
+            extra_compile_args=["-O3"],
+            depends=[*SHARED, *headers("abi", "closing", "events")],
+        ),
+        Extension(
             "mechc.native._closing",
             ["src/mechc/native/_closing.pyx"],
             include_dirs=[str(RUNTIME)],

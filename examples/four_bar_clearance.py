@@ -7,7 +7,8 @@ with the data of the example FourBarClearance of the program Siconos: journals o
 bearings of 60 mm, plastic impacts, friction 0.1; a controller turns the crank to and fro.  There
 is no loop: each joint with play is a stop, whose gap is the play less the distance of the centres.
 The angles are compared with those that Siconos gives by time steps of 0.1 ms, a method of first
-order.  Writes four_bar_clearance.png.
+order; from 0.5 s on two versions of its results differ by 2e-4 rad.
+Writes four_bar_clearance.png.
 """
 
 import numpy as np
@@ -26,7 +27,7 @@ import mechc
 
 L0, L1, L2, L3, MASS, G = 3.0, 1.0, 4.0, 2.5, 1.0, 9.81  # m, kg, m/s^2
 JOURNAL, BEARING, FRICTION = 0.055, 0.06, 0.1
-SECONDS = 0.3
+SECONDS = 1.0
 GAIN, LAMBDA = 200.0, 10.0  # N m s/rad, 1/s: of the controller
 START = {  # the centres of journals and bearings are 1e-6 m apart
     "theta_1": 1.570823772407980, "theta_2": 0.3532842020624460, "theta_3": 1.264872058968431,

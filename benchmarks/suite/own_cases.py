@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import Any
 
@@ -16,11 +16,11 @@ from ..timing.cases import Case
 from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
-BATCH_METHODS = ("dop853", "gauss8")
+BATCH_METHODS = ("dop853", "gauss8", "taylor")
 FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
 BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")
-COMPILE = ("emit", "first unit", "driver", "gauss8", "dop853", "radau5", "outputs")
+COMPILE = ("emit", "first unit", "driver", "gauss8", "dop853", "radau5", "taylor", "outputs")
 
 
 def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], dict[str, Any]]:
@@ -29,6 +29,8 @@ def build(problem: Problem, tolerances: Sequence[float]) -> tuple[list[Case], di
     model = problem.model
     model.simulate(1e-3 * problem.t_end, problem.start, problem.params)  # all of it is compiled
     loaded = time.perf_counter() - start
+    if "taylor" in _offered(model, METHODS):  # a part of its own
+        model.simulate(1e-3 * problem.t_end, problem.start, problem.params, method="taylor")
     spent = model.build.get("seconds", {})
     setup = {"load": loaded}
     if "first unit" in spent:
@@ -55,7 +57,7 @@ def single(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             lambda s: problem.observe(s.y[-1]) if s.status.ok else None,
             lambda s: s.status.code,
         )
-        for method in ("auto", *METHODS)
+        for method in ("auto", *_offered(model, METHODS))
         for tol in tolerances
     ]  # fmt: skip
 
@@ -79,9 +81,14 @@ def batch(problem: Problem, tolerances: Sequence[float]) -> list[Case]:
             lambda b: b.status(members - 1).code,
             trajectories=members,
         )
-        for method in BATCH_METHODS
+        for method in _offered(model, BATCH_METHODS)
         for tol in tolerances
     ]  # fmt: skip
+
+
+def _offered(model: Any, methods: Iterable[str]) -> list[str]:
+    """Of these methods those that the model's equations allow."""
+    return [m for m in methods if m != "taylor" or model.system.data.get("taylor")]
 
 
 def _members(problem: Problem) -> int:

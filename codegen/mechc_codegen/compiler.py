@@ -37,6 +37,7 @@ from mechc_codegen.ir.lower import lower
 from mechc_codegen.ir.optimize import optimize
 from mechc_codegen.ir.program import Program
 from mechc_codegen.ir.sensitivity import add_sensitivities
+from mechc_codegen.ir.series import add_series
 from mechc_codegen.ir.switching import add_switching
 
 T = TypeVar("T")
@@ -120,6 +121,7 @@ def optimised(
     program = clock.time("sensitivity", lambda: add_sensitivities(program, request, defaults))
     if adjoint and request.includes("sensitivities"):
         program = clock.time("adjoint", lambda: add_adjoint(program))
+    program = clock.time("series", lambda: add_series(program, equations))
     metadata = scene_metadata(mechanism, parameters, (lowered, program), equations, request)
     return OptimisedScene(program, equations, metadata)
 

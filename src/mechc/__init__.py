@@ -33,6 +33,7 @@ from mechc.load import compile as compile
 from mechc.load import get_include, load, mechanisms
 from mechc.model import Model
 from mechc.open import open_saved as open  # noqa: F401
+from mechc.open import open_view
 from mechc.outputs import Momenta, Reactions
 from mechc.results.solution import Solution
 from mechc.simulation.events.event import Event, EventRecord
@@ -116,6 +117,7 @@ __all__ = [
     "load",
     "mechanisms",
     "multiplier",
+    "open_view",
     "torch",
 ]
 

@@ -22,6 +22,7 @@ from mechc.simulation.settings import (
     checked_span,
     checked_span_and_times,
     refuse_beside_checkpoints,
+    refuse_without_derivatives,
 )
 from mechc.simulation.simulate import run
 from mechc.system.names import by_name, names_of
@@ -284,7 +285,9 @@ class Model(Fits):
         method
             ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
             ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
-            ``"radau5"`` (Radau IIA of order 5, for stiff scenes), or ``"auto"``: ``"gauss8"``, or
+            ``"radau5"`` (Radau IIA of order 5, for stiff scenes), ``"taylor"`` (Taylor series of
+            the motion, of an order that follows from rtol, for small scenes without constraints,
+            tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or
             ``"dop853"`` where the equations have kinks (``Abs``), and ``"radau5"`` where stability
             limits the steps.  SciPy's names of the same methods are taken too: ``"RK45"``,
             ``"DOP853"``, ``"Radau"``.
@@ -361,6 +364,8 @@ class Model(Fits):
             dense=bool(dense or keeps or times is not None or len(chosen) or len(sensitivities)),
             on_change_point=on_change_point, max_bytes=max_bytes, checkpoints=checkpoints,
         )  # fmt: skip
+        if keeps or by:
+            refuse_without_derivatives(policy.method)
         given = y0
         if type(y0) is not np.ndarray and isinstance(y0, Mapping):
             y0 = model._start(y0, p, span[0])

@@ -23,6 +23,7 @@ from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
     from mechc.batch.results import Batch
+    from mechc.results.view.page import View
 
 ROWS_A_STEP = 12  # no method stores more rows of states per step
 
@@ -39,8 +40,9 @@ def open_saved(
     ----------
     model
         Needed for a user-defined mechanism that is not in this user's cache any more: the same,
-        compiled again.  Needed too where inputs were given with the run, which files do not hold:
-        the model with the same inputs, ``model.with_inputs({...})`` or ``sol.model``.
+        compiled again.  Needed too where inputs were given with the run as functions of Python,
+        which files do not hold: the model with the same inputs, ``model.with_inputs({...})`` or
+        ``sol.model``.  Inputs that it is given replace those of the file.
     max_bytes
         Memory for the states and the dense output of a solution when it is simulated again: an
         untrusted file may contain any number of steps.
@@ -73,13 +75,15 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
 
     try:
         recipe, t, states = read(path)
+        view = _view_in(recipe)
         sol = _again(_model(recipe, model), recipe, t, max_bytes)
+        sol._recorded_view = view
     except (FileNotFoundError, MissingPackageError, CompilerError):
         raise
     except MissingInputError:
         raise MissingInputError(
-            f"{path} does not hold the inputs that were given with its run: give "
-            "mechc.open(path, model.with_inputs({...})) the same"
+            f"{path} does not hold the inputs that were given with its run, functions of Python: "
+            "give mechc.open(path, model.with_inputs({...})) the same"
         ) from None
     except (
         MechcError, ArithmeticError, AttributeError, LookupError, MemoryError, OSError,
@@ -89,6 +93,49 @@ def _solution(path: Path, model: Model | None, max_bytes: float) -> Solution:
         raise MechcError(f"{path} cannot be opened as a solution saved by mechc: {told}") from None
     _compare(path, sol, states)
     return sol
+
+
+def open_view(path: str | Path) -> View:
+    """The picture in space that was saved with the motion of a user-defined mechanism.
+
+    It needs no model, no compiler, and simulates nothing: a page as of :meth:`mechc.Solution.view`,
+    60 frames a second.
+
+    Parameters
+    ----------
+    path
+        A solution that was saved as ``.nc``.
+
+    Raises
+    ------
+    MechcError
+        If the file is not a saved solution, is damaged, or holds no picture, as those of the
+        library's mechanisms and of earlier versions: open them by :func:`mechc.open`.
+    MissingPackageError
+        If three.js is not installed: ``pip install 'mechc[view]'``.
+    """
+    from mechc.results.files import read
+    from mechc.results.view.page import recorded
+
+    try:
+        data = _view_in(read(Path(path))[0])
+    except (FileNotFoundError, MissingPackageError):
+        raise
+    except (MechcError, LookupError, OSError, TypeError, ValueError) as error:
+        told = short(str(error) or type(error).__name__)
+        raise MechcError(f"{printable(str(path))}: {told}") from None
+    if data is None:
+        raise MechcError(
+            f"{printable(str(path))} holds no picture: mechc.open(...).view() makes it"
+        )
+    return recorded(data)
+
+
+def _view_in(recipe: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The checked picture of a file."""
+    from mechc.results.view.recorded import unpacked_view
+
+    return None if recipe["view"] is None else unpacked_view(recipe["view"])
 
 
 def _is_folder(path: Path) -> bool:
@@ -101,7 +148,12 @@ def _is_folder(path: Path) -> bool:
 def _model(told: Mapping[str, Any], given: Model | None) -> Model:
     from mechc.results.files import reference_in
 
-    return Model.of_reference(reference_in(told, given=given is not None), given)
+    model = Model.of_reference(reference_in(told, given=given is not None), given)
+    driven = model.system.driven
+    if driven is None:
+        return model
+    left = driven.not_given(mapping_of(told.get("inputs", {}), "its inputs"))
+    return model.with_inputs(left) if left else model
 
 
 def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> Solution:

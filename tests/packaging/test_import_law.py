@@ -42,7 +42,7 @@ RUNTIME_LAW = {
     "load": {"model", "system", "compilation"},
     "export": {"compilation", "results", "simulation"},
     "open": {"model", "system", "simulation", "results", "batch"},
-    "cli": {"__init__", "export", "system", "assembly", "compilation", "results", "batch",
+    "cli": {"__init__", "export", "open", "system", "assembly", "compilation", "results", "batch",
             "fitting"},
 }  # fmt: skip
 

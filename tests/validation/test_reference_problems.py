@@ -118,6 +118,7 @@ PROBLEMS = {
     ),
 }
 CONSERVATIVE = ("pendulum_1", "pendulum_2", "pendulum_5", "heavy_top", "rigid_body", "windows_2")
+ANALYTIC = ("pendulum_1", "pendulum_2", "heavy_top", "rigid_body", "flyball_governor")
 CONSTRAINED = ("slider_crank", "andrews", "car_axis", "windows_2")
 BEFORE_THE_CROSSING = 0.7
 LONG_TO_COMPILE = {"andrews", "car_axis", "flyball_governor", "pendulum_5", "windows_2"}
@@ -172,8 +173,17 @@ def rows_of(name):
 @pytest.mark.parametrize("name", cases(PROBLEMS))
 def test_the_error_follows_rtol_down_to_rounding(model_of, name, method):
     """No plateau: within rtol times the condition at each tolerance, and falling."""
-    model, rows, problem = model_of(name), rows_of(name), PROBLEMS[name]
-    tolerances = EVERY_TOLERANCE if method == "dop853" else EVERY_TOLERANCE[:-1]
+    falls(model_of(name), name, method)
+
+
+@pytest.mark.parametrize("name", cases(ANALYTIC))
+def test_that_of_taylor_series_does_too(model_of, name):
+    falls(model_of(name), name, "taylor")
+
+
+def falls(model, name, method):
+    rows, problem = rows_of(name), PROBLEMS[name]
+    tolerances = EVERY_TOLERANCE[:-1] if method == "dopri5" else EVERY_TOLERANCE
     before = np.inf
     for rtol in tolerances:
         sol = run(model, name, rows, rtol=rtol, method=method)

@@ -7,17 +7,17 @@ letters, digits and a few signs, in comments.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from textwrap import wrap
 from typing import Any
 
 from sympy import Symbol
 
 from mechc_codegen.derive.equations import Equations, Output
 from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
+from mechc_codegen.emit.definition import argument_names, definition, plain_words
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.series import series_text
 from mechc_codegen.emit.tables import lookups, table_text
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
@@ -29,7 +29,6 @@ from mechc_codegen.ir.program import Assign, Program, SineCosine, Statement
 _SPARSE = 64  # elements
 _OF_GAPS = ("hoist", "constraints")  # functions that the gaps of the loops are computed by
 _STATE = "real t, const real *q, const real *u, const FN(given) *given"
-_ALIASES = "const real *const p = given->p, *const k = given->k;"
 _SOLVED = ", const real *a, const real *l"  # accelerations and multipliers
 
 
@@ -69,6 +68,7 @@ def program_texts(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dic
         "scene_program.h": template("scene_program.h.in").substitute(
             gaps="\n".join(gaps), functions="\n".join(others)
         ),
+        "scene_series.h": series_text(functions),
     }
 
 
@@ -170,20 +170,20 @@ class CWriter(FunctionWriter):
         storage = {"hoist": "MECHC_ONCE", "output": "MECHC_INLINE"}
         name, signature = self._head(function)
         kept = storage.get(function.kind, self.functions.storage)
-        return _definition(function.comment, name, signature, body, kept)
+        return definition(function.comment, name, signature, body, kept)
 
     def piece(self, function: SceneFunction, number: int, body: Sequence[str]) -> str:
         name, signature = self._head(function)
         comment = f"{function.comment} Piece {number}."
         signature = f"{signature}, real *shared"
-        return _definition(comment, f"{name}_{number}", signature, body, "MECHC_ONCE")
+        return definition(comment, f"{name}_{number}", signature, body, "MECHC_ONCE")
 
     def caller(self, function: SceneFunction, count: int, size: int) -> str:
         name, signature = self._head(function)
         arguments = ", ".join((*argument_names(signature), "shared"))
         calls = [f"FN({name}_{number})({arguments});" for number in range(count)]
         body = [f"real shared[{max(size, 1)}];", *calls]
-        return _definition(function.comment, name, signature, body, "MECHC_ONCE")
+        return definition(function.comment, name, signature, body, "MECHC_ONCE")
 
     def _head(self, function: SceneFunction) -> tuple[str, str]:
         """Name and parameters of a function."""
@@ -213,29 +213,3 @@ def _meanings(functions: SceneFunctions, metadata: Mapping[str, Any]) -> dict[Sy
 
 def _pointers(targets: Mapping[str, str]) -> str:
     return "".join(f" real *{target}," for target in targets.values())
-
-
-def _definition(comment: str, name: str, signature: str, body: Sequence[str], storage: str) -> str:
-    arguments = argument_names(signature)
-    aliases = []
-    if "given" in arguments:
-        aliases, arguments = [_ALIASES], [*arguments, "p", "k"]
-    unused = ", ".join(f"(void){argument}" for argument in arguments)
-    lines = "\n".join(f"    {line}" for line in [*aliases, f"{unused};", *body])
-    head = wrap(
-        f"{storage} void FN({name})({signature})",
-        98,
-        subsequent_indent="    ",
-        break_long_words=False,
-    )
-    return f"/* {plain_words(comment)} */\n{chr(10).join(head)}\n{{\n{lines}\n}}\n"
-
-
-def argument_names(signature: str) -> list[str]:
-    """Of a C function's parameters, in order."""
-    return re.findall(r"(\w+)(?:,|$)", signature)
-
-
-def plain_words(text: str) -> str:
-    """For a comment: signs that could end it or form a trigraph are replaced."""
-    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

@@ -85,6 +85,7 @@ def scene_metadata(
         **_quaternions(mechanism),
         "smooth": _smooth(program, request),
         **_switches(program),
+        **({"taylor": True} if program.series else {}),
         "closing": _closing(parameters, lowered, equations),
         "operations": operation_counts((lowered, program), equations, request),
         **_row_blocks(program, equations),

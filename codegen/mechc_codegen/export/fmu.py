@@ -19,7 +19,8 @@ from sympy import diff
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.quantity import Kind
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.emit.c import plain_words, program_texts
+from mechc_codegen.emit.c import program_texts
+from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.emit.tables import lookups

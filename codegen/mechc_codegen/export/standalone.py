@@ -15,7 +15,8 @@ from typing import Any
 
 from mechc_codegen.derive.equations import Equations
 from mechc_codegen.description.request import OutputRequest
-from mechc_codegen.emit.c import plain_words, program_texts
+from mechc_codegen.emit.c import program_texts
+from mechc_codegen.emit.definition import plain_words
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.units.scene_files import default_lines, listed_outputs
 from mechc_codegen.errors import CodegenError

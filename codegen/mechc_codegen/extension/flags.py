@@ -28,6 +28,7 @@ PARTS = {
         ("gauss8", "COLLOCATION"),
         ("dop853", "EXPLICIT"),
         ("radau5", "IMPLICIT"),
+        ("taylor", "SERIES"),
         ("outputs", "OUTPUTS"),
         ("derivatives", "DERIVATIVES"),
     )

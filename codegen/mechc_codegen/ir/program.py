@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from sympy import Expr, Symbol
 
@@ -63,6 +64,60 @@ class InputValue:
     order: int
 
 
+OperationKind = Literal[
+    "constant", "state", "time", "sum", "product", "quotient", "root", "power",
+    "sine", "cosine", "exp", "log",
+]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One value; ``args``: numbers of earlier ones.
+
+    ``value``: of a constant the expression of parameters, of a state or the time its symbol, of a
+    power its exponent.  ``factors``: of a sum those of its terms.  A sine and a cosine have their
+    argument and then each other.
+    """
+
+    kind: OperationKind
+    args: tuple[int, ...] = ()
+    value: Expr | None = None
+    factors: tuple[Expr, ...] = ()
+
+
+@dataclass(frozen=True)
+class Series:
+    """The operations of M u' = F and q' one by one, each with a recurrence of its Taylor
+    coefficients, and the numbers of their entries; no ``rates``: q' is u."""
+
+    operations: tuple[Operation, ...]
+    mass: tuple[int, ...]
+    forcing: tuple[int, ...]
+    rates: tuple[int, ...] = ()
+
+    @property
+    def ends(self) -> tuple[int, ...]:
+        return (*self.mass, *self.forcing, *self.rates)
+
+    @property
+    def needed(self) -> list[int]:
+        """The operations that the entries are made of, in order."""
+        found = set(self.ends)
+        for number in reversed(range(len(self.operations))):
+            operation = self.operations[number]
+            if number in found:
+                found.update(operation.args)
+                if operation.kind in ("sine", "cosine"):  # each needs the other
+                    found.add(number + (1 if operation.kind == "sine" else -1))
+        return sorted(found)
+
+    def is_constant(self, number: int) -> bool:
+        return self.operations[number].kind == "constant"
+
+    def is_number(self, number: int, value: int) -> bool:
+        return self.is_constant(number) and self.operations[number].value == value
+
+
 @dataclass(frozen=True)
 class Program:
     """See the module's description."""
@@ -71,6 +126,7 @@ class Program:
     outputs: tuple[Output, ...]
     hoisted: tuple[Statement, ...] = ()
     body: tuple[Statement, ...] = ()
+    series: Series | None = None  # of the motion
 
     def __str__(self) -> str:
         lines = [f"hoisted {s}" for s in self.hoisted] + [str(s) for s in self.body]

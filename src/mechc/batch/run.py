@@ -23,7 +23,7 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-LOCKSTEP = "dop853"  # the method that runs members in lockstep, a lane each
+LOCKSTEP = ("dop853", "taylor")  # methods that run members in lockstep, a lane each
 Report = Callable[[int], None]
 
 
@@ -111,7 +111,7 @@ def _options(recipe: Recipe, reduces: bool) -> dict[str, Any]:
         "max_steps": policy.max_steps,
         "method": METHODS[policy.method],
         "dense": reduces or len(recipe.t_eval) > 0,
-        "lockstep": policy.method == LOCKSTEP,
+        "lockstep": policy.method in LOCKSTEP,
         "may_stiffen": policy.stiff_switch,
         "on_change_point": CHANGE_POINT_POLICIES[policy.on_change_point],
     }

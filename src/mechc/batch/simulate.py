@@ -19,7 +19,13 @@ from mechc.batch.sensitivities import check_names, one_number_each
 from mechc.batch.spec import Assembly, Chunk, Compute, Recipe, checked_recipe
 from mechc.errors import ValueOutOfBoundsError, brief
 from mechc.progress import CountBar
-from mechc.simulation.settings import checked_count, checked_policy, checked_span, checked_times
+from mechc.simulation.settings import (
+    checked_count,
+    checked_policy,
+    checked_span,
+    checked_times,
+    refuse_without_derivatives,
+)
 from mechc.system.names import name_of, names_of
 from mechc.system.parameters import Array, Parameters
 from mechc.system.system import System
@@ -89,7 +95,7 @@ def simulate_batch(
         ``simulate``, which give the same motion to the last bit.  ``batch.event_counts`` (n, k) has
         how many zeros each of k events had, ``batch.event_latest`` (n, k) the time of the last, NaN
         without one, ``batch.lowered_impacts`` (n,) how many impacts had less than the whole
-        restitution, as :class:`mechc.Stop` says.  Not with ``until`` and sampled controllers.
+        restitution, as :class:`mechc.Stop` says.  Not with ``until``.
     sensitivities
         Names that derivatives of the states are by, as in ``simulate``, one number each:
         parameters, coordinates and speeds that members are assembled with, inputs, values of
@@ -142,6 +148,7 @@ def simulate_batch(
             "sampled controllers are functions of this process: leave out= and client= away"
         )
     if recipe.sensitivities:
+        refuse_without_derivatives(recipe.policy.method)
         check_names(system, recipe)
     workers = _checked_threads(threads)
     size = _whole("chunk", chunk)

@@ -5,10 +5,8 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
-import os
 import sys
 import time
-import webbrowser
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -30,6 +28,7 @@ from mechc.cli.arguments import (
 from mechc.cli.bench import bench
 from mechc.cli.export import export_command
 from mechc.cli.fit import fit_command
+from mechc.cli.open import open_command, open_in_browser
 from mechc.cli.options import (
     BAD_INPUT,
     EPILOGUE,
@@ -102,11 +101,16 @@ def _parser() -> argparse.ArgumentParser:
     fit_options(_add(commands, "fit", "values from recorded motions", fit_command))
     saved = _add(commands, "verify", "check that saved data are undamaged", verify_command)
     saved.add_argument("path", metavar="PATH", help="a saved solution, or the folder of a batch")
+    seen = _add(commands, "open", "the picture in space of a saved motion", open_command)
+    seen.add_argument("path", metavar="FILE", help="a saved solution, .nc")
+    seen.add_argument(
+        "--view", metavar="OUT", help="write OUT.html, .png, .gif or .mp4 [FILE.html, and open it]"
+    )
     show = _add(commands, "show", "facts about a mechanism; its derivation as a page", show_command)
     scene_options(show)
     show.add_argument("--latex", action="store_true", help="with --out: LaTeX instead of HTML")
     show.add_argument("--out", metavar="FILE", help="write the derivation to this page")
-    handed_on = "for other programs: C files, or a functional mock-up unit"
+    handed_on = "for other programs: C files, WebAssembly, a functional mock-up unit"
     export_options(_add(commands, "export", handed_on, export_command))
     emit = _add(commands, "emit", "the generated C", _emit)
     variant_options(emit)
@@ -157,7 +161,7 @@ def _run(chosen: argparse.Namespace) -> int:
         with written_into(folder):
             page = _write(sol, folder, in_space=chosen.open, quiet=chosen.json)
         if chosen.open:
-            _open_in_browser(page)
+            open_in_browser(page)
     if chosen.view is not None:
         with ProgressBar("drawing the view"):
             saved = sol.view().save(chosen.view)
@@ -242,13 +246,6 @@ def _write_view(sol: mechc.Solution, folder: Path) -> Path:
     except MissingPackageError as missing:
         print(f"mechc: {missing}", file=sys.stderr)
         return folder / "animation.html"
-
-
-def _open_in_browser(path: Path) -> None:
-    """Only on a desktop; elsewhere the path is printed."""
-    desktop = sys.platform == "darwin" or "DISPLAY" in os.environ or "WAYLAND_DISPLAY" in os.environ
-    if desktop:
-        webbrowser.open(path.resolve().as_uri())
 
 
 def _emit(chosen: argparse.Namespace) -> int:

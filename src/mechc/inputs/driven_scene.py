@@ -11,6 +11,7 @@ from mechc.errors import InputError, MechcError, UnknownNameError
 from mechc.inputs.bind import GivenInputs, InputSlot, missing
 from mechc.inputs.sampled import Control
 from mechc.inputs.segmented_run import SegmentedRun
+from mechc.inputs.stored import inputs_told, told_inputs
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -56,9 +57,13 @@ class DrivenScene:
         return other
 
     @property
-    def controlled(self) -> bool:
-        """Whether controllers are called during a run."""
-        return bool(self._needed().controls)
+    def told(self) -> dict[str, Any]:
+        """The inputs as JSON data, but for functions of Python."""
+        return told_inputs(self.given)
+
+    def not_given(self, told: Mapping[str, Any]) -> dict[str, Any]:
+        """Of inputs as :attr:`told` has them those that this scene was not given."""
+        return {name: x for name, x in inputs_told(told).items() if name not in self.given}
 
     def given_to(self, names: Sequence[str], t: float) -> Any:
         """The inputs for C functions of these outputs; None where no such output contains any."""
@@ -104,7 +109,7 @@ class DrivenScene:
         times = [t0, *values.breaks(t0, t1, policy[0]), t1]
         controls = values.controls
         for control in controls:
-            control.begin(t0)
+            control.skip(t0)
 
         def inputs(segment: int, y: Array) -> Any:
             self._call(controls, times[segment], y)
@@ -112,7 +117,22 @@ class DrivenScene:
 
         first = inputs(0, y0)
         run = self._scene.start(t0, t1, y0, p, *policy, inputs=first)
-        return SegmentedRun(run, times, inputs, self._whole if len(times) > 2 else first)
+        whole = self._whole if len(times) > 2 else first
+        return SegmentedRun(run, times, inputs, whole, bool(controls))
+
+    def restart(self) -> None:
+        """A run begins from its first time: controllers are called from there on."""
+        for control in self._needed().controls:
+            control.restart()
+
+    def repeat(self) -> None:
+        """From now on runs repeat what controllers have given, and call none."""
+        for control in self._needed().controls:
+            control.repeat()
+
+    def reach(self, t: float, y: Array) -> None:
+        """Call the controllers whose instant has come at the state y."""
+        self._call(self._needed().controls, t, y)
 
     def _call(self, controls: Sequence[Control], t: float, y: Array) -> None:
         """Call the controllers whose instant has come; one that fails leaves NaN: the run ends."""

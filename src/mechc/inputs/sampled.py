@@ -131,15 +131,27 @@ class HeldSignal(Signal):
         del rtol, order
         return np.union1d(self.control.instants, self._knots[1:])
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        done = np.isfinite(self.values)
+    def recorded(self) -> Signal:
+        """What the run has applied, as a signal with the same breaks."""
+        times = self.breaks(0.0)
+        values = self(times)
+        done = np.isfinite(values)
         done[:2] = True  # of two samples at least
-        values = np.nan_to_num(self.values[done])
-        return _plain, (self.times[done], values)
+        return Signal(
+            times[done], np.nan_to_num(values[done]), "previous", outside="hold", breaks="samples"
+        )
 
+    @property
+    def parts(self) -> tuple[dict[str, Any], dict[str, Array]]:
+        return self.recorded().parts
 
-def _plain(times: Array, values: Array) -> Signal:
-    return Signal(times, values, "previous", outside="hold")
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Signal.from_parts, self.parts
+
+    def hold_last(self) -> None:
+        """Hold the last value where the run did not come."""
+        known = np.isfinite(self._coefficients[:, 0])
+        self._coefficients[~known] = self._coefficients[np.flatnonzero(known)[-1]]
 
 
 class Control:
@@ -152,11 +164,24 @@ class Control:
         self.names, self.signals, self.instants = tuple(names), tuple(signals), instants
         self._function = with_state_apart(what, sampled.controller)
         self._takes_state = _arguments(self._function, what) == 3
-        self._next = 0
+        self._next, self._repeats = 0, False
 
-    def begin(self, t: float) -> None:
-        """A run, or its part after a reset, begins at this time."""
-        self._next = int(np.searchsorted(self.instants, t - TICKS * np.spacing(abs(t))))
+    def restart(self) -> None:
+        """A run begins: the controller is called from the first instant on."""
+        if not self._repeats:
+            self._next = 0
+
+    def repeat(self) -> None:
+        """From now on runs repeat what was recorded, and call nothing."""
+        self._next, self._repeats = len(self.instants), True
+        for signal in self.signals:
+            signal.hold_last()
+
+    def skip(self, t: float) -> None:
+        """A part of a run begins at this time: none of the instants before it is left, and none is
+        called again."""
+        first = int(np.searchsorted(self.instants, t - TICKS * np.spacing(abs(t))))
+        self._next = max(self._next, first)
 
     def reach(self, t: float, q: Array, u: Array) -> None:
         """Call the controller where an instant has come.

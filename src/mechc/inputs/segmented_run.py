@@ -14,6 +14,8 @@ class SegmentedRun:
 
     It is one run, extended from segment to segment with the inputs of each: ``inputs(k, y)``
     between ``times[k]``, where the state is y, and ``times[k + 1]``; ``whole`` for reading from it.
+    ``stops``: :meth:`advance` ends with each segment, so that what follows it, as the call of a
+    controller, comes after a search for events in it.
 
     Attributes
     ----------
@@ -22,10 +24,11 @@ class SegmentedRun:
     """
 
     def __init__(
-        self, run: Any, times: Sequence[float], inputs: Callable[[int, Array], Any], whole: Any
-    ) -> None:
+        self, run: Any, times: Sequence[float], inputs: Callable[[int, Array], Any], whole: Any,
+        stops: bool = False,
+    ) -> None:  # fmt: skip
         self.compiled_run, self._times, self._inputs, self.whole = run, times, inputs, whole
-        self._segment = -1
+        self._segment, self._stops = -1, stops
         run.read_with(whole)
         if len(times) > 2:
             self._next()
@@ -70,6 +73,8 @@ class SegmentedRun:
                 if self.compiled_run.status == FINISHED
                 else left
             )
+            if self._stops:
+                break
         return self.status
 
     def keep_last(self) -> None:

@@ -7,7 +7,7 @@ cdef extern from "abi/model.h":
     int MECHC_ABI, MECHC_COUNTS, MECHC_LEASTS
     const char *MECHC_CAPSULE
     int MECHC_PART_DRIVER, MECHC_PART_COLLOCATION, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT
-    int MECHC_PART_OUTPUTS, MECHC_PART_DERIVATIVES, MECHC_ALL_PARTS
+    int MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_DERIVATIVES, MECHC_ALL_PARTS
     int MECHC_RUNNING, MECHC_FINISHED, MECHC_INTERRUPTED, MECHC_MEMORY_LIMIT
 
     ctypedef struct mechc_rows:
@@ -153,7 +153,7 @@ cdef extern from "abi/model.h":
 cdef extern from "abi/join_parts.h":
     ctypedef struct mechc_joined:
         mechc_unit unit
-        const mechc_method *methods[4]
+        const mechc_method *methods[5]
         int parts
 
     void mechc_join(mechc_joined *, const mechc_unit *, int) noexcept nogil

@@ -33,6 +33,7 @@ from mechc.system.parameters import Array
 from mechc.system.reference import ModelReference
 
 FORMAT = 2
+VIEW = "mechc-view"  # the key of no state: it has a hyphen
 LONGEST = 200  # characters of a NetCDF name
 LARGEST_FILE = 2**33  # bytes of a file that is opened
 _FORMULA = re.compile(r"[\s\ufeff\u200b]*[=+@\-＝＋＠－]")
@@ -110,7 +111,25 @@ def save(sol: Trajectory, path: Path) -> Path:
 
 
 def _write_netcdf(sol: Trajectory, path: Path) -> None:
-    to_dataset(sol).to_netcdf(path, engine="scipy")
+    data = to_dataset(sol)
+    if (view := _view_of(sol)) is not None:
+        content = np.frombuffer(view, np.int8)
+        data[VIEW] = (f"{VIEW}-byte", content, {"long_name": "its picture in space"})
+        data = data.assign_attrs(sha256=digest(data))
+    data.to_netcdf(path, engine="scipy")
+
+
+def _view_of(sol: Any) -> bytes | None:
+    """The picture of a user-defined mechanism, whose description files do not hold."""
+    system = sol.system
+    if not system.reference.custom or getattr(system, "drawn", None) is None:
+        return None
+    from mechc.results.view.recorded import packed_view
+
+    try:
+        return packed_view(sol)
+    except (MechcError, OSError, ValueError):  # a wrong drawing keeps no motion from being saved
+        return None
 
 
 def recipe_of(sol: Trajectory) -> dict[str, Any]:
@@ -118,7 +137,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
     policy = sol.policy.asked()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
-    y0 = sol._run.states()[1][0]
+    y0, driven = sol._run.states()[1][0], sol.system.driven
     return {
         "format": FORMAT,
         **sol.system.reference.to_json(),
@@ -131,6 +150,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "change_points": [asdict(point) for point in sol.change_points],
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "values": _values_of(sol),
+        "inputs": {} if driven is None else driven.told,
         "contacts": contacts_of(sol._run),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
@@ -145,7 +165,10 @@ def _values_of(sol: Trajectory) -> list[list[float]]:
 
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
-    """The data to simulate again, and the times and states saved."""
+    """The data to simulate again, and the times and states saved.
+
+    ``"view"`` of the data is the picture in space as bytes, None where there is none.
+    """
     data = _loaded(read_regular(path, LARGEST_FILE))
     recipe = json_object(data.attrs["mechc"], "what it holds for mechc")
     if recipe["format"] != FORMAT:
@@ -154,6 +177,7 @@ def read(path: Path) -> tuple[dict[str, Any], Array, Array]:
         raise MechcError("it is damaged: its sha256 differs; xarray may still read parts of it")
     keys = netcdf_names(names_of(recipe["state"], "its states"))
     states = np.column_stack([data[key].values for key in keys]).astype(np.float64)
+    recipe["view"] = bytes(data[VIEW].values.astype(np.int8)) if VIEW in data.variables else None
     return recipe, data["time"].values.astype(np.float64), states
 
 

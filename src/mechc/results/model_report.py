@@ -31,6 +31,7 @@ STAGES = {
     "gauss8": "collocation compiled",
     "dop853": "explicit pairs and lockstep compiled",
     "radau5": "implicit method compiled",
+    "taylor": "Taylor series compiled",
     "outputs": "outputs in lanes compiled",
     "derivatives": "derivatives of runs compiled",
     "whole": "the whole compiled for its capsule",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 
 from mechc.errors import MechcError
 from mechc.simulation.segments import Segments
+from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import names_of
@@ -49,6 +50,7 @@ class Solution(Trajectory):
 
     _sensitivity: Sensitivity | None = None
     _given: tuple[Any, Any] | None = None  # y0 and params, as they were given
+    _recorded_view: Mapping[str, Any] | None = None  # of its file, for a model of unknown looks
 
     def __init__(self, model: Any, *run: Any) -> None:
         self.model = model
@@ -193,6 +195,7 @@ class Solution(Trajectory):
 
         if not self.policy.dense:
             raise MechcError("this run kept no dense output: simulate with dense=True")
+        refuse_without_derivatives(self.policy.method)
         names = None if by is None else names_of(by)
         return gradient_of_run(self, end, integral, names, *self._given_or_own)
 
@@ -250,7 +253,8 @@ class Solution(Trajectory):
     def view(self, *, fps: float = 60.0) -> Any:
         """The motion in space, as an object that displays itself and has ``save(path)``.
 
-        One page without network: solids, camera, plots and time line (docs/view.md).
+        One page without network: solids, camera, plots and time line (docs/view.md).  A motion
+        opened from its file without its model has the picture that was saved with it.
 
         Parameters
         ----------
@@ -263,8 +267,11 @@ class Solution(Trajectory):
         MissingPackageError
             If three.js is not installed: ``pip install 'mechc[view]'``.
         """
-        from mechc.results.view.page import view
+        from mechc.results.view.page import recorded, view
 
+        drawn = getattr(self.model.system, "drawn", None)
+        if self._recorded_view is not None and drawn is None:
+            return recorded(self._recorded_view)
         return view(self, fps=fps)
 
     def __repr__(self) -> str:

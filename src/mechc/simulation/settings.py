@@ -100,6 +100,20 @@ def refuse_beside_checkpoints(events: Sequence[Any], sensitivities: Sequence[Any
         )
 
 
+def refuse_without_derivatives(method: str) -> None:
+    """
+    Raises
+    ------
+    ValueOutOfBoundsError
+        For a method over whose steps no derivatives are computed.
+    """
+    if method == "taylor":
+        raise ValueOutOfBoundsError(
+            "there are no derivatives over steps of method='taylor': take 'auto', 'gauss8', "
+            "'dop853', 'dopri5' or 'radau5'"
+        )
+
+
 def checked_change_point(policy: str) -> str:
     """``"continue"``, ``"stop"`` or ``"raise"``."""
     if policy not in CHANGE_POINT_POLICIES:
@@ -119,6 +133,12 @@ def _chosen_method(system: System, method: str) -> str:
     if without_c and method != "dop853":
         raise ValueOutOfBoundsError(
             f"method={method!r} needs compiled code; backend='numpy' has 'dop853' only"
+        )
+    if method == "taylor" and not system.data.get("taylor"):
+        raise ValueOutOfBoundsError(
+            "method='taylor' needs a small scene without constraints, tables and inputs, whose "
+            "equations have +, -, *, /, powers, sqrt, sin, cos, tan, exp and log alone: take "
+            "method='auto'"
         )
     return method
 

@@ -83,6 +83,8 @@ def run(
         Each contains the trajectory until then.
     """
     started = time.perf_counter()
+    if system.driven is not None:
+        system.driven.restart()
     compiled = begin(system, span, state, values, policy)
     beside = getattr(compiled, "met_critical", False) and policy.on_change_point != "stop"
     if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
@@ -171,8 +173,7 @@ def _finder(
     laws = contact_laws(events)
     slides = any(law.slip is not None for law in laws)
     if laws:
-        alone = not (slides and system.driven is not None and system.driven.controlled)
-        refuse_stops(system, span, alone and may_compile(run, first))
+        refuse_stops(system, span, may_compile(run, first))
     if compiled is None or slides:
         return EventFinder(events, run, system.scene.width, first, policy.rtol)
     return compiled

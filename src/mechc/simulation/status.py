@@ -187,9 +187,8 @@ CODES = {
     codes.RESETS_ACCUMULATE: (
         "resets accumulate",
         "the times between the resets of an event became too short to be told apart (Zeno)",
-        "A contact that lasts is a mechc.Stop; in a batch with reduce=, with sampled controllers, "
-        "and with another event, end the run before it, with terminal=n or a terminal event on "
-        "the speed",
+        "A contact that lasts is a mechc.Stop; with another event, end the run before it, with "
+        "terminal=n or a terminal event on the speed",
     ),
     codes.CONTACT_INCONSISTENT: (
         "contact inconsistent",

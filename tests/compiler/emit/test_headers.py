@@ -18,7 +18,7 @@ GENERIC = [
 BINDINGS = ("simd/bind_scalar.h", "simd/bind_vector.h")
 # Each may use those before it.
 LAYERS = (
-    "abi", "simd", "dynamics", "singularities", "run", "stepping", "lockstep", "methods",
+    "abi", "simd", "dynamics", "singularities", "run", "series", "stepping", "lockstep", "methods",
     "variational", "adjoint", "unit", "fmu",
 )  # fmt: skip
 ALSO = {"fmu": {"events"}}  # of those compiled apart

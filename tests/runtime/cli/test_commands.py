@@ -113,7 +113,7 @@ def test_json_with_a_folder_prints_the_object_alone_and_writes(capsys, here, mon
 def test_the_browser_is_opened_on_a_desktop_only(monkeypatch, capsys):
     opened = []
     monkeypatch.setattr("mechc.results.figures.save_all", lambda sol, folder: [])
-    monkeypatch.setattr(cli.webbrowser, "open", opened.append)
+    monkeypatch.setattr("webbrowser.open", opened.append)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(cli.sys, "platform", "linux")

@@ -33,7 +33,7 @@ def hostile(sol):
         quantities=fake_linkage.quantities(units), gap_unit="m",
         parameters=sol.model.parameters, defaults=sol.model.defaults,
         reference=ModelReference(HOSTILE[0], custom=True, key=64 * "0", state=HOSTILE[:6]),
-        constraint_names=sol.model.constraint_names, knows_energy=True,
+        constraint_names=sol.model.constraint_names, knows_energy=True, driven=None,
     )  # fmt: skip
     columns = dict(zip((*names[0], *names[1]), sol.y.T, strict=True))
 

@@ -68,6 +68,8 @@ def _sizes_of_few(functions: SceneFunctions) -> str:
     if SWITCHING in functions.outputs:
         count = len(functions.outputs[SWITCHING].elements)
         text += f"#define MECHC_SWITCHES {count} /* functions at whose zeros equations change */\n"
+    if functions.program.series:
+        text += "#define MECHC_TAYLOR_SERIES 1 /* the motion's recurrences */\n"
     if functions.blocks:
         text += (
             f"#define MECHC_ROW_BLOCKS {len(functions.blocks.blocks)} /* of constraint rows */\n"

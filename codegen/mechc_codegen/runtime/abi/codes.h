@@ -47,7 +47,8 @@ typedef enum {
     MECHC_DOP853 = 1, /* Dormand & Prince, order 8(5,3) */
     MECHC_RADAU5 = 2, /* Radau IIA, order 5 */
     MECHC_GAUSS8 = 3, /* Gauss-Legendre collocation, 8 stages */
-    MECHC_METHODS = 4 /* how many there are */
+    MECHC_TAYLOR = 4, /* Taylor series, of an order that follows from the tolerance */
+    MECHC_METHODS = 5 /* how many there are */
 } mechc_method_number;
 
 /* What to do at a change point: mechc_options.on_change_point. */

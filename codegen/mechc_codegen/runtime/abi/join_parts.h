@@ -43,6 +43,7 @@ static inline void mechc_join(mechc_joined *joined, const mechc_unit *part, int 
 static inline int mechc_part_of_method(int method)
 {
     return method == MECHC_GAUSS8 ? MECHC_PART_COLLOCATION
+         : method == MECHC_TAYLOR ? MECHC_PART_SERIES
          : method == MECHC_RADAU5 ? MECHC_PART_IMPLICIT
                                   : MECHC_PART_EXPLICIT;
 }

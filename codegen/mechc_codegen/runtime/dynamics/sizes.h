@@ -32,6 +32,10 @@
 #define MECHC_OF_STAGE MECHC_INLINE
 #endif
 
+#ifndef MECHC_TAYLOR_SERIES
+#define MECHC_TAYLOR_SERIES 0 /* are there recurrences of the motion's Taylor coefficients? */
+#endif
+
 #define MECHC_NX (MECHC_NQ + MECHC_NU)
 /* Constants made of parameters, and then of the rows: how many count (generic_rank.h), and what they
  * are like at ordinary configurations (ordinary_rows.h). */

@@ -20,6 +20,11 @@ static const mechc_method mechc_gauss8 = {MECHC_GAUSS8_TRAITS};
 #elif MECHC_HAS(DRIVER)
 static const mechc_method mechc_radau5 = {MECHC_RADAU5_TRAITS};
 #endif
+#if MECHC_TAYLOR_SERIES && MECHC_HAS(SERIES)
+#include "methods/taylor.h"
+#elif MECHC_TAYLOR_SERIES && MECHC_HAS(DRIVER)
+static const mechc_method mechc_taylor = {MECHC_TAYLOR_TRAITS};
+#endif
 
 /* Of methods without code in this part their traits, where the driver is in it. */
 static const mechc_method *const mechc_methods[MECHC_METHODS] = {
@@ -32,5 +37,8 @@ static const mechc_method *const mechc_methods[MECHC_METHODS] = {
 #endif
 #if MECHC_HAS(DRIVER) || MECHC_HAS(COLLOCATION)
     [MECHC_GAUSS8] = &mechc_gauss8,
+#endif
+#if MECHC_TAYLOR_SERIES && (MECHC_HAS(DRIVER) || MECHC_HAS(SERIES))
+    [MECHC_TAYLOR] = &mechc_taylor,
 #endif
 };

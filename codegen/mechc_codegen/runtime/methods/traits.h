@@ -6,6 +6,7 @@
 #include "methods/dormand_prince_tableaus.h"
 #include "methods/gauss_tableau.h"
 #include "methods/radau_tableau.h"
+#include "series/order.h"
 #include "run/method.h"
 #include "stepping/control.h"
 
@@ -70,3 +71,26 @@
     .root_error = 1, \
     .holds_crossing = 1, \
     .horizon = 1.3
+
+#define MECHC_TAYLOR_GROWTH 8.0 /* where the last terms vanish */
+
+MECHC_STATIC int mechc_taylor_rows(const mechc_integration *run)
+{
+    return mechc_taylor_order(MECHC_SHARE * run->rtol);
+}
+
+#define MECHC_TAYLOR_TRAITS \
+    .number = MECHC_TAYLOR, \
+    .order = 16, /* about: of the first step */ \
+    .last_rate = 1, \
+    .dense_rows = MECHC_TAYLOR_MOST, \
+    .rows_of = mechc_taylor_rows, \
+    .nodes = {6, mechc_dopri5_nodes}, \
+    .share = MECHC_SHARE, \
+    .growth = MECHC_TAYLOR_GROWTH, \
+    .in_lockstep = 1, \
+    .by_itself = 1, \
+    .farthest = HUGE_VAL, \
+    .ignored = 1.0, \
+    .after_failure = 0.1, \
+    .horizon = 2.0

@@ -17,6 +17,7 @@ struct mechc_method {
     int order;      /* exponent of the step-size law */
     int last_rate;  /* the rates of a step's end are kept there */
     int dense_rows; /* of its dense output */
+    int (*rows_of)(const mechc_integration *run); /* the same where it depends on the run, or NULL */
     mechc_nodes nodes; /* where in a step its rates are taken */
     const mechc_tableau *tableau; /* NULL: the method keeps its own */
 
@@ -39,6 +40,7 @@ struct mechc_method {
     double horizon;     /* steps ahead that crossings are looked for */
 
     int in_lockstep; /* runs of several states may continue side by side */
+    int by_itself;   /* a run by itself is left to the driver, which gives it the same numbers */
     /* Up to `steps` attempts of each of up to MECHC_LANES such runs, a lane each: see lockstep/.
      * Returns those made, early where a run has ended or continues alone. */
     long (*together)(mechc_integration **runs, int count, long steps);
@@ -55,6 +57,9 @@ struct mechc_method {
     void (*accept)(mechc_integration *run, double h);
     /* Did stability, not accuracy, limit an accepted step?  NULL: it never does. */
     int (*limited)(const mechc_integration *run, double h, const double *end, double error);
+    /* Set the length of the next step, which the method knows before it tries it; NULL: step control
+     * does. */
+    void (*plan)(mechc_integration *run);
     /* How long a step may be begun, at most; NULL: any, and crossings are not looked for before a
      * step is tried. */
     double (*reach)(const mechc_integration *run);

@@ -8,7 +8,8 @@
 #pragma once
 
 #define MECHC_MOST_RATES 16 /* of a step of any method */
-#define MECHC_MOST_DENSE 9  /* rows of the dense output of any method */
+#define MECHC_TAYLOR_MOST 26 /* order of a Taylor series, at the rounding of doubles */
+#define MECHC_MOST_DENSE (MECHC_TAYLOR_SERIES ? MECHC_TAYLOR_MOST : 9) /* rows of the dense output */
 
 typedef struct {
     int stages, rates, dense_rows;

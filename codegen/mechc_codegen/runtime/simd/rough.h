@@ -22,4 +22,11 @@ MECHC_INLINE real FN(rough_root)(real x)
     return R_FROM_BITS(UINT64_C(0x43ee500000000000) - (R_UNSIGNED(x) >> 4));
 }
 
+/* x^e within a tenth, for x >= 0 and |e| < 1. */
+MECHC_INLINE real FN(rough_power)(real x, double e)
+{
+    const real one = R(4607182418800017408.0); /* the bits of 1 */
+    return R_FROM_BITS(R_WHOLE(R_FMA(R(e), R_NUMBER(R_BITS(x)) - one, one)));
+}
+
 #endif

@@ -17,3 +17,13 @@ MECHC_INLINE double mechc_from_bits(int64_t b)
     memcpy(&x, &b, sizeof x);
     return x;
 }
+
+/* a b + c, rounded once wherever vectors of this compilation are: see mechc_fused. */
+MECHC_INLINE double mechc_scalar_fused(double a, double b, double c)
+{
+#ifdef __FMA__
+    return __builtin_fma(a, b, c);
+#else
+    return a * b + c;
+#endif
+}

@@ -9,10 +9,13 @@
 #undef R
 #undef R_BITS
 #undef R_FROM_BITS
+#undef R_NUMBER
+#undef R_WHOLE
 #undef R_MASK
 #undef R_SELECT
 #undef R_ANY
 #undef R_ANY_BEYOND
+#undef R_FMA
 #undef R_SQRT
 #undef R_CALL
 #undef R_CALL2

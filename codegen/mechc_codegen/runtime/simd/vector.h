@@ -47,6 +47,21 @@ MECHC_INLINE mechc_vector mechc_sqrt(mechc_vector x)
 #endif
 }
 
+/* a b + c in each lane.  Of a b + c d a compiler may fuse either product, and not the same in lanes as
+ * in one double; where both must have the same bits it is said which. */
+MECHC_INLINE mechc_vector mechc_fused(mechc_vector a, mechc_vector b, mechc_vector c)
+{
+#if MECHC_LANES == 8 && defined __AVX512F__
+    return (mechc_vector)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)c);
+#elif MECHC_LANES == 4 && defined __FMA__
+    return (mechc_vector)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
+#elif MECHC_LANES == 2 && defined __FMA__
+    return (mechc_vector)_mm_fmadd_pd((__m128d)a, (__m128d)b, (__m128d)c);
+#else
+    return a * b + c;
+#endif
+}
+
 MECHC_INLINE mechc_vector mechc_each(double (*f)(double), mechc_vector x)
 {
     mechc_vector y = x;

@@ -39,7 +39,8 @@ MECHC_STATIC void mechc_advance_runs(mechc_run **heads, int count, long steps)
             mechc_advance_alone(run, steps);
         }
     }
-    if (fit) together[0]->current->together(together, fit, least);
+    if (fit == 1 && together[0]->current->by_itself) mechc_advance_alone(together[0], steps);
+    else if (fit) together[0]->current->together(together, fit, least);
 }
 
 MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
@@ -47,7 +48,7 @@ MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
     mechc_integration *run = (mechc_integration *)head;
     while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0) {
         if (!run->current->step && !mechc_use_loaded(run)) break;
-        steps -= mechc_runs_together(run, steps)
+        steps -= !run->current->by_itself && mechc_runs_together(run, steps)
                ? run->current->together(&run, 1, mechc_attempts_left(run, steps))
                : mechc_advance_alone(run, steps);
     }

@@ -16,6 +16,7 @@
 /* The step to try; 1 where it is the last. */
 MECHC_STATIC int mechc_next_step(mechc_integration *run, double *h)
 {
+    if (run->current->plan) run->current->plan(run);
     const double left = fabs(run->t1 - run->head.t), free = mechc_min(run->step, run->max_step);
     const double step = run->limits ? mechc_within_limits(run, free) : free;
     if (mechc_ends_at_switch(run)) return mechc_step_to_switch(run, left, h);
@@ -223,7 +224,7 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
         head->status = most ? MECHC_TOO_MANY_STEPS : mechc_attempt(run);
         made++;
     } while (head->status == MECHC_RUNNING && head->wanted < 0 && made < steps
-             && !mechc_fits_lockstep(run));
+             && (run->current->by_itself || !mechc_fits_lockstep(run)));
     return made;
 }
 

@@ -101,7 +101,8 @@ MECHC_STATIC void mechc_count_dense_rows(mechc_integration *run, int dense)
 {
     const int others = MECHC_NH > 0 || run->may_stiffen;
     const int over_crossings = run->methods[MECHC_DOP853]->dense_rows;
-    run->most_dense = run->method->dense_rows;
+    const mechc_method *method = run->method;
+    run->most_dense = method->rows_of ? method->rows_of(run) : method->dense_rows;
     if (others && run->most_dense < over_crossings) run->most_dense = over_crossings;
     run->head.trajectory.dense_rows = dense ? run->most_dense : 0;
 }

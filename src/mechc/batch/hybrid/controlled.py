@@ -8,6 +8,7 @@ computes the member's results.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 from mechc.batch.driven import BatchInputs, driven_by
 from mechc.batch.run import parameter_rows, run_members, starts
 from mechc.batch.spec import Recipe
+from mechc.errors import EventError, ValueOutOfBoundsError
 from mechc.inputs.sampled import with_held
 from mechc.simulation.initialise import checked_state
 from mechc.simulation.simulate import run
@@ -61,6 +63,15 @@ def _recorded(system: System, one: Recipe, threads: int) -> Recipe:
     values = parameter_rows(driven, recipe)
     y0, kept, _, _ = starts(driven, recipe, values, threads)
     if kept is None or kept.all():
-        state: Any = checked_state(driven, y0[0], values[0], one.span[0])
-        run(Trajectory, driven, one.span, state, values[0], one.policy, typed=y0[0])
+        _run(driven, one, y0[0], values[0])
+    assert driven.driven is not None
+    driven.driven.repeat()
     return recipe
+
+
+def _run(system: System, one: Recipe, y0: Array, p: Array) -> None:
+    """The run in which the controllers are called; what ends it early is told by the one after."""
+    state: Any = checked_state(system, y0, p, one.span[0])
+    events = () if one.events is None else one.events.read(system, p)
+    with suppress(EventError, ValueOutOfBoundsError):
+        run(Trajectory, system, one.span, state, p, one.policy, events=events, typed=y0)

@@ -30,8 +30,8 @@ class BatchEvents(NamedTuple):
     """Events as data: directions (k,), how many zeros of each end a run (k,), and the C of their
     functions with its sha256; "" of a batch that was read from a folder, which computes nothing.
 
-    ``given``: as they were given, where there are contacts or ``one_by_one``: whether friction, or
-    resets of parameters, have members run one after another, as by ``simulate``.
+    ``given``: as they were given, where members are run by ``simulate``; ``one_by_one``: whether
+    friction, or resets of parameters, have all of them run so.
     """
 
     directions: Array
@@ -87,7 +87,7 @@ def batch_events(
         return None
     if system.reference.backend == "numpy":
         raise MechcError("events of a batch need compiled code")
-    _refuse(until, controlled)
+    _refuse(until)
     compiler = Compiler(*COMPILER)
     events = checked_events(given, system, system.parameter_set.defaults, compiler)
     laws = contact_laws(events)
@@ -108,7 +108,7 @@ def batch_events(
     source = "" if functions is None else functions.source
     words = [source, *(str(law) for law in laws if alone), *(map(_words, events) if alone else ())]
     key = hashlib.sha256("".join(words).encode()).hexdigest()
-    kept = given if laws or alone else ()
+    kept = given if laws or alone or controlled else ()
     return BatchEvents(*directions_of(events), key, source, kept, alone)
 
 
@@ -126,13 +126,9 @@ def _is_expression(event: Any) -> bool:
     return reads and (event.reset is None or isinstance(event.reset, COMPILED_RESETS))
 
 
-def _refuse(until: str, controlled: bool) -> None:
+def _refuse(until: str) -> None:
     if until:
         raise ValueOutOfBoundsError(
             f"until={until!r} and events: give the end as an event too, "
             "mechc.Event(..., terminal=True)"
-        )
-    if controlled:
-        raise ValueOutOfBoundsError(
-            "a batch with sampled controllers takes no events: use simulate for each member"
         )

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import html
 import math
+from collections.abc import Mapping
 from functools import cached_property
 from importlib import resources
 from pathlib import Path
@@ -135,6 +136,12 @@ def view(sol: SolutionLike, *, fps: float = 60.0) -> View:
     """The motion as a `View`: show it in a notebook, or ``.save(path)`` it."""
     three_js()  # is missing now, not when the page is displayed
     return View(view_data(sol, fps=fps))
+
+
+def recorded(data: Mapping[str, Any]) -> View:
+    """The motion of data that were made before, with its picture as it was then."""
+    three_js()
+    return View(dict(data))
 
 
 class SpaceRun(Run):

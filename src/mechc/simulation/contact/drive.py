@@ -13,7 +13,6 @@ from mechc.native._codes import (
     CONTACT_UNDECIDED,
     CONTACTS_TOO_MANY,
     FINISHED,
-    RESETS_ACCUMULATE,
     RUNNING,
     STOPPED_BY_EVENT,
 )
@@ -31,10 +30,10 @@ from mechc.simulation.contact.modes import (
     decided,
     told,
 )
-from mechc.simulation.contact.place import EPS, Contacts, Free, Place
+from mechc.simulation.contact.place import EPS, Contacts, Place
 from mechc.simulation.events.compiled import CompiledFinder, CompiledResets
 from mechc.simulation.events.event import EventFinder, FunctionFailedError, Side, located
-from mechc.simulation.events.expressions import rounding_of
+from mechc.simulation.events.expressions import compiler_of, rounding_of
 from mechc.simulation.events.resets import CHANGE, FLIGHT, SHORTEST, TOUCHING, Resets
 from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
@@ -60,7 +59,8 @@ class ContactResets(CompiledResets):
         self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
         finder: EventFinder,
     ) -> None:  # fmt: skip
-        self.laws = Laws(contact_laws(finder.events), system, values)
+        self.compiler = compiler_of(finder.events)
+        self.laws = Laws(contact_laws(finder.events), system, values, self.compiler)
         start = float(chain.tail(1)[0][-1])
         self.contacts = Contacts(self.laws, system, values, (start, t_end))
         self.numbers_of = [law.number for law in self.laws.laws]
@@ -70,14 +70,12 @@ class ContactResets(CompiledResets):
         self.speeds_met = np.zeros(len(system.speeds))
         self.changed_at, self.changes = np.nan, 0
         self.until = t_end  # no piece in contact crosses the kinks of inputs
-        driven = system.driven
-        self.controlled = driven is not None and driven.controlled
         super().__init__(system, values, policy, t_end, chain, finder)
 
     def take_values(self, values: Array) -> None:
         super().take_values(values)
         events = self.finder.every if self.lasting else self.finder.events
-        self.laws = Laws(contact_laws(events), self.system, values)
+        self.laws = Laws(contact_laws(events), self.system, values, self.compiler)
         contacts = self.contacts
         self.contacts = Contacts(self.laws, contacts.system, values, contacts.span)
 
@@ -87,10 +85,8 @@ class ContactResets(CompiledResets):
         self._refuse_overlap(t, y)
         if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
             return RUNNING
-        if self.controlled:
-            return RESETS_ACCUMULATE
         self._watch_modes()
-        self._see_until_kink(t)
+        self._see_until_kink(t, y)
         return self._enter(t, y, first=True)
 
     def _refuse_overlap(self, t: float, y: Array) -> None:
@@ -108,13 +104,17 @@ class ContactResets(CompiledResets):
     def _is_free(self, t: float, y: Array) -> bool:
         """Whether a run may begin in compiled code: what touches opens."""
         place = self.contacts.place(t, y)
-        slow, _ = self._slow(place, self.contacts.free(place))
+        slow, _ = self._slow(place)
         return not (self._touching(place, ()) & (place.numbers.rate <= slow)).any()
 
-    def _see_until_kink(self, t: float) -> None:
-        """Take the inputs as they are from here to their next kink."""
+    def _see_until_kink(self, t: float, y: Array) -> None:
+        """Take the inputs as they are from here to their next kink; controllers whose instant has
+        come are called at the state y."""
         driven = self.system.driven
         if driven is not None:
+            driven.reach(t, y)
+            if driven.failed:
+                raise FunctionFailedError(driven.failure_in_words())
             self.until = next(iter(driven.breaks(t, self.t_end, self.policy.rtol)), self.t_end)
             system = self.system.replaced_scene(driven.between(t, self.until))
             self.contacts = Contacts(self.laws, system, self.values, (t, self.until))
@@ -142,7 +142,7 @@ class ContactResets(CompiledResets):
         if not self.lasting:
             return super().after(t, number)
         before = self._stop_at(t)
-        self._see_until_kink(t)
+        self._see_until_kink(t, before)
         if number >= self.finder.own:
             return self._end_mode(t, before, self.finder.ends[number - self.finder.own])
         if number in self.numbers_of:
@@ -158,16 +158,16 @@ class ContactResets(CompiledResets):
         if t == self.t_end:
             return FINISHED
         before = self._stop_at(t)
-        self._see_until_kink(t)
+        self._see_until_kink(t, before)
         return self._enter(t, before, still=set(self._stuck()))
 
     def _go_on(self, t: float, number: int, state: Array, accumulate: bool) -> int:
         """Contact instead of ever more impacts."""
         stops = [n for n in self.caused_by if n in self.numbers_of]
-        if self.lasting or self.controlled or not (accumulate and stops):
+        if self.lasting or not (accumulate and stops):
             return super()._go_on(t, number, state, accumulate)
         self._watch_modes()
-        self._see_until_kink(t)
+        self._see_until_kink(t, state)
         hit = {self.numbers_of.index(n) for n in stops}
         return self._enter(t, state, hit=hit, causes=tuple(self.caused_by), noted=True)
 
@@ -227,7 +227,7 @@ class ContactResets(CompiledResets):
             raise FunctionFailedError(
                 f"at t = {t:.9g} s the mass matrix is not positive definite: contacts need that"
             ) from None
-        code, state, _ = ContactManifold(self.contacts, mode).settled(t, struck)
+        code, state = ContactManifold(self.contacts, mode).settled(t, struck)
         if code != RUNNING:
             return int(code)
         given = (*causes, *(n for n in more if n not in causes))
@@ -268,13 +268,13 @@ class ContactResets(CompiledResets):
         found: Mask = touching & self.laws.has_gap
         return found
 
-    def _slow(self, place: Place, free: Free) -> tuple[Array, Array]:
+    def _slow(self, place: Place) -> tuple[Array, Array]:
         """Rates of gaps and of slips (n,) that are 0 as far as the motion is known: next to the
         fastest met, and where the next flight is too short to be told from none."""
         numbers, speeds = place.numbers, np.abs(place.y[self.contacts.split :])
         gaps, slips = (64 * EPS * (np.abs(rows) @ speeds)
                        for rows in (self._gap_rows(place), numbers.rows))  # fmt: skip
-        fall = FEW * np.abs(free.normal)
+        fall = FEW * np.abs(place.free.normal)
         flight = np.maximum(SHORTEST * located(place.t) * fall,
                             np.sqrt(0.5 * FLIGHT * place.rounding * fall))  # fmt: skip
         gaps = np.maximum(gaps, np.maximum(SLOW * self.fastest_gap, flight))
@@ -292,7 +292,7 @@ class ContactResets(CompiledResets):
         numbers, touching = place.numbers, self._touching(place, hit)
         self.fastest_gap = np.maximum(self.fastest_gap, np.abs(numbers.rate) * touching)
         self.fastest_slip = np.maximum(self.fastest_slip, np.abs(numbers.slip))
-        slow, _ = self._slow(place, self.contacts.free(place))
+        slow, _ = self._slow(place)
         closing = touching & (numbers.rate < -slow)
         if not closing.any():
             return y, []
@@ -318,8 +318,7 @@ class ContactResets(CompiledResets):
         """The mode at a state after its impacts, the gaps that open from rest (n,), and contacts
         without slip (n,)."""
         laws, place = self.laws, self.contacts.place(t, y)
-        free = self.contacts.free(place)
-        slow, slow_slip = self._slow(place, free)
+        slow, slow_slip = self._slow(place)
         settled = np.abs(place.numbers.rate) <= slow
         settled[list(again)] = True
         closed = self._touching(place, hit) & settled
@@ -327,7 +326,7 @@ class ContactResets(CompiledResets):
         rests[list(still)] = True
         rests &= laws.has_friction & (closed | ~laws.has_gap)
         choices = choices_of(closed, rests, place.numbers.slip, laws.has_gap, laws.has_friction)
-        problem = Problem.of_forces(place, free, laws.has_gap)
+        problem = Problem.of_forces(place, place.free, laws.has_gap)
         answer = decided(problem, choices, closed, rests, left)
         leaving = closed & (np.array(answer.mode) == State.OPEN)
         return answer.mode, leaving, rests

@@ -97,7 +97,7 @@ def _one(t: float, y: Array) -> float:
 def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEnd]:
     """What ends the mode of these forces, that begins at the state y; ``still`` (n,): contacts
     that have no slip there."""
-    _, answer = forces(t, y)
+    answer = forces(t, y).answer
     found = [
         ModeEnd("halt", k, _slip(forces, k, state.way), float(still[k]))
         for k, state in enumerate(answer.mode)
@@ -105,11 +105,11 @@ def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEn
     ]
     limits: list[tuple[str, int, Callable[[float, Array], float]]]
     if answer.is_redundant:
-        limits = [("margin", -1, lambda s, x: forces(s, x)[1].margin())]
+        limits = [("margin", -1, lambda s, x: forces(s, x).answer.margin())]
     else:
         limits = [
             (kind, k, _limit(forces, number))
-            for number, (kind, k, _, _) in enumerate(answer.limits())
+            for number, (kind, k, _, _) in enumerate(forces(t, y).limits)
         ]
     limits += [
         ("negative", k, _friction(forces, k))
@@ -120,7 +120,7 @@ def ends_of_mode(forces: Forces, t: float, y: Array, still: Mask) -> list[ModeEn
     found += [ModeEnd(kind, k, left, float(left(t, y) <= 0.0)) for kind, k, left in limits]
     slides = any(state.way and forces.manifold.has_gap[k] for k, state in enumerate(answer.mode))
     if slides:
-        found.append(ModeEnd("paradox", -1, lambda s, x: forces(s, x)[1].stiffness))
+        found.append(ModeEnd("paradox", -1, lambda s, x: forces(s, x).answer.stiffness))
     return found
 
 
@@ -128,7 +128,7 @@ def _slip(forces: Forces, k: int, way: float) -> Callable[[float, Array], float]
     """The slip, which counts as none where it is of the size of its rounding."""
 
     def slip(t: float, y: Array) -> float:
-        numbers = forces(t, y)[0].numbers
+        numbers = forces(t, y).place.numbers
         rounding = ROUNDING * float(np.abs(numbers.rows[k]) @ np.abs(y[-len(numbers.rows[k]) :]))
         return way * float(numbers.slip[k]) + rounding
 
@@ -139,8 +139,8 @@ def _friction(forces: Forces, k: int) -> Callable[[float, Array], float]:
     """The coefficients, or forces; 0 is one too."""
 
     def least(t: float, y: Array) -> float:
-        numbers = forces(t, y)[0].numbers
-        size = ROUNDING * forces(t, y)[1].force_of(k)
+        found = forces(t, y)
+        numbers, size = found.place.numbers, ROUNDING * found.sizes[k]
         return float(min(numbers.friction[k], numbers.static[k])) + max(size, SMALLEST)
 
     return least
@@ -150,9 +150,9 @@ def _limit(forces: Forces, number: int) -> Callable[[float, Array], float]:
     """A force, or what is left to its limit; what is rounding counts as pressing."""
 
     def above_zero(t: float, y: Array) -> float:
-        answer = forces(t, y)[1]
-        _, k, c, d = answer.limits()[number]
-        return float(c @ answer.unknowns + d) + ROUNDING * answer.force_of(k)
+        found = forces(t, y)
+        _, k, c, d = found.limits[number]
+        return float(c @ found.answer.unknowns + d) + ROUNDING * found.sizes[k]
 
     return above_zero
 

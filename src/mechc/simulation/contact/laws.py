@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from mechc.simulation.events.event import Event, FunctionFailedError
+from mechc.simulation.events.event import Event
 from mechc.simulation.events.expressions import MOST_KEPT, function_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.events.stops import NEWTON, POISSON, StopReset
@@ -82,10 +82,15 @@ def contact_laws(events: Sequence[Any]) -> list[ContactLaw]:
 
 class Laws:
     """The laws of all contacts of a run, evaluated together; ``has_gap``, ``has_friction`` (n,);
-    ``poisson``: whether impacts follow Poisson's law of restitution."""
+    ``poisson``: whether impacts follow Poisson's law of restitution.
 
-    def __init__(self, laws: Sequence[ContactLaw], system: System, p: Array) -> None:
-        self.laws, self.system, self.p = tuple(laws), system, p
+    ``compiler``: as :attr:`mechc.simulation.events.expressions.Compiler.compile`; None: none.
+    """
+
+    def __init__(
+        self, laws: Sequence[ContactLaw], system: System, p: Array, compiler: Any = None
+    ) -> None:
+        self.laws, self.system, self.p, self.compiler = tuple(laws), system, p, compiler
         self.has_gap = np.array([law.gap is not None for law in laws])
         self.has_friction = np.array([law.slip is not None for law in laws])
         self.poisson = any(law.law == POISSON for law in laws)
@@ -93,39 +98,42 @@ class Laws:
     def __len__(self) -> int:
         return len(self.laws)
 
-    def at(self, t: float, y: Array, v: Array) -> Numbers:
-        """At one state (nq + nu,) with the coordinates' rates v (nq,)."""
-        nq, nu = len(self.system.coordinates), len(self.system.speeds)
+    @cached_property
+    def function(self) -> Any:
+        """Their table, as :class:`mechc.native._contact.ContactEquations` takes it: compiled, or
+        where an expression has no form in C a function of Python."""
+        made = None
+        if self.compiler is not None:
+            from sympy import Integer
+
+            told = [(Integer(0), dict(enumerate(self._expressions)), None)]
+            made = self.compiler(told, len(self._expressions), len(self.p))
+        return self.values if made is None else made
+
+    def values(self, t: float, state: Array) -> Array:
+        """Their table (n, 8 + nq + nu) at one state with the coordinates' rates (2 nq + nu,)."""
         with np.errstate(all="ignore"):
-            values = self._function(t, np.concatenate([y, v]), self.p)
-        table = np.array(values, dtype=np.float64).reshape(len(self.laws), -1)
-        if not np.isfinite(table).all():
-            self._leave_out_open(table, t)
+            found = function_of(self._expressions)(t, state, self.p)
+        return np.array(found, dtype=np.float64).reshape(len(self.laws), -1)
+
+    def numbers(self, table: Array) -> Numbers:
+        """By their names."""
+        nq = len(self.system.coordinates)
         gap, rate, bend, slip, drift, restitution, friction, static = table[:, :8].T
-        slopes, rows = table[:, 8 : 8 + nq], table[:, 8 + nq : 8 + nq + nu]
         return Numbers(
-            gap, rate, bend, slopes, slip, drift, rows, restitution, friction, static
+            gap, rate, bend, table[:, 8 : 8 + nq], slip, drift, table[:, 8 + nq :], restitution,
+            friction, static,
         )  # fmt: skip
 
-    def _leave_out_open(self, table: Array, t: float) -> None:
-        """An open gap needs no slopes and no slip: in the middle of a bush there are none."""
-        bad = ~np.isfinite(table).all(axis=1)
-        for k in np.flatnonzero(bad & ~(table[:, 0] > 0.0)):
-            raise FunctionFailedError(
-                f"the contact of event {self.laws[k].number} has no rate, slip or friction at "
-                f"t = {t:.9g} s: its expressions are not finite there"
-            )
-        table[bad, 1:] = 0.0
-
     @cached_property
-    def _function(self) -> Any:
+    def _expressions(self) -> list[Any]:
         sizes = len(self.system.coordinates), len(self.system.speeds)
-        return function_of([entry for law in self.laws for entry in _entries(law, *sizes)])
+        return [entry for law in self.laws for entry in _entries(law, *sizes)]
 
 
 @lru_cache(MOST_KEPT)
 def _entries(law: ContactLaw, nq: int, nu: int) -> list[Any]:
-    """The columns of :meth:`Laws.at`."""
+    """The columns of :meth:`Laws.values`."""
     from sympy import Integer, Symbol, diff, sympify
 
     t = Symbol("t", real=True)

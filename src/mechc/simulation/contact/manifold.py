@@ -7,16 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.native._codes import NOT_FINITE, RUNNING, SINGULAR_MASS
+from mechc.native._codes import NOT_FINITE, SINGULAR_MASS
+from mechc.native._contact import NO_LAW, NO_MASS
 from mechc.numpy_backend.integrator import NumpyRun, RunLimits
 from mechc.numpy_backend.linear import Rows
 from mechc.simulation.contact.modes import Answer, Mode, Problem, State
-from mechc.simulation.contact.place import Contacts, Free, Place
+from mechc.simulation.contact.place import Contacts, Place
 from mechc.simulation.contact.recorded import record_of
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 
 MOST_KEPT = 4096  # answers
+_NO_SIZES = SimpleNamespace(mass=np.full((1, 1, 1), np.nan))
 
 
 class Settled(NamedTuple):
@@ -26,7 +28,7 @@ class Settled(NamedTuple):
     place: Any
     rows: Rows | None
     iterations: int
-    places: list[Place | None]
+    rates: Array
 
 
 class ContactManifold:
@@ -42,72 +44,58 @@ class ContactManifold:
         states = np.array(mode)
         self.has_gap = contacts.laws.has_gap
         self.closed = self.has_gap & (states != State.OPEN)
-        self.stuck = states == State.STICKS
+        stuck = states == State.STICKS
+        way = np.array([state.way for state in mode])
+        self._constraints = self.closed.astype(np.uint8), stuck.astype(np.uint8), way
+        none = np.zeros(len(mode), np.uint8)
+        self._loops_alone = none, none, np.zeros(len(mode))
 
-    def settled(self, t: float, y: Array) -> tuple[int, Array, Place | None]:
-        """One state moved onto the mode's constraints: status, state, what contacts need there."""
-        try:
-            status, place = self.contacts.on_gaps(t, y, self.closed)
-            if status == RUNNING:
-                place = self.contacts.with_speeds(place, self.closed, self.stuck)
-            return status, place.y, place
-        except np.linalg.LinAlgError:
-            return (SINGULAR_MASS if np.isfinite(y).all() else NOT_FINITE), y, None
+    def settled(self, t: float, y: Array) -> tuple[int, Array]:
+        """One state moved onto the mode's constraints: status, state."""
+        moved, closed = self.settle(np.array([t]), y[None])
+        return int(closed.status[0]), moved[0]
 
     def settle(self, t: Array, y: Array) -> tuple[Array, Settled]:
         """States (n, nq + nu) at times (n,) moved onto the mode's constraints."""
-        found = [self.settled(float(at), row) for at, row in zip(t, y, strict=True)]
-        status = np.array([code for code, _, _ in found], dtype=int)
-        rows = np.array([row for _, row, _ in found]).reshape(y.shape)
-        sizes = SimpleNamespace(mass=np.full((len(y), 1, 1), np.nan))
-        places = [place for _, _, place in found]
-        return rows, Settled(status, sizes, self._loops(places), len(y), places)
+        return self._put(t, y, self._constraints)
 
-    def _loops(self, places: list[Place | None]) -> Rows | None:
-        """The rows of the loops, whose conditioning the run monitors; J u = 0 at a failed state."""
-        if not self.listing.rows:
-            return None
-        shape = self.listing.rows, self.listing.speeds
-        jacobians = [np.zeros(shape) if place is None else place.jacobian for place in places]
-        masses = [
-            np.ones(shape[1]) if place is None else (place.root**2).sum(axis=1) for place in places
-        ]
-        return Rows(np.array(jacobians), np.array(masses))
+    def _put(self, t: Array, y: Array, mode: tuple[Any, ...]) -> tuple[Array, Settled]:
+        equations = self.contacts.equations
+        status, moved, rates, jacobians, masses = equations.settle(t, y, *mode)
+        if (status == NO_LAW).any():
+            self.contacts.check(NO_LAW, float(t[np.argmax(status == NO_LAW)]))
+        massless = status == NO_MASS
+        if massless.any():
+            status[massless] = np.where(
+                np.isfinite(y[massless]).all(axis=1), SINGULAR_MASS, NOT_FINITE
+            )
+        rows = Rows(jacobians, masses) if self.listing.rows else None
+        return moved, Settled(status, _NO_SIZES, rows, len(y), rates)
 
     def moved(self, t: float, q: Array, changes: Array) -> Settled:
         """Configurations near one (nq,), each closed again: changes of the speeds (n, nu)."""
-        system, width = self.contacts.system, self.listing.coordinates
+        width = self.listing.coordinates
         rest = np.append(q, np.zeros(self.listing.speeds))
         kinematic = self.contacts.place(t, rest).kinematic
         near = np.tile(rest, (len(changes), 1))
         near[:, :width] += changes if kinematic is None else changes @ kinematic.T
-        closed = [system.scene.project(t, y, self.contacts.p)[:2] for y in near]
-        places = [self.contacts.place(t, y) if status == RUNNING else None for status, y in closed]
-        status = np.array([status for status, _ in closed])
-        return Settled(status, None, self._loops(places), 0, places)
+        return self._put(np.full(len(near), t), near, self._loops_alone)[1]
 
     def accelerate(self, t: Array, u: Array, closed: Settled) -> Array:
         """Their rates (n, nq + nu)."""
-        return np.array([self._rates(place) for place in closed.places if place is not None])
+        return closed.rates
 
     def rates(self, t: float, y: Array) -> Array:
         """At one state on the constraints."""
-        return self._rates(self.contacts.place(t, y))
-
-    def _rates(self, place: Place) -> Array:
-        answer, free = self._answer(place)
-        rates = free.rates.copy()
+        place, answer = self.answer(t, y)
+        rates = place.free.rates.copy()
         rates[self.contacts.split :] += place.speeds(answer.along)
         return rates
-
-    def _answer(self, place: Place) -> tuple[Answer, Free]:
-        free = self.contacts.free(place)
-        return Problem.of_forces(place, free, self.has_gap).answer(self.mode), free
 
     def answer(self, t: float, y: Array) -> tuple[Place, Answer]:
         """The forces of the mode at one state."""
         place = self.contacts.place(t, y)
-        return place, self._answer(place)[0]
+        return place, Problem.of_forces(place, place.free, self.has_gap).answer(self.mode)
 
 
 class ContactRun(NumpyRun):
@@ -131,7 +119,7 @@ class ContactRun(NumpyRun):
     def _accelerations(self) -> Array:
         """Those without what holds: with it they may be rounding."""
         place, answer = self.contact.answer(self.t, self.y)
-        free = np.abs(self.contacts.free(place).rates[self.width :])
+        free = np.abs(place.free.rates[self.width :])
         free += np.abs(place.speeds(answer.given))
         return np.asarray(np.maximum(super()._accelerations(), free))
 
@@ -143,16 +131,28 @@ class ContactRun(NumpyRun):
         return record_of(*self.states(), self._dense)
 
 
+class Found(NamedTuple):
+    """Forces at one state; their ``limits`` as of :meth:`Answer.limits`, ``sizes`` (n,) as of
+    :meth:`Answer.force_of`."""
+
+    place: Place
+    answer: Answer
+    limits: list[tuple[str, int, Array, float]]
+    sizes: list[float]
+
+
 class Forces:
     """The answers along a run in one mode, kept by their time."""
 
     def __init__(self, manifold: ContactManifold) -> None:
         self.manifold = manifold
-        self.kept: dict[float, tuple[Place, Answer]] = {}
+        self.kept: dict[float, Found] = {}
 
-    def __call__(self, t: float, y: Array) -> tuple[Place, Answer]:
+    def __call__(self, t: float, y: Array) -> Found:
         if t not in self.kept:
             if len(self.kept) >= MOST_KEPT:
                 self.kept.clear()
-            self.kept[t] = self.manifold.answer(t, y)
+            place, answer = self.manifold.answer(t, y)
+            sizes = [answer.force_of(k) for k in range(len(answer.mode))]
+            self.kept[t] = Found(place, answer, answer.limits(), sizes)
         return self.kept[t]

@@ -57,9 +57,18 @@ def checked_events(given: Any, system: System, p: Array, compiler: Compiler) -> 
     events = [reader.event(event) for event in given]
     if len({e.reset.law for e in events if isinstance(getattr(e, "reset", None), StopReset)}) > 1:
         raise ValueOutOfBoundsError("the stops of a run have one law of restitution")
+    for event in events:
+        if isinstance(event, Event) and isinstance(event.function, (ValueExpression, FrictionLaw)):
+            event.function.compiler = compiler.compile
     if any(isinstance(e, Event) and isinstance(e.reset, COMPILED_RESETS) for e in events):
         compile_all(events, system, compiler)
     return events
+
+
+def compiler_of(events: Sequence[Any]) -> Any:
+    """What compiles further functions of events, as of :class:`Compiler`; None: nothing."""
+    found = (getattr(getattr(event, "function", None), "compiler", None) for event in events)
+    return next((compiler for compiler in found if compiler is not None), None)
 
 
 def compile_all(events: Sequence[Any], system: System, compiler: Compiler) -> Any:
@@ -380,6 +389,8 @@ class ValueExpression:
     ----------
     unit
         Its compiled form, with the other events of the run; None if it was not compiled.
+    compiler
+        What compiles further functions, as of :class:`Compiler`; or None.
     title
         The expression as it was given.
     """
@@ -387,6 +398,7 @@ class ValueExpression:
     def __init__(self, expression: Any, p: Array, width: int) -> None:
         self.expression, self.p, self.width = expression, p, width
         self.unit: Any = None
+        self.compiler: Any = None
         self.__name__ = "expression"
         self.title = ""
 

@@ -79,7 +79,7 @@ def refuse_stops(system: System, span: tuple[float, float], compiled: bool) -> N
     if not compiled:
         raise MechcError(
             f"{system.name}: stops and dry friction need a C compiler and a start that is no "
-            "change point; with sampled controllers there is no friction"
+            "change point"
         )
 
 

@@ -74,3 +74,28 @@ def test_controllers_that_a_batch_cannot_have(pushed, tmp_path):
     fails = mechc.Sampled(lambda t: 1 / 0, 0.1)
     with pytest.raises(mechc.InputError, match="ZeroDivisionError"):
         pushed.simulate_batch(1.0, STARTS, inputs={"F": fails})
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        mechc.Stop("q", 0.6),
+        mechc.DryFriction("u", 0.4),
+        mechc.Event("q < 0", reset={"u": "-u"}, terminal=3),
+    ],
+)
+def test_members_with_controllers_and_contact_are_the_runs_of_their_own(pushed, event):
+    """Controllers with a memory are called once; each member has the bits of its own run."""
+    starts = np.abs(STARTS) * [1.0, -1.0]
+    batch = pushed.simulate_batch(
+        2.0, starts, {"k": 3.0}, inputs={"F": each()}, events=event, reduce=["min(q)"], t_eval=AT
+    )
+    for k, sampled in enumerate(each()):
+        sol = pushed.simulate(2.0, starts[k], {"k": 3.0}, inputs={"F": sampled}, events=event)
+        np.testing.assert_array_equal(batch.y[k], sol.y[-1])
+        assert batch.t[k] == sol.t[-1]
+        assert batch.status(k).code == sol.status.code
+        assert batch.event_counts[k].tolist() == [len(sol.events[0].t)]
+        assert sampled.controller.sum != 0.0
+    low = batch["min(q)"] > -1e-9
+    assert low.all() or isinstance(event, mechc.DryFriction)

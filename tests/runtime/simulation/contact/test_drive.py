@@ -476,12 +476,50 @@ def test_inputs_are_needed_within_the_run_alone(pushed):
     assert words(caught.value.solution) == [("held",)]
 
 
-def test_controllers_and_contact_end_in_a_status_or_are_refused(pushed):
-    push = {"F": mechc.Sampled(lambda t, q, u: -1.0, period=0.05)}
-    sol = pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.Stop("q", 0.5))
-    assert sol.status.code == "resets accumulate"
-    with pytest.raises(MechcError, match="with sampled controllers there is no friction"):
-        pushed.simulate(4.0, [0, 0], inputs=push, events=mechc.DryFriction("u", 1.5))
+class Pushing:
+    """A controller that pushes for a while, and keeps what it was asked."""
+
+    def __init__(self, start, end, force):
+        self.start, self.end, self.force, self.asked = start, end, force, []
+
+    def __call__(self, t, q, u):
+        self.asked.append((t, q[0], u[0]))
+        return self.force if self.start <= t < self.end else 0.0
+
+
+def test_a_controller_moves_what_friction_holds(pushed, tmp_path):
+    """Pushed with 3.2 N, of which friction takes 1.5, from 0.22 to 0.62 s: called once at each
+    instant, with the state there; the run is saved with what it applied, and opened again."""
+    push, a, b = Pushing(0.2, 0.6, 3.2), 0.85, 0.75
+    inputs = {"F": mechc.Sampled(push, period=0.05, delay=0.02)}
+    sol = pushed.simulate(
+        2.0, [0, 0], inputs=inputs, events=mechc.DryFriction("u", 1.5), rtol=1e-12
+    )
+    np.testing.assert_allclose(sol.events[0].t, [0.62 + 0.4 * a / b], atol=1e-12)
+    t, q, u = np.array(push.asked).T
+    np.testing.assert_allclose(t, 0.05 * np.arange(40), atol=1e-15)
+    pushed_for, slowed_for = np.clip(t - 0.22, 0.0, 0.4), np.clip(t - 0.62, 0.0, 0.4 * a / b)
+    np.testing.assert_allclose(u, a * pushed_for - b * slowed_for, atol=1e-12)
+    moved = a / 2 * pushed_for**2 + a * 0.4 * slowed_for - b / 2 * slowed_for**2
+    np.testing.assert_allclose(q, moved, atol=1e-12)
+    again = mechc.open(sol.save(tmp_path / "run.nc"), model=pushed)
+    np.testing.assert_array_equal(again.y, sol.y)
+    assert len(push.asked) == 40
+
+
+def test_a_controller_bounces_what_comes_to_rest(pushed):
+    """Thrown onto a stop by a controller that lets go of it later."""
+    push = Pushing(0.0, 1.0, -4.0)
+    lift = lambda t, q, u: push(t, q, u) + (2.0 if t >= 1.0 else 0.0)  # noqa: E731
+    inputs = {"F": mechc.Sampled(lift, period=0.1)}
+    sol = pushed.simulate(2.0, [0.1, 0], inputs=inputs, events=mechc.Stop("q", 0.5), rtol=1e-12)
+    np.testing.assert_allclose([asked[0] for asked in push.asked], 0.1 * np.arange(20), atol=1e-14)
+    assert words(sol)[0] == ("held",)
+    assert sol.y[-1, 0] == pytest.approx(0.5, abs=1e-12)  # of 1 m/s^2 from 1 s on
+    fails = mechc.Sampled(lambda t: 1 / (t < 0.5) - 2.0, period=0.1)
+    with pytest.raises(InputError, match="ZeroDivisionError") as caught:
+        pushed.simulate(2.0, [0, 0], inputs={"F": fails}, events=mechc.Stop("q"))
+    assert caught.value.solution.t[-1] == pytest.approx(0.5)
 
 
 # -- beside other things ---------------------------------------------------------------------------
@@ -525,8 +563,6 @@ def test_what_contact_does_not_have_yet_is_refused(block):
     start = [0.0, 0.0, 2.0, 0.0]
     with pytest.raises(MechcError, match="no derivatives of a motion with friction"):
         block.simulate(1.0, start, events=stop, sensitivities=["a"])
-    with pytest.raises(ValueOutOfBoundsError, match="reductions are computed in compiled code"):
-        block.simulate_batch(1.0, [start], events=stop, reduce=["max(x)"], progress=False)
 
 
 @pytest.mark.parametrize("law", ["newton", "poisson"])

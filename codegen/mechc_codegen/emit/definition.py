@@ -1,0 +1,40 @@
+"""Definitions of functions in C.
+
+Input: comment, name, parameters and the lines of a body.  Output: text.  Invariant: no compiler
+warns of a parameter that a body leaves unused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from textwrap import wrap
+
+_ALIASES = "const real *const p = given->p, *const k = given->k;"
+
+
+def definition(comment: str, name: str, signature: str, body: Sequence[str], storage: str) -> str:
+    """A function over ``real``; where it has `given`, its arrays are p and k."""
+    arguments = argument_names(signature)
+    aliases = []
+    if "given" in arguments:
+        aliases, arguments = [_ALIASES], [*arguments, "p", "k"]
+    unused = ", ".join(f"(void){argument}" for argument in arguments)
+    lines = "\n".join(f"    {line}" for line in [*aliases, f"{unused};", *body])
+    head = wrap(
+        f"{storage} void FN({name})({signature})",
+        98,
+        subsequent_indent="    ",
+        break_long_words=False,
+    )
+    return f"/* {plain_words(comment)} */\n{chr(10).join(head)}\n{{\n{lines}\n}}\n"
+
+
+def argument_names(signature: str) -> list[str]:
+    """Of a C function's parameters, in order."""
+    return re.findall(r"(\w+)(?:,|$)", signature)
+
+
+def plain_words(text: str) -> str:
+    """For a comment: signs that could end it or form a trigraph are replaced."""
+    return re.sub(r"[^A-Za-z0-9_ .,:;()\[\]=+'^/-]", "_", text)

@@ -1,0 +1,413 @@
+"""The recurrences of Taylor coefficients in C over ``real``.
+
+Input: a scene's functions.  Output: the text of ``scene_series.h``; it defines nothing where the
+equations have no recurrences.  A row holds the coefficients of one order: the states first, then
+the other series that sums over products are made of.  Invariant: the sums of an order need rows of
+lower orders alone, so that they are independent of each other; everything else is linear.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+
+from sympy import Expr, Symbol
+
+from mechc_codegen.emit.definition import definition
+from mechc_codegen.emit.functions import SceneFunctions
+from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.ir.program import Operation, Series
+
+Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
+_BLOCK = 16  # sums that run side by side
+_TERMS = (
+    "for (int n = 2; n <= order; n++) {",
+    "    const int j = n < order - 1 ? n : n < order ? 1 : order - 1;",
+    "    const real *one = rows + j * MECHC_SERIES;",
+    "    const real *other = rows + (order - j) * MECHC_SERIES;",
+)
+
+
+def series_text(functions: SceneFunctions) -> str:
+    """The functions and their sizes, or nothing."""
+    series = functions.program.series
+    return "" if series is None else SeriesWriter(functions, series).text()
+
+
+class SeriesWriter:
+    """The text of one scene's recurrences.
+
+    ``v5`` is the value of operation 5, ``r5`` one over what its recurrence divides by, ``d5`` its
+    coefficient of the order at hand.
+    """
+
+    def __init__(self, functions: SceneFunctions, series: Series) -> None:
+        self.series = series
+        self.printer = RealPrinter()
+        symbols = functions.program.symbols
+        self.places = {s: f"p[{i}]" for i, s in enumerate(symbols.parameters)}
+        self.places |= {s: f"k[{i}]" for i, s in enumerate(functions.constants)}
+        self.nq, self.nu = len(symbols.q), len(symbols.u)
+        self.rows: dict[Row, int] = {(n, ""): n for n in range(self.nq + self.nu)}
+        self.kept = dict[str, int]()
+        self.sums = dict[tuple[int, int], int]()
+        self.used = set[Symbol]()
+        self.needed = series.needed
+        self.varying = self._varying()
+
+    def _varying(self) -> set[int]:
+        """The operations that change with time: not those of parameters and of speeds that nothing
+        accelerates."""
+        fixed = {self.nq + i for i in range(self.nu) if self._unaccelerated(i)}
+        varying = set[int]()
+        for number in self.needed:
+            operation = self.series.operations[number]
+            own = operation.kind in ("state", "time") and number not in fixed
+            if own or varying.intersection(operation.args):
+                varying.add(number)
+        return varying
+
+    def _unaccelerated(self, i: int) -> bool:
+        coupled = any(self._entry(i, j) is not None for j in range(self.nu) if j != i)
+        return not coupled and self.series.is_number(self.series.forcing[i], 0)
+
+    def text(self) -> str:
+        """Sizes and functions."""
+        following = self._following()
+        starting = self._starting()
+        sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
+        lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
+        return "\n".join([*lines, "", starting, self._summing(), self._packing(), following])
+
+    # -- pieces -----------------------------------------------------------------------------
+
+    def keep(self, name: str) -> str:
+        """A number of order 0 that higher orders use."""
+        self.kept.setdefault(name, len(self.kept))
+        return name
+
+    def row(self, number: int, weight: str = "") -> int:
+        """The place of a series in a row."""
+        return self.rows.setdefault((number, weight), len(self.rows))
+
+    def sum(self, left: int, right: int) -> str:
+        """The sum over products of two series' lower coefficients."""
+        pair = (min(left, right), max(left, right))
+        return f"s{self.sums.setdefault(pair, len(self.sums))}"
+
+    def constant(self, value: Expr | None) -> str:
+        """Of a constant or an exponent."""
+        assert value is not None
+        self.used |= value.free_symbols
+        return self.printer.real(value)
+
+    def varies(self, number: int) -> bool:
+        return number in self.varying
+
+    def value(self, number: int) -> str:
+        """Of order 0, where higher orders use it."""
+        name = self.start(number)
+        return name if self.series.is_constant(number) else self.keep(name)
+
+    def start(self, number: int) -> str:
+        """Of order 0."""
+        operation = self.series.operations[number]
+        return self.constant(operation.value) if operation.kind == "constant" else f"v{number}"
+
+    # -- order 0 ----------------------------------------------------------------------------
+
+    def _starting(self) -> str:
+        self.used = set()
+        body = [line for number in self.needed for line in self._value(number)]
+        body += self._factors() + self._solution("v", self._forcing_values())
+        body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
+        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in self._own_rows()]
+        body += self._rates("v")
+        signature = (
+            "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
+            "real *rates"
+        )
+        return self._function("series_start", signature, "Order 0 of a motion.", body)
+
+    def _own_rows(self) -> list[tuple[Row, int]]:
+        return [(of, place) for of, place in self.rows.items() if place >= self.nq + self.nu]
+
+    def _start_of(self, number: int, weight: str) -> str:
+        if weight:
+            return "R(0.0)"
+        return f"a{-1 - number}" if number < 0 else f"v{number}"
+
+    def _value(self, n: int) -> Iterator[str]:
+        operation = self.series.operations[n]
+        if operation.kind in ("constant", "cosine"):
+            return
+        if operation.kind == "sine":
+            yield f"real v{n}, v{n + 1};"
+            yield f"FN(sincos)(v{operation.args[0]}, &v{n}, &v{n + 1});"
+        else:
+            yield f"const real v{n} = {self._formula(n, operation)};"
+        yield from self._inverses(n, operation)
+
+    def _formula(self, n: int, operation: Operation) -> str:
+        v = [self.start(a) for a in operation.args]
+        match operation.kind:
+            case "time":
+                return "t"
+            case "state":
+                return f"q[{n}]" if n < self.nq else f"u[{n - self.nq}]"
+            case "sum":
+                return self._combined(operation.factors, v)
+            case "product":
+                return f"{v[0]} * {v[1]}"
+            case "quotient":
+                return f"{v[0]} / {v[1]}"
+            case "root":
+                return f"R_SQRT({v[0]})"
+            case "power":
+                return f"R_CALL2(pow, {v[0]}, {self.constant(operation.value)})"
+        return f"R_CALL({operation.kind}, {v[0]})"
+
+    def _inverses(self, n: int, operation: Operation) -> Iterator[str]:
+        if f"r{n}" not in self.kept:
+            return
+        if operation.kind == "root":
+            yield f"const real r{n} = 0.5 / v{n};"
+        else:
+            yield f"const real r{n} = 1.0 / {self.start(operation.args[-1])};"
+
+    def _combined(self, factors: Iterable[Expr], names: Iterable[str]) -> str:
+        """A sum of multiples; every product and its addition are one operation."""
+        text = ""
+        for factor, name in zip(factors, names, strict=True):
+            number = self.constant(factor)
+            if not text:
+                text = name if factor == 1 else f"{number} * {name}"
+            else:
+                text = f"R_FMA({number}, {name}, {text})"
+        return text
+
+    # -- higher orders ----------------------------------------------------------------------
+
+    def _following(self) -> str:
+        self.used = set()
+        body = [line for number in self.needed for line in self._coefficient(number)]
+        body += self._solution("d", self._forcing_coefficients())
+        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in self._own_rows()]
+        body += self._rates("d")
+        self._arrange()
+        loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
+        loads += [f"const real s{place} = sums[{place}];" for place in self.sums.values()]
+        signature = (
+            "real order, real inverse, real time, const FN(given) *given, const real *kept, "
+            "const real *sums, real *row, real *rates"
+        )
+        comment = "The row of an order from its states and the sums; rates of that order."
+        return self._function("series_next", signature, comment, loads + body)
+
+    def _next_of(self, number: int, weight: str) -> str:
+        if number < 0:
+            return f"b{-1 - number}"
+        return f"order * d{number}" if weight else f"d{number}"
+
+    def _coefficient(self, n: int) -> Iterator[str]:
+        operation = self.series.operations[n]
+        if not self.varies(n):
+            return
+        yield f"const real d{n} = {self._recurrence(n, operation)};"
+
+    def _recurrence(self, n: int, operation: Operation) -> str:
+        args = operation.args
+        match operation.kind:
+            case "state":
+                return f"row[{n}]"
+            case "time":
+                return "time"
+            case "sum":
+                pairs = zip(operation.factors, args, strict=True)
+                varying = [(factor, f"d{a}") for factor, a in pairs if self.varies(a)]
+                return self._combined(*zip(*varying, strict=True))
+            case "product":
+                return self._product(*args)
+            case "quotient":
+                return self._quotient(n, *args)
+            case "root":
+                inner = f"d{args[0]} - {self.sum(self.row(n), self.row(n))}"
+                return f"({inner}) * {self.keep(f'r{n}')}"
+            case "sine":
+                total = self.sum(self.row(args[0], "j"), self.row(n + 1))
+                return f"R_FMA(d{args[0]}, {self.value(n + 1)}, inverse * {total})"
+            case "cosine":
+                total = self.sum(self.row(args[0], "j"), self.row(n - 1))
+                return f"R_FMA(-d{args[0]}, {self.value(n - 1)}, -(inverse * {total}))"
+            case "exp":
+                total = self.sum(self.row(args[0], "j"), self.row(n))
+                return f"R_FMA(d{args[0]}, {self.value(n)}, inverse * {total})"
+            case "log":
+                total = self.sum(self.row(n, "j"), self.row(args[0]))
+                return f"R_FMA(-inverse, {total}, d{args[0]}) * {self.keep(f'r{n}')}"
+        return self._power(n, operation)
+
+    def _product(self, a: int, b: int) -> str:
+        for one, other in ((a, b), (b, a)):
+            if not self.varies(one):
+                return f"{self.value(one)} * d{other}"
+        total = self.sum(self.row(a), self.row(b))
+        if a == b:
+            return f"R_FMA({self.value(a)} + {self.value(a)}, d{a}, {total})"
+        return f"R_FMA({self.value(a)}, d{b}, R_FMA({self.value(b)}, d{a}, {total}))"
+
+    def _quotient(self, n: int, a: int, b: int) -> str:
+        if not self.varies(b):
+            return f"d{a} * {self.keep(f'r{n}')}"
+        total = self.sum(self.row(b), self.row(n))
+        above = f"d{a} - {total}" if self.varies(a) else f"-{total}"
+        return f"R_FMA(-{self.value(n)}, d{b}, {above}) * {self.keep(f'r{n}')}"
+
+    def _power(self, n: int, operation: Operation) -> str:
+        (a,), exponent = operation.args, operation.value
+        number = self.constant(exponent)
+        one = self.sum(self.row(a, "j"), self.row(n))
+        other = self.sum(self.row(n, "j"), self.row(a))
+        lower = f"R_FMA({number}, {one}, -{other}) * inverse"
+        return f"R_FMA({number} * d{a}, {self.value(n)}, {lower}) * {self.keep(f'r{n}')}"
+
+    # -- the solution of M u' = F -----------------------------------------------------------
+
+    def _entry(self, i: int, j: int) -> int | None:
+        """The number of an entry of M, or None where it is zero."""
+        number = self.series.mass[i * self.nu + j]
+        return None if self.series.is_number(number, 0) else number
+
+    def _forcing_values(self) -> list[str]:
+        return [self.start(n) for n in self.series.forcing]
+
+    def _forcing_coefficients(self) -> list[str]:
+        """F_k less the products with what M gains."""
+        return [self._forcing_coefficient(i) for i in range(self.nu)]
+
+    def _forcing_coefficient(self, i: int) -> str:
+        text = f"d{self.series.forcing[i]}" if self.varies(self.series.forcing[i]) else "R(0.0)"
+        for j in range(self.nu):
+            entry = self._entry(i, j)
+            if entry is not None and self.varies(entry):
+                total = self.sum(self.row(entry), self.row(-1 - j))
+                text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
+        return text
+
+    def _pattern(self) -> list[list[int]]:
+        """For each row of L the columns where it is not zero: M = L D L^T."""
+        rows = [[j for j in range(i) if self._entry(i, j) is not None] for i in range(self.nu)]
+        for i, row in enumerate(rows):
+            for j in range(i):
+                if j not in row and set(rows[j]).intersection(k for k in row if k < j):
+                    row.append(j)
+            row.sort()
+        return rows
+
+    def _factors(self) -> list[str]:
+        pattern, lines = self._pattern(), list[str]()
+        for i, row in enumerate(pattern):
+            for j in row:
+                entry = self._entry(i, j)
+                text = "R(0.0)" if entry is None else self.start(entry)
+                for k in (k for k in row if k < j and k in pattern[j]):
+                    text = f"R_FMA(-w{i}_{k}, l{j}_{k}, {text})"
+                lines.append(f"const real w{i}_{j} = {text};")
+                lines.append(f"const real l{i}_{j} = w{i}_{j} * m{j};")
+            text = self.start(self.series.mass[i * self.nu + i])
+            for k in row:
+                text = f"R_FMA(-w{i}_{k}, l{i}_{k}, {text})"
+            lines.append(f"const real m{i} = 1.0 / ({text});")
+        return lines
+
+    def _solution(self, kind: str, forcing: list[str]) -> list[str]:
+        """a from L D L^T a = F."""
+        keep, result = (self.keep, "b") if kind == "d" else (str, "a")
+        pattern, lines = self._pattern(), list[str]()
+        for i, row in enumerate(pattern):
+            text = forcing[i]
+            for k in row:
+                text = f"R_FMA(-{keep(f'l{i}_{k}')}, f{k}, {text})"
+            lines.append(f"const real f{i} = {text};")
+        for i in reversed(range(self.nu)):
+            text = f"f{i} * {keep(f'm{i}')}"
+            for k in (k for k in range(i + 1, self.nu) if i in pattern[k]):
+                text = f"R_FMA(-{keep(f'l{k}_{i}')}, {result}{k}, {text})"
+            lines.append(f"const real {result}{i} = {text};")
+        return lines
+
+    def _rates(self, kind: str) -> list[str]:
+        """q' and u'."""
+        rates = [self._rate(kind, i) for i in range(self.nq)]
+        rates += [f"{'b' if kind == 'd' else 'a'}{i}" for i in range(self.nu)]
+        return [f"rates[{i}] = {rate};" for i, rate in enumerate(rates)]
+
+    def _rate(self, kind: str, i: int) -> str:
+        if not self.series.rates:
+            return f"u[{i}]" if kind == "v" else f"row[{self.nq + i}]"
+        number = self.series.rates[i]
+        if kind == "v":
+            return self.start(number)
+        return f"d{number}" if self.varies(number) else "R(0.0)"
+
+    # -- sums -------------------------------------------------------------------------------
+
+    def _arrange(self) -> None:
+        """Order and sides of the sums: those that share a series stand together with it on the
+        left, so that it is loaded once."""
+        left = set(self.sums)
+        ordered = list[tuple[int, int]]()
+        while left:
+            shared = Counter(place for pair in left for place in set(pair))
+            most = max(shared, key=lambda place: (shared[place], -place))
+            found = sorted(pair for pair in left if most in pair)
+            ordered += [(most, b if a == most else a) for a, b in found]
+            left.difference_update(found)
+        numbers = {tuple(sorted(pair)): n for pair, n in self.sums.items()}
+        self.sums = {pair: numbers[tuple(sorted(pair))] for pair in ordered}
+
+    def _summing(self) -> str:
+        """The products with the first and the last row come last."""
+        ordered, lines = list(self.sums.items()), list[str]()
+        for first in range(0, len(ordered), _BLOCK):
+            block = ordered[first : first + _BLOCK]
+            lines.append("{")
+            lines += [f"    real s{place} = R(0.0);" for _, place in block]
+            lines += [f"    {line}" for line in _TERMS]
+            lines += [f"        s{n} = R_FMA(one[{a}], other[{b}], s{n});" for (a, b), n in block]
+            lines.append("    }")
+            lines += [f"    sums[{place}] = s{place};" for _, place in block]
+            lines.append("}")
+        signature = "int order, const real *rows, real *sums"
+        return self._function("series_sums", signature, "Sums over lower orders.", lines)
+
+    def _ending(self) -> str:
+        lines = []
+        for (a, b), n in self.sums.items():
+            inner = f"R_FMA(early[{a}], last[{b}], middle[{n}])"
+            lines.append(f"sums[{n}] = R_FMA(last[{a}], first[{b}], {inner});")
+        return self._function(
+            "series_ends", "const real *middle, const real *early, const real *first, "
+            "const real *last, real *sums", "The last products of the sums.", lines,
+        )  # fmt: skip
+
+    def _packing(self) -> str:
+        pairs = sorted(self.sums, key=self.sums.__getitem__)
+        lines = list[str]()
+        for side, name in enumerate(("left", "right")):
+            for first in range(0, len(pairs), 8):
+                places = [pair[side] for pair in pairs[first : first + 8]]
+                values = ", ".join(f"row[{n}]" for n in places + places[-1:] * (8 - len(places)))
+                lines.append(f"MECHC_SPREAD({values}, {name} + {first});")
+        text = self._ending() + self._function(
+            "series_spread", "const real *row, real *left, real *right",
+            "What each sum multiplies, side by side.", lines,
+        )  # fmt: skip
+        return f"#if !R_VECTOR\n{text}#endif\n"
+
+    def _function(self, name: str, signature: str, comment: str, body: list[str]) -> str:
+        loads = list[str]()
+        if "given" in signature:
+            used = [(s, place) for s, place in self.places.items() if s in self.used]
+            loads = [f"const real {s.name} = {place};" for s, place in used]
+        return definition(comment, name, signature, [*loads, *body], "MECHC_INLINE")

@@ -1,0 +1,113 @@
+/* Taylor series of several runs in lockstep: see lockstep/lanes_of_runs.h and taylor.h, which a run by
+ * itself is left to: it has the same numbers there. */
+#pragma once
+
+#include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
+
+#include "lockstep/advance.h"
+#include "lockstep/lanes_of_runs.h"
+#include "lockstep/step.h"
+#include "methods/traits.h"
+#include "dynamics/scalar_stage.h"
+#include "simd/bind_vector.h"
+#include "series/step.h"
+#include "simd/unbind.h"
+#include "run/integration.h"
+
+#if MECHC_LOCKSTEP
+typedef struct {
+    mechc_lockstep lanes;
+    mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
+    mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
+    mechc_mask first; /* the first step is not lengthened */
+    int order; /* of all runs, whose tolerance is one */
+} mechc_taylor_lanes;
+
+MECHC_STATIC void mechc_taylor_lanes_load(mechc_lockstep *a, int lane, const mechc_integration *run)
+{
+    mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
+    own->order = mechc_taylor_rows(run);
+    own->first[lane] = -(int64_t)(run->head.stats.steps == 0);
+}
+
+/* The rates of the end, which a step leaves to the next one. */
+MECHC_STATIC void mechc_taylor_lanes_store(const mechc_lockstep *a, int lane, mechc_integration *run)
+{
+    (void)a, (void)lane;
+    if (run->last_step > 0.0) run->step = run->last_step;
+    mechc_scalar_rates(run->head.t, run->y, &run->given, run->rates);
+}
+
+MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vector step)
+{
+    mechc_lockstep *a = &own->lanes;
+    mechc_vector weights[MECHC_NX];
+    own->scale = mechc_choose(a->t1 < a->t, -step, step);
+    mechc_vector_series(a->t, a->y, &a->given, own->scale, own->order, own->rows);
+    mechc_vector_taylor_weights(a->y, a->scale, a->floor, a->of_scale, a->of_size, weights);
+    mechc_vector_taylor_sizes(own->rows, own->order, weights, own->sizes);
+    a->evaluations += own->order;
+}
+
+MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
+{
+    mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
+    const mechc_vector before = mechc_choose(a->last_step > 0.0, a->last_step, a->step);
+    mechc_taylor_lanes_expand(own, before);
+    const mechc_mask stays = a->refused | (own->first & ~(a->last_step > 0.0));
+    const mechc_vector most = mechc_choose(stays, before, MECHC_TAYLOR_GROWTH * before);
+    const mechc_vector reach =
+        mechc_size_of(own->scale) * mechc_vector_taylor_reach(own->sizes, own->order);
+    a->step = mechc_choose(reach < most, reach, most);
+    mechc_lockstep_next_step(a);
+    mechc_vector_taylor_end(own->rows, own->order, a->h / own->scale, a->compensation,
+                            a->next_compensation, a->end);
+    a->conditioning = mechc_spread(1.0);
+    a->closed = ~(mechc_mask){0};
+}
+
+/* Planned for; runs without a finite end continue alone. */
+MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
+{
+    mechc_vector sum = mechc_size_of(a->end[0]);
+    for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(a->end[i]);
+    return mechc_choose(sum < HUGE_VAL, mechc_spread(0.25), mechc_spread(HUGE_VAL));
+}
+
+MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)
+{
+    (void)error;
+    return mechc_spread(1.0);
+}
+
+MECHC_ONCE void mechc_taylor_lanes_dense(mechc_lockstep *a, mechc_vector *rows)
+{
+    mechc_taylor_lanes *own = (mechc_taylor_lanes *)a;
+    mechc_vector_taylor_dense(own->rows, own->order, a->h / own->scale, a->end, own->order,
+                              rows);
+}
+
+static const mechc_lockstep_method mechc_taylor_in_lanes = {
+    .number = MECHC_TAYLOR,
+    .last_rate = 1, /* nothing: see mechc_taylor_lanes_store */
+    .dense_rows = MECHC_TAYLOR_MOST,
+    .growth = MECHC_TAYLOR_GROWTH,
+    .load = mechc_taylor_lanes_load,
+    .store = mechc_taylor_lanes_store,
+    .step = mechc_taylor_lanes_step,
+    .error = mechc_taylor_lanes_error,
+    .factor = mechc_taylor_lanes_factor,
+    .dense = mechc_taylor_lanes_dense,
+};
+
+MECHC_SINGLE long mechc_taylor_together(mechc_integration **runs, int count, long steps)
+{
+    mechc_taylor_lanes own;
+    memset(own.lanes.rates, 0, sizeof own.lanes.rates);
+    return mechc_lockstep_advance(&mechc_taylor_in_lanes, &own.lanes, runs, count, steps);
+}
+#else
+#define mechc_taylor_together 0
+#endif
+#endif

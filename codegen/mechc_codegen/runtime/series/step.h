@@ -1,0 +1,92 @@
+/* A step of a Taylor series: how long it may be, where it ends; generic over `real`. */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_TAYLOR_STEP_VECTOR : !defined MECHC_TAYLOR_STEP_SCALAR
+#if R_VECTOR
+#define MECHC_TAYLOR_STEP_VECTOR
+#else
+#define MECHC_TAYLOR_STEP_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#if MECHC_TAYLOR_SERIES
+#include "series/coefficients.h"
+#include "simd/rough.h"
+
+#define MECHC_TAYLOR_JUDGED 3 /* last orders: in a symmetric motion every other one may vanish */
+
+/* 1 over what is tolerated of each component's error: so much of its scale, or a number and so much of
+ * its size; never less than rounding. */
+MECHC_INLINE void FN(taylor_weights)(const real *y, const real *scale, const real *floor,
+                                     real of_scale, real of_size, real *weights)
+{
+    for (int i = 0; i < MECHC_NX; i++) {
+        const real size = R_SELECT(R_MASK(y[i] < 0.0), -y[i], y[i]);
+        const real asked = R_FMA(of_scale, scale[i], R_FMA(of_size, size, floor[i]));
+        const real digit = 2.220446049250313e-16 * size;
+        weights[i] = FN(rough_inverse)(R_SELECT(R_MASK(asked > digit), asked, digit));
+    }
+}
+
+/* Squares of the last rows over what is tolerated, the highest order first; `weights`: one over
+ * that. */
+MECHC_INLINE void FN(taylor_sizes)(real (*rows)[MECHC_SERIES], int order, const real *weights,
+                                   real *sizes)
+{
+    for (int k = 0; k < MECHC_TAYLOR_JUDGED; k++) {
+        real sum = R(0.0);
+        for (int i = 0; i < MECHC_NX; i++) {
+            const real error = rows[order - k][i] * weights[i];
+            sum = R_FMA(error, error, sum);
+        }
+        sizes[k] = sum * (1.0 / MECHC_NX);
+    }
+}
+
+/* The step, in units of the series' scale, at whose end none of the last terms is above what is
+ * tolerated. */
+MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
+{
+    real reach = FN(rough_power)(sizes[0], -0.5 * mechc_inverse_of[order]);
+    for (int k = 1; k < MECHC_TAYLOR_JUDGED; k++) {
+        const real each = FN(rough_power)(sizes[k], -0.5 * mechc_inverse_of[order - k]);
+        reach = R_SELECT(R_MASK(each < reach), each, reach);
+    }
+    return reach;
+}
+
+/* The state after the part s of the scale.  Compensated: Kahan (1965). */
+MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
+                                 const real *compensation, real *next_compensation, real *end)
+{
+    real sum[MECHC_NX];
+    for (int i = 0; i < MECHC_NX; i++) sum[i] = rows[order][i];
+    for (int k = order - 1; k > 0; k--)
+        for (int i = 0; i < MECHC_NX; i++) sum[i] = R_FMA(sum[i], s, rows[k][i]);
+    for (int i = 0; i < MECHC_NX; i++) {
+        const real gain = R_FMA(sum[i], s, compensation[i]);
+        end[i] = rows[0][i] + gain;
+        next_compensation[i] = gain - (end[i] - rows[0][i]);
+    }
+}
+
+/* The same polynomial in the form of the dense output (run/dense_output.h) over a step of s:
+ * p = s r0 + s (1 - s) (r1 + s (...)): by turns divided by s and by s - 1. */
+MECHC_INLINE void FN(taylor_dense)(real (*rows)[MECHC_SERIES], int order, real s,
+                                   const real *end, int count, real *dense)
+{
+    for (int i = 0; i < MECHC_NX; i++) {
+        real terms[MECHC_TAYLOR_MOST], power = s;
+        for (int k = 0; k < order; k++, power *= s) terms[k] = rows[k + 1][i] * power;
+        for (int n = 0; n < count; n++) {
+            const int left = order - n; /* of the terms n .. order - 1 */
+            if (left > 0 && n % 2 == 0)
+                for (int k = order - 2; k >= n; k--) terms[k] = terms[k] + terms[k + 1];
+            dense[n * MECHC_NX + i] = left > 0 ? terms[n] : R(0.0);
+            if (n % 2 == 0)
+                for (int k = n + 1; k < order; k++) terms[k] = -terms[k];
+        }
+        dense[i] = end[i] - rows[0][i]; /* to the last digit */
+    }
+}
+
+#endif
+#endif

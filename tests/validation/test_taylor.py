@@ -1,0 +1,140 @@
+"""Taylor series of the motion: closed forms, members of batches, ends, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipj, ellipk
+from sympy import Symbol, cos, exp, lambdify, log, sin, sqrt, tan
+from sympy.physics.mechanics import dynamicsymbols
+
+import mechc
+from mechc.errors import ValueOutOfBoundsError
+from tests.support.impacts import points_on_a_line
+from tests.support.scenes import bead_with
+
+RATE = np.sqrt(9.81)
+LEVEL = np.array([np.pi / 2, 0.0])
+MODULUS = 0.5  # squared, of a pendulum that starts level
+SPIN = np.array([0.0, 0.0, 0.0, 0.0, 150.0, -4.61538])
+
+
+def swung(t):
+    """Angle and speed of the pendulum of 1 m from rest with its link level."""
+    sn, cn, dn, _ = ellipj(ellipk(MODULUS) - RATE * np.asarray(t), MODULUS)
+    k = np.sqrt(MODULUS)
+    speed = -2 * k * RATE * cn * dn / np.sqrt(1 - (k * sn) ** 2)
+    return np.stack([2 * np.arcsin(k * sn), speed], axis=-1)
+
+
+@pytest.fixture(scope="module")
+def pendulum():
+    return mechc.load("pendulum", links=1)
+
+
+@pytest.fixture(scope="module")
+def top():
+    return mechc.load("heavy_top")
+
+
+@pytest.mark.parametrize("end", [7.0, -7.0])
+def test_the_error_follows_rtol_also_between_the_steps(pendulum, end):
+    """From rest: of a motion that is even in time every other coefficient vanishes."""
+    times = np.linspace(0.0, end, 257)
+    errors = []
+    for decade in range(3, 14):
+        sol = pendulum.simulate(end, LEVEL, rtol=10.0**-decade, method="taylor", t_eval=times)
+        assert sol.status.ok
+        np.testing.assert_array_equal(sol.t, times)
+        errors.append(np.abs(sol.y - swung(times)).max())
+        assert errors[-1] < max(20 * 10.0**-decade, 1e-12)
+    for before, after in zip(errors, errors[2:], strict=False):
+        assert after < max(before / 5, 1e-12), errors
+    assert sol.stats["method"] == "taylor"
+    assert sol.stats["steps"] < 60
+
+
+def test_a_member_of_a_batch_has_the_bits_of_a_run(top):
+    random = np.random.default_rng(18)
+    states = SPIN + random.normal(scale=0.05, size=(11, 6))
+    times = np.linspace(0.0, 0.3, 7)
+    for rtol in (1e-4, 1e-9, 1e-13):
+        batch = top.simulate_batch(0.3, states, rtol=rtol, method="taylor", t_eval=times)
+        assert batch.ok.all()
+        for member in (0, 3, 7, 8, 10):
+            one = top.simulate(0.3, states[member], rtol=rtol, method="taylor", t_eval=times)
+            np.testing.assert_array_equal(batch.y[member], one.y[-1])
+            np.testing.assert_array_equal(batch.y_eval[member], one.y)
+
+
+def test_tolerances_of_each_component_and_steps_given(pendulum):
+    each = np.array([1e-8, 1e-7])
+    states = np.stack([LEVEL, 0.5 * LEVEL])
+    given = {"rtol": 1e-8, "atol": each, "method": "taylor", "max_step": 0.1, "first_step": 0.004}
+    sol = pendulum.simulate(3.0, LEVEL, **given)
+    steps = np.diff(sol.t)
+    assert steps[0] == pytest.approx(0.004, rel=1e-12)
+    assert steps.max() <= 0.1 * (1 + 1e-12)
+    np.testing.assert_allclose(sol.y, swung(sol.t), rtol=0, atol=1e-6)
+    batch = pendulum.simulate_batch(3.0, states, **given)
+    np.testing.assert_array_equal(batch.y[0], sol.y[-1])
+
+
+def test_steps_are_bounded_where_coefficients_vanish(pendulum):
+    """A fall is a polynomial, and at rest all rates vanish: any step would do."""
+    fall = points_on_a_line("fall", 1, lambda q, u, m: -9.81 * m).simulate(
+        100.0, [0.0, 3.0], method="taylor"
+    )
+    np.testing.assert_allclose(fall.y[-1], [300 - 9.81 * 5000, 3 - 981.0], rtol=1e-14)
+    rest = pendulum.simulate(100.0, [0.0, 0.0], method="taylor")
+    np.testing.assert_array_equal(rest.y[-1], 0.0)
+    for sol in (fall, rest):
+        steps = np.diff(sol.t)
+        assert (steps[1:] <= 8.1 * steps[:-1]).all()
+
+
+def test_a_run_goes_on_stops_at_events_and_comes_back(pendulum):
+    quarter = ellipk(MODULUS) / RATE
+    sol = pendulum.simulate(
+        5.0, LEVEL, rtol=1e-11, method="taylor", events=[mechc.Event("theta_0", terminal=True)]
+    )
+    assert sol.events[0].t[0] == pytest.approx(quarter, rel=1e-11)
+    half = pendulum.simulate(1.3, LEVEL, rtol=1e-11, method="taylor")
+    whole = half.continue_to(4.0)
+    np.testing.assert_allclose(whole.y, swung(whole.t), rtol=0, atol=1e-9)
+    back = pendulum.simulate((4.0, 0.0), whole.y[-1], rtol=1e-11, method="taylor")
+    np.testing.assert_allclose(back.y[-1], LEVEL, rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_every_operation_has_its_recurrence():
+    """Against SciPy's integrator on the equation as SymPy writes it."""
+    q, u = dynamicsymbols("q u")
+    t, f = dynamicsymbols._t, Symbol("f")
+    laws = [
+        -f * q + log(2 + q**2) * exp(-u) / 5,
+        sqrt(1 + q**2) - (2 + cos(t)) ** f * q,
+        sin(t * f) / (1 + q**2) ** 2 + tan(q / 3) - 4 * q**3,
+    ]
+    law = sum(laws)
+    model = mechc.compile(bead_with(law, default=1.3), outputs=())
+    x, v, s = (Symbol(name) for name in "xvs")
+    rate = lambdify((s, x, v), law.subs({q: x, u: v, f: 1.3}).subs(t, s))
+    wanted = solve_ivp(
+        lambda s, y: [y[1], rate(s, *y)], (0, 2), [0.3, 0.0], "DOP853", rtol=3e-14, atol=1e-15
+    ).y[:, -1]
+    for rtol in (1e-6, 1e-9, 1e-12):
+        end = model.simulate(2.0, [0.3, 0.0], rtol=rtol, method="taylor").y[-1]
+        np.testing.assert_allclose(end, wanted, rtol=0, atol=10 * rtol)
+
+
+def test_scenes_without_a_series_are_refused():
+    with pytest.raises(ValueOutOfBoundsError, match="needs a small scene without constraints"):
+        mechc.load("four_bar").simulate(1.0, np.zeros(6), method="taylor")
+
+
+def test_derivatives_are_refused(pendulum):
+    """Those of columns need the sensitivities compiled, which a check before them does not."""
+    with pytest.raises(ValueOutOfBoundsError, match="no derivatives over steps of method='taylor'"):
+        pendulum.simulate(1.0, LEVEL, method="taylor", sensitivities=["m_0"])
+    with pytest.raises(ValueOutOfBoundsError, match="no derivatives over steps"):
+        pendulum.simulate(1.0, LEVEL, method="taylor", dense=True).gradient(end="theta_0")

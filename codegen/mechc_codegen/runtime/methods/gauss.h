@@ -25,19 +25,11 @@
 #include "stepping/control.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
-#define MECHC_GAUSS_LOOSEST 3e-7
-#define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
 /* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
 /* Changes that grow so end a step; across a jump they need not shrink at all. */
 #define MECHC_GAUSS_DIVERGES (MECHC_SWITCHES ? 1.0 : 2.0)
-#define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
-
-/* Stability limits the steps where the iteration converges slowly although the steps are far more
- * accurate than requested. */
-#define MECHC_GAUSS_SLOW 0.2
-#define MECHC_GAUSS_NEEDLESS 0.01
 
 /* Start values: the last step's polynomial through its stages and its end, continued. */
 MECHC_STATIC void mechc_gauss_extrapolate(mechc_gauss *g, double h)

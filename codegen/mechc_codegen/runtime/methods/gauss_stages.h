@@ -70,6 +70,17 @@ typedef struct {
     double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
 } mechc_gauss;
 
+MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
+{
+    const double *x = g->rates[unknown];
+    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
+    for (int j = 2; j < MECHC_STAGES; j += 2) {
+        even += g->columns[j] * x[j];
+        odd += g->columns[j + 1] * x[j + 1];
+    }
+    *sums = even + odd;
+}
+
 /* Stage values of one block before any projection. */
 MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, double h,
                                      int block, mechc_vector *state)

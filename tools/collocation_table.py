@@ -132,6 +132,17 @@ table(
 table(
     "Barycentric weights of the nodes and the end.", "barycentric", barycentric, "MECHC_STAGES + 1"
 )
+table(
+    "What a difference at stage i, entry [i * 8 + j], continues to at stage j after it where it\n"
+    " * vanishes at the stages before.",
+    "onward",
+    [
+        mp.fprod((c[j] - c[m]) / (c[i] - c[m]) for m in range(i)) if j > i else mpf(0)
+        for i in range(S)
+        for j in range(S)
+    ],
+    "MECHC_STAGES * MECHC_STAGES",
+)
 values, right = eig(matrix([[value(first[j], x) for j in range(S)] for x in c]))
 for k in range(S):  # the largest entry is 1
     largest = max((right[i, k] for i in range(S)), key=abs)

@@ -16,7 +16,7 @@ from ..timing.cases import Case
 from ..timing.processes import clocked
 
 SINGLE, BATCH = "mechc", "mechc batch"
-BATCH_METHODS = ("dop853", "gauss8", "taylor")
+BATCH_METHODS = ("dop853", "gauss8", "gauss8_lockstep", "taylor")
 FEWEST, MOST = 16, 1024  # members: twice as many as there are lanes, and as many as tell
 BATCH_SECONDS = 0.03  # about what a batch shall take, beside which its start hardly counts
 DERIVE = ("read", "describe", "derive", "differentiate", "optimize", "sensitivity")

@@ -285,6 +285,8 @@ class Model(Fits):
         method
             ``"dopri5"`` or ``"dop853"`` (Dormand & Prince of order 5 and 8, explicit),
             ``"gauss8"`` (collocation of order 16, eight stages, one per SIMD lane),
+            ``"gauss8_lockstep"`` (the same, its stages solved one after another so that a batch
+            has a member per lane; by itself the slower),
             ``"radau5"`` (Radau IIA of order 5, for stiff scenes), ``"taylor"`` (Taylor series of
             the motion, of an order that follows from rtol, for small scenes without constraints,
             tables and inputs, whose equations are analytic), or ``"auto"``: ``"gauss8"``, or

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -34,3 +35,9 @@ def compile_less_optimised(patch: pytest.MonkeyPatch) -> None:
     patch.setenv("CC", " ".join((*toolchain.compiler(), "-DMECHC_LESS_OPTIMISED")))
     for module in (flags, build):
         patch.setattr(module, "FLAGS", LESS)
+
+
+def checking(compiler: Sequence[str], target: Path) -> list[str]:
+    """What has a source checked alone; by zig's clang, which cannot, compiled to ``target``."""
+    zig = Path(compiler[0]).name == "zig"
+    return ["-c", "-O0", "-o", str(target)] if zig else ["-fsyntax-only"]

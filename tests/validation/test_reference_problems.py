@@ -176,7 +176,7 @@ def test_the_error_follows_rtol_down_to_rounding(model_of, name, method):
     falls(model_of(name), name, method)
 
 
-@pytest.mark.parametrize("name", cases(ANALYTIC))
+@pytest.mark.parametrize("name", slow_among(ANALYTIC, ANALYTIC[2:]))
 def test_that_of_taylor_series_does_too(model_of, name):
     falls(model_of(name), name, "taylor")
 

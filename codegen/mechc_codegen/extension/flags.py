@@ -31,6 +31,7 @@ PARTS = {
         ("taylor", "SERIES"),
         ("outputs", "OUTPUTS"),
         ("derivatives", "DERIVATIVES"),
+        ("gauss8_lockstep", "SWEEPS"),
     )
 }
 STRICT = ("-Wall", "-Wextra", "-Werror")  # for our tests; a user's compiler may warn of more

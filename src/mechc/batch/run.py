@@ -23,7 +23,8 @@ from mechc.system.parameters import Array
 from mechc.system.system import System
 
 LOOK = 0.1  # s between checks of the threads' progress
-LOCKSTEP = ("dop853", "taylor")  # methods that run members in lockstep, a lane each
+# Methods that run members in lockstep, a lane each.
+LOCKSTEP = ("dop853", "gauss8_lockstep", "taylor")
 Report = Callable[[int], None]
 
 

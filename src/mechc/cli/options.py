@@ -125,7 +125,9 @@ def _start_options(parser: argparse.ArgumentParser) -> None:
 def _run_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rtol", default="1e-9", metavar="TOL", help="relative tolerance [1e-9]")
     parser.add_argument(
-        "--method", default="auto", help="auto, dopri5, dop853, gauss8, radau5 or taylor [auto]"
+        "--method",
+        default="auto",
+        help="auto, dopri5, dop853, gauss8, gauss8_lockstep, radau5 or taylor [auto]",
     )
     parser.add_argument("--out", metavar="DIR", help="folder for pictures and data [mechc_NAME]")
     parser.add_argument(

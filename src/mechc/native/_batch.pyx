@@ -6,7 +6,8 @@ import numpy as np
 from libc.stdlib cimport calloc, free
 
 from mechc.native._abi cimport (
-    MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT,
+    MECHC_COUNTS, MECHC_LEASTS, MECHC_PART_COLLOCATION, MECHC_PART_DRIVER, MECHC_PART_EXPLICIT,
+    MECHC_PART_IMPLICIT,
     MECHC_PART_OUTPUTS, mechc_options, mechc_part_of_method, mechc_stack_of, mechc_unit,
     mechc_with_stack
 )
@@ -81,6 +82,8 @@ cdef int parts_of_batch(Scene scene, const mechc_options *options, bint lockstep
     cdef int parts = MECHC_PART_DRIVER | mechc_part_of_method(options.method)
     if scene.holonomic or lockstep:
         parts |= MECHC_PART_EXPLICIT
+    if lockstep: # members that continue alone
+        parts |= MECHC_PART_COLLOCATION
     if options.may_stiffen:
         parts |= MECHC_PART_IMPLICIT
     return parts | (MECHC_PART_OUTPUTS if quantities else 0)

@@ -137,6 +137,16 @@ cdef object of(const double *values, ptrdiff_t count):
     return out
 
 
+cdef object lower(const double *root, ptrdiff_t n):
+    """A lower triangle, whose other half is anything."""
+    out = np.zeros((n, n))
+    cdef double[:, ::1] numbers = out
+    cdef ptrdiff_t i
+    for i in range(n):
+        memcpy(&numbers[i, 0], root + i * n, (i + 1) * sizeof(double))
+    return out
+
+
 cdef class ContactEquations:
     """M u' + J^T lambda = F + W^T f of a scene with parameters p (np,) and its contacts.
 
@@ -208,7 +218,7 @@ cdef class ContactEquations:
         with_stack(self.stack, find_place, &job)
         return (
             job.status, of(c.table, n * c.columns).reshape(n, c.columns), of(c.v, nq),
-            np.tril(of(c.root, nu * nu).reshape(nu, nu)), of(c.normal, n * nu).reshape(n, nu),
+            lower(c.root, nu), of(c.normal, n * nu).reshape(n, nu),
             of(c.tangent, n * nu).reshape(n, nu), of(c.kinematic, nq * nu).reshape(nq, nu),
             of(c.loops, c.rows * nu).reshape(c.rows, nu), of(c.free, nq + nu), of(c.opening, n),
             of(c.slipping, n),

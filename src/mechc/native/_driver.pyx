@@ -18,7 +18,7 @@ from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
 
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
-    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_options,
+    MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_options,
     mechc_output, mechc_part, mechc_part_of_method, mechc_rows, mechc_stack_needed,
     mechc_stack_of, mechc_unit
 )
@@ -51,9 +51,10 @@ cdef ptrdiff_t MANY = 1 << 16  # states, from which on compiling their evaluatio
 PARTS = {
     "driver": MECHC_PART_DRIVER, "gauss8": MECHC_PART_COLLOCATION,
     "dop853": MECHC_PART_EXPLICIT, "radau5": MECHC_PART_IMPLICIT,
-    "taylor": MECHC_PART_SERIES, "outputs": MECHC_PART_OUTPUTS, "derivatives": MECHC_PART_DERIVATIVES,
+    "taylor": MECHC_PART_SERIES, "gauss8_lockstep": MECHC_PART_SWEEPS,
+    "outputs": MECHC_PART_OUTPUTS, "derivatives": MECHC_PART_DERIVATIVES,
 }
-FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES & ~MECHC_PART_SERIES
+FOR_BATCHES = MECHC_ALL_PARTS & ~MECHC_PART_DERIVATIVES & ~(MECHC_PART_SERIES | MECHC_PART_SWEEPS)
 FOR_RUNS = PARTS["driver"] | PARTS["gauss8"]  # as most are
 
 

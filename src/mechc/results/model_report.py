@@ -30,6 +30,7 @@ STAGES = {
     "driver": "the driver of runs compiled",
     "gauss8": "collocation compiled",
     "dop853": "explicit pairs and lockstep compiled",
+    "gauss8_lockstep": "collocation in lockstep compiled",
     "radau5": "implicit method compiled",
     "taylor": "Taylor series compiled",
     "outputs": "outputs in lanes compiled",

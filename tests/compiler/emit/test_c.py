@@ -64,9 +64,13 @@ from sympy.physics.mechanics import Particle, Point, ReferenceFrame, RigidBody, 
 from sympy.physics.mechanics import inertia as dyadic
 
 import mechc
+from mechc.compilation import toolchain
 from tests.support import scenes
+from tests.support.compilation import checking
 
-COMPILERS = [c for c in ("gcc", "clang") if shutil.which(c)] or ["cc"]
+FOUND = tuple(toolchain.find_compiler() or ("cc",))
+COMPILERS = [(c,) for c in ("gcc", "clang") if shutil.which(c)] or [FOUND]
+BY_COMPILER = pytest.mark.parametrize("compiler", COMPILERS, ids=lambda words: Path(words[0]).name)
 OF_C = {
     *("_GLOBAL_OFFSET_TABLE_", "__stack_chk_fail"),
     *("aligned_alloc", "calloc", "free", "realloc", "memcpy", "memmove", "memset"),
@@ -85,19 +89,23 @@ def built(scene: str) -> Build:
 
 
 def compiles(
-    build: Build, folder: Path, compiler: str, *extra: str, only: str | None = None
+    build: Build,
+    folder: Path,
+    compiler: tuple[str, ...],
+    *extra: str,
+    only: str | None = None,
+    check: bool = False,
 ) -> None:
-    """Every source, or one, with its own flags; any warning is an error."""
+    """Every source, or one, with its own flags; any warning is an error.  ``check``: no more."""
     build.write(folder)
     units = {source: (*FLAGS, *flags) for source, flags in build.flags.items()}
     units["scene_outputs_only.c"] = (*OUTPUTS_ONLY_FLAGS, *build.outputs_only_flags)
     for source, flags in units.items():
         if only not in (None, source):
             continue
-        command = [compiler, *STRICT, *flags, *extra, f"-I{RUNTIME}", f"-I{folder}"]
-        command += (
-            ["-fsyntax-only"] if "-fsyntax-only" in extra else ["-c", "-o", f"{folder}/{source}.o"]
-        )
+        command = [*compiler, *STRICT, *flags, *extra, f"-I{RUNTIME}", f"-I{folder}"]
+        target = folder / f"{source}.o"
+        command += checking(compiler, target) if check else ["-c", "-o", str(target)]
         done = subprocess.run(
             [*command, str(folder / source)], capture_output=True, text=True, check=False
         )
@@ -128,9 +136,9 @@ def symbols_of(compiled: Path) -> tuple[set[str], set[str]]:
         ("bead", "scene_baseline.c"),
     ],
 )
-@pytest.mark.parametrize("compiler", COMPILERS)
+@BY_COMPILER
 def test_optimised_scenes_compile_without_a_warning(
-    compiler: str, scene: str, source: str, tmp_path: Path
+    compiler: tuple[str, ...], scene: str, source: str, tmp_path: Path
 ) -> None:
     """As they are shipped: some warnings come only with -O3.  One unit of each scene, for time.
 
@@ -145,9 +153,9 @@ def test_optimised_scenes_compile_without_a_warning(
     assert {"sin", "cos", "free"} <= needed <= OF_C
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@BY_COMPILER
 def test_the_parts_of_a_long_stage_are_compiled_once(
-    compiler: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    compiler: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each copy in line takes the compiler as long as all the rest."""
     assert built("four_bar").texts["scene_program.h"].count("MECHC_INLINE void FN(motion)") == 1
@@ -163,23 +171,24 @@ def test_the_parts_of_a_long_stage_are_compiled_once(
 
 
 @pytest.mark.parametrize("scene", scenes.SCENES)
-@pytest.mark.parametrize("compiler", COMPILERS)
+@BY_COMPILER
 def test_scenes_are_clean_under_stricter_warnings(
-    compiler: str, scene: str, tmp_path: Path
+    compiler: tuple[str, ...], scene: str, tmp_path: Path
 ) -> None:
     compiles(
         built(scene),
         tmp_path,
         compiler,
-        *("-fsyntax-only", "-Wshadow", "-Wstrict-prototypes", "-Wvla", "-Wtrigraphs"),
+        *("-Wshadow", "-Wstrict-prototypes", "-Wvla", "-Wtrigraphs"),
+        check=True,
     )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", ["four_bar", "swing"])
-@pytest.mark.parametrize("compiler", COMPILERS)
+@BY_COMPILER
 def test_scenes_with_jacobians_compile_without_a_warning(
-    scene: str, compiler: str, tmp_path: Path
+    scene: str, compiler: tuple[str, ...], tmp_path: Path
 ) -> None:
     own = {"own": multiplier(0) * Symbol("l_0")} if scene == "four_bar" else {}
     mechanism = scenes.SCENES[scene]()

@@ -10,6 +10,7 @@ from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 from mechc.compilation import toolchain
+from tests.support.compilation import checking
 
 HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))
 GENERIC = [
@@ -40,9 +41,9 @@ def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def compiled(source: str, scene: Path) -> str:
     """What the compiler says of a text that includes headers."""
-    command = [*COMPILER, "-std=gnu11", "-fsyntax-only", *STRICT, "-Wno-unused-const-variable"]
+    command = [*COMPILER, "-std=gnu11", *STRICT, "-Wno-unused-const-variable"]
     command += [f"-DMECHC_LANES={BASELINE.lanes}", "-DMECHC_UNIT=baseline"]
-    command += [f"-I{RUNTIME}", f"-I{scene}", "-xc", "-"]
+    command += [f"-I{RUNTIME}", f"-I{scene}", *checking(COMPILER, scene / "header.o"), "-xc", "-"]
     done = subprocess.run(command, input=source, capture_output=True, text=True, check=False)
     assert (done.returncode == 0) == (done.stderr == ""), done.stderr[:2000]
     return done.stderr

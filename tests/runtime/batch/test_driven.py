@@ -10,7 +10,7 @@ from sympy.physics.mechanics import dynamicsymbols
 import mechc
 from tests.support.pendulums import pushed_mass
 
-METHODS = ("dopri5", "dop853", "gauss8", "radau5")
+METHODS = ("dopri5", "dop853", "gauss8", "gauss8_lockstep", "radau5")
 TIMES = np.array([0.0, 0.4, 0.5, 1.3, 2.0, 3.1])
 VALUES = np.array([1.0, -2.0, 0.5, 0.5, 3.0, -1.0])
 END, COUNT = 3.0, 7

@@ -11,7 +11,7 @@ TIMES = np.linspace(0, 2, 9)
 REDUCTIONS = ("max(theta_2)", "min(omega_0)", "mean(theta_1)", "first(theta_0 > 100deg)")
 
 
-@pytest.fixture(scope="module", params=["gauss8", "dop853"])
+@pytest.fixture(scope="module", params=["gauss8", "dop853", "gauss8_lockstep"])
 def method(request):
     """Stages of one trajectory in the lanes, or trajectories abreast."""
     return request.param
@@ -63,12 +63,13 @@ def test_every_method_is_the_same_in_a_batch(model, regular, method):
     assert np.array_equal(sol.y[-1], batch.y[0])
 
 
-def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model):
+@pytest.mark.parametrize("method", ["dop853", "gauss8_lockstep"])
+def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(model, method):
     """l_3 = 4 m passes one; beside it runs leave the lanes, each when it must, and come back."""
     length = np.concatenate([np.linspace(3.5, 4.5, 11), 4 + np.logspace(-3, -7, 5), [4.0, 4.0]])
     theta = np.radians(np.linspace(75, 100, len(length)))
     start = mechc.Assembly({"theta_0": theta})
-    asked = {"method": "dop853", "rtol": 1e-8}
+    asked = {"method": method, "rtol": 1e-8}
     batch = model.simulate_batch(10.0, start, {"l_3": length}, threads=1, **asked)
     dense = model.simulate_batch(
         10.0, start, {"l_3": length}, t_eval=[5.0], reduce="max(theta_2)", threads=2, **asked

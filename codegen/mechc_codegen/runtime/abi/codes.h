@@ -48,7 +48,8 @@ typedef enum {
     MECHC_RADAU5 = 2, /* Radau IIA, order 5 */
     MECHC_GAUSS8 = 3, /* Gauss-Legendre collocation, 8 stages */
     MECHC_TAYLOR = 4, /* Taylor series, of an order that follows from the tolerance */
-    MECHC_METHODS = 5 /* how many there are */
+    MECHC_GAUSS8_LOCKSTEP = 5, /* the same, runs in lockstep and the stages one after another */
+    MECHC_METHODS = 6 /* how many there are */
 } mechc_method_number;
 
 /* What to do at a change point: mechc_options.on_change_point. */

@@ -44,6 +44,7 @@ static inline int mechc_part_of_method(int method)
 {
     return method == MECHC_GAUSS8 ? MECHC_PART_COLLOCATION
          : method == MECHC_TAYLOR ? MECHC_PART_SERIES
+         : method == MECHC_GAUSS8_LOCKSTEP ? MECHC_PART_SWEEPS
          : method == MECHC_RADAU5 ? MECHC_PART_IMPLICIT
                                   : MECHC_PART_EXPLICIT;
 }

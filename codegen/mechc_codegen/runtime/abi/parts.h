@@ -9,7 +9,8 @@
 #define MECHC_PART_OUTPUTS 16    /* outputs of many states in lanes, rates as C calls them */
 #define MECHC_PART_DERIVATIVES 32 /* of runs */
 #define MECHC_PART_SERIES 64 /* taylor */
-#define MECHC_ALL_PARTS 127
+#define MECHC_PART_SWEEPS 128 /* gauss8_lockstep */
+#define MECHC_ALL_PARTS 255
 
 #ifndef MECHC_UNIT_PARTS
 #define MECHC_UNIT_PARTS MECHC_ALL_PARTS

@@ -12,12 +12,14 @@
 
 #define MECHC_LOCKSTEP_CLOSINGS 4
 
+/* Rates of a state, and the square of how well conditioned the rows are there unless they are known to
+ * be regular; turns, near: see mechc_vector_locate_near. */
 MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc_vector t,
-                                                  const mechc_vector *state, int regular,
-                                                  mechc_vector *rates)
+                                                  const mechc_vector *state, mechc_vector *turns,
+                                                  int near, int regular, mechc_vector *rates)
 {
     mechc_vector_place place;
-    mechc_vector_locate_near(t, state, &a->given, &place, 0, 0, regular);
+    mechc_vector_locate_near(t, state, &a->given, &place, turns, near, regular);
     mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, &a->given, rates);
     mechc_vector_accelerate(t, state, state + MECHC_NQ, &a->given, &place, rates + MECHC_NQ, 0);
 #if MECHC_NH > 0
@@ -29,14 +31,14 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
 MECHC_ONCE void mechc_lockstep_rates(const mechc_lockstep *a, mechc_vector t,
                                      const mechc_vector *state, mechc_vector *rates)
 {
-    mechc_lockstep_rates_at(a, t, state, 1, rates);
+    mechc_lockstep_rates_at(a, t, state, 0, 0, 1, rates);
 }
 
 /* Likewise, and how well conditioned the rows are there. */
 MECHC_ONCE void mechc_lockstep_watched_rates(mechc_lockstep *a, mechc_vector t,
                                              const mechc_vector *state, mechc_vector *rates)
 {
-    a->met = mechc_lesser(mechc_lockstep_rates_at(a, t, state, 0, rates), a->met);
+    a->met = mechc_lesser(mechc_lockstep_rates_at(a, t, state, 0, 0, 0, rates), a->met);
 }
 
 /* Close the loops of the ends; a lane that is closed is not moved on. */

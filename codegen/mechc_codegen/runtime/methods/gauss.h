@@ -12,7 +12,7 @@
  */
 #pragma once
 
-#include "methods/gauss_newton.h"
+#include "methods/gauss_stiff.h"
 #include "methods/gauss_tableau.h"
 #include "methods/traits.h"
 #include "run/integration.h"
@@ -25,33 +25,11 @@
 #include "stepping/control.h"
 
 #define MECHC_GAUSS_ITERATIONS 40
-#define MECHC_GAUSS_LOOSEST 3e-7
-#define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
 #define MECHC_GAUSS_CRITICAL 0.1 /* conditioning below which closing a loop varies fast */
 /* Conditioning above which stages are not projected. */
 #define MECHC_GAUSS_PLAIN MECHC_CLEAR
 /* Changes that grow so end a step; across a jump they need not shrink at all. */
 #define MECHC_GAUSS_DIVERGES (MECHC_SWITCHES ? 1.0 : 2.0)
-/* Stiff components answer at once to what the polynomial lacks: a Legendre polynomial P of degree 8,
- * by int_0^1 exp(z (1 - x)) P(x) dx, at most an eighth of it, and (z / 2)^8 / 17!! where |z| is small. */
-#define MECHC_GAUSS_RESPONSE 0.125
-#define MECHC_GAUSS_LOW 34459425.0
-#define MECHC_GAUSS_DAMPED 144.0 /* a step leaves 1 - 144 / |z| of such a one where |z| is large */
-#define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
-
-/* Steps of Newton's iteration before the plain one is tried again. */
-#define MECHC_GAUSS_PATIENCE 8
-#define MECHC_GAUSS_MOST_PATIENCE 512
-
-/* Stability limits the steps where the iteration converges slowly although the steps are far more
- * accurate than requested. */
-#define MECHC_GAUSS_SLOW 0.2
-#define MECHC_GAUSS_NEEDLESS 0.01
-
-MECHC_STATIC mechc_gauss *mechc_gauss_of(const mechc_integration *run)
-{
-    return run->work[MECHC_GAUSS8];
-}
 
 /* Start values: the last step's polynomial through its stages and its end, continued. */
 MECHC_STATIC void mechc_gauss_extrapolate(mechc_gauss *g, double h)
@@ -92,17 +70,6 @@ MECHC_STATIC double mechc_sum(const double *weights, const double *x)
     return sum;
 }
 
-MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
-{
-    const double *x = g->rates[unknown];
-    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
-    for (int j = 2; j < MECHC_STAGES; j += 2) {
-        even += g->columns[j] * x[j];
-        odd += g->columns[j + 1] * x[j + 1];
-    }
-    *sums = even + odd;
-}
-
 /* Weights of this step's errors.  Tolerances looser than the bound, and stages too inaccurate to
  * extrapolate, cost more by rejected steps than they save. */
 MECHC_STATIC void mechc_gauss_weigh(const mechc_integration *run, mechc_gauss *g)
@@ -132,20 +99,6 @@ MECHC_STATIC double mechc_gauss_measure(const mechc_gauss *g, double h)
         square += (squares[MECHC_DEGREE_7] + squares[MECHC_DEGREE_6]) * g->error_weights[i];
     }
     return fabs(h) * sqrt(square);
-}
-
-/* The same of stiff components, whose errors accumulate over few steps: see mechc_gauss_respond. */
-MECHC_STATIC double mechc_gauss_stiff_error(const mechc_integration *run, double h)
-{
-    const mechc_gauss *g = mechc_gauss_of(run);
-    double most = 0.0;
-    for (int i = 0; g->response > 0.0 && i < MECHC_UNKNOWNS; i++) {
-        mechc_sums sums;
-        mechc_gauss_sums(g, i, &sums);
-        const double lacks = mechc_max(fabs(sums[MECHC_DEGREE_7]), fabs(sums[MECHC_DEGREE_6]));
-        most = mechc_max(most, lacks * g->weights[MECHC_FIRST_UNKNOWN + i]);
-    }
-    return g->response * fabs(h) * most;
 }
 
 MECHC_STATIC double mechc_gauss_error(mechc_integration *run, double h, const double *end)
@@ -371,56 +324,6 @@ MECHC_STATIC int mechc_gauss_end_rates(mechc_integration *run, double h, double 
 #endif
     return status;
 }
-
-/* Newton's iteration takes over; for twice as many steps as the last time where that is not long ago. */
-MECHC_STATIC void mechc_gauss_stiffen(mechc_gauss *g)
-{
-    const int again = g->plain < MECHC_GAUSS_PATIENCE && g->patience;
-    if (!again) g->patience = MECHC_GAUSS_PATIENCE;
-    else if (g->patience < MECHC_GAUSS_MOST_PATIENCE) g->patience *= 2;
-    g->stiff = g->patience;
-    g->plain = g->slow = 0;
-}
-
-/* Count an accepted step. */
-MECHC_STATIC void mechc_gauss_count(mechc_gauss *g, int limited)
-{
-    if (g->stiff) {
-        g->stiff--;
-        return;
-    }
-    g->plain++;
-    g->slow = limited ? g->slow + 1 : 0;
-    if (g->slow > 1) mechc_gauss_stiffen(g);
-}
-
-#if MECHC_NEWTON
-/* What stiff components make of a step's missing coefficient, over a step's share of the tolerance:
- * theirs is as much larger as the errors of fewer steps add up; `size` is that of h J. */
-MECHC_STATIC double mechc_gauss_respond(const mechc_integration *run, double size)
-{
-    const double low = pow(0.5 * size, 8.0) / MECHC_GAUSS_LOW, most = 1.0 / run->method->share;
-    const double steps = mechc_min(most, mechc_max(1.0, size / MECHC_GAUSS_DAMPED));
-    return mechc_min(MECHC_GAUSS_RESPONSE, low) * steps / most;
-}
-
-/* Newton's equations of this step, where the plain iteration contracts slowly. */
-MECHC_STATIC void mechc_gauss_prepare(mechc_integration *run, double h, mechc_newton *w)
-{
-    mechc_gauss *g = mechc_gauss_of(run);
-    g->newton = NULL;
-    g->response = 0.0;
-    if (!g->stiff || g->closing != MECHC_UNPROJECTED) return;
-    mechc_newton_slopes(w, g, run->head.t, run->y, h, run->scale);
-    run->head.stats.rhs_evaluations += (MECHC_NX / MECHC_LANES + 1) * MECHC_LANES;
-    const double size = mechc_newton_size(w, h, run->scale);
-    if (size < MECHC_NEWTON_EASY) g->stiff = 0;
-    if (!g->stiff) return;
-    g->response = mechc_gauss_respond(run, size);
-    mechc_newton_equations(w, h);
-    if (mechc_newton_invert(w)) g->newton = w;
-}
-#endif
 
 /* Solve for the stages; by Newton's iteration where the plain one does not contract. */
 MECHC_STATIC int mechc_gauss_solve(mechc_integration *run, double h)

@@ -115,7 +115,7 @@ MECHC_STATIC double mechc_newton_pivot(const mechc_newton *w, int j, int *row)
 
 MECHC_STATIC void mechc_newton_exchange_rows(mechc_newton *w, int i, int j)
 {
-    for (int k = 0; i != j && k < MECHC_UNKNOWNS; k++) {
+    for (int k = 0; MECHC_UNKNOWNS > 1 && i != j && k < MECHC_UNKNOWNS; k++) {
         const mechc_modes a = w->real[i][k], b = w->imaginary[i][k];
         w->real[i][k] = w->real[j][k], w->imaginary[i][k] = w->imaginary[j][k];
         w->real[j][k] = a, w->imaginary[j][k] = b;
@@ -124,7 +124,7 @@ MECHC_STATIC void mechc_newton_exchange_rows(mechc_newton *w, int i, int j)
 
 MECHC_STATIC void mechc_newton_exchange_columns(mechc_newton *w, int i, int j)
 {
-    for (int k = 0; i != j && k < MECHC_UNKNOWNS; k++) {
+    for (int k = 0; MECHC_UNKNOWNS > 1 && i != j && k < MECHC_UNKNOWNS; k++) {
         const mechc_modes a = w->real[k][i], b = w->imaginary[k][i];
         w->real[k][i] = w->real[k][j], w->imaginary[k][i] = w->imaginary[k][j];
         w->real[k][j] = a, w->imaginary[k][j] = b;

@@ -14,6 +14,15 @@
 #define MECHC_UNKNOWNS (MECHC_IDENTITY_KINEMATICS ? MECHC_NU : MECHC_NX)
 #define MECHC_FIRST_UNKNOWN (MECHC_NX - MECHC_UNKNOWNS) /* the component it is the rate of */
 
+#define MECHC_GAUSS_LOOSEST 3e-7
+#define MECHC_GAUSS_LEFT 0.1 /* of the tolerance, to the iteration */
+#define MECHC_GAUSS_SAFETY 1e3 /* of the coefficients' squares as a measure of the end's error */
+
+/* Stability limits the steps where the iteration converges slowly although the steps are far more
+ * accurate than requested. */
+#define MECHC_GAUSS_SLOW 0.2
+#define MECHC_GAUSS_NEEDLESS 0.01
+
 /* How stages are kept on the constraints: not at all, or closed after or before their rates. */
 enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };
 
@@ -60,6 +69,17 @@ typedef struct {
                                     it grow; 0: none yet */
     double tried[MECHC_UNKNOWNS][MECHC_STAGES]; /* rates of the last accepted step */
 } mechc_gauss;
+
+MECHC_INLINE void mechc_gauss_sums(const mechc_gauss *g, int unknown, mechc_sums *sums)
+{
+    const double *x = g->rates[unknown];
+    mechc_sums even = g->columns[0] * x[0], odd = g->columns[1] * x[1];
+    for (int j = 2; j < MECHC_STAGES; j += 2) {
+        even += g->columns[j] * x[j];
+        odd += g->columns[j + 1] * x[j + 1];
+    }
+    *sums = even + odd;
+}
 
 /* Stage values of one block before any projection. */
 MECHC_INLINE void mechc_gauss_states(const mechc_gauss *g, const double *y, double h,

@@ -83,6 +83,18 @@ MECHC_GAUSS_TABLE mechc_gauss_barycentric[MECHC_STAGES + 1] = {
     6597.878007023613, -9139.71917838291, 12756.797517471789, -20343.442501208396, 12870.0,
 };
 
+/* What a difference at stage i, entry [i * 8 + j], continues to at stage j after it where it
+ * vanishes at the stages before. */
+MECHC_GAUSS_TABLE mechc_gauss_onward[MECHC_STAGES * MECHC_STAGES] = {
+    0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 2.6570619004161657, 4.7478252701498045,
+    6.989982149229788, 9.080745518963427, 10.737807419379592, 11.737807419379592, 0.0, 0.0, 0.0,
+    4.041416950735909, 9.50957681131332, 16.666044266448388, 23.74851115794066, 28.62610015414073,
+    0.0, 0.0, 0.0, 0.0, 4.876445164192573, 12.67004427419716, 22.711680851075005,
+    30.764166289134344, 0.0, 0.0, 0.0, 0.0, 0.0, 5.020991510766769, 12.442437387851578,
+    19.667623045637555, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.442121462257812, 8.895128653305376, 0.0,
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.210884949559005, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+};
+
 /* The first integrals' matrix is diagonal in its eigenvectors, of which every other one is the
  * conjugate of the one before: four complex numbers each, real parts first. */
 #define MECHC_GAUSS_MODES (MECHC_STAGES / 2)

@@ -15,6 +15,11 @@ static const mechc_method mechc_dopri5 = {MECHC_DOPRI5_TRAITS}, mechc_dop853 = {
 #elif MECHC_HAS(DRIVER)
 static const mechc_method mechc_gauss8 = {MECHC_GAUSS8_TRAITS};
 #endif
+#if MECHC_HAS(SWEEPS)
+#include "methods/gauss_lanes.h"
+#elif MECHC_HAS(DRIVER)
+static const mechc_method mechc_gauss8_lockstep = {MECHC_GAUSS8_LOCKSTEP_TRAITS};
+#endif
 #if MECHC_HAS(IMPLICIT)
 #include "methods/radau.h"
 #elif MECHC_HAS(DRIVER)
@@ -37,6 +42,9 @@ static const mechc_method *const mechc_methods[MECHC_METHODS] = {
 #endif
 #if MECHC_HAS(DRIVER) || MECHC_HAS(COLLOCATION)
     [MECHC_GAUSS8] = &mechc_gauss8,
+#endif
+#if MECHC_HAS(DRIVER) || MECHC_HAS(SWEEPS)
+    [MECHC_GAUSS8_LOCKSTEP] = &mechc_gauss8_lockstep,
 #endif
 #if MECHC_TAYLOR_SERIES && (MECHC_HAS(DRIVER) || MECHC_HAS(SERIES))
     [MECHC_TAYLOR] = &mechc_taylor,

@@ -57,8 +57,15 @@
     .after_failure = 0.3, \
     .horizon = 8.0
 
-#define MECHC_GAUSS8_TRAITS \
-    .number = MECHC_GAUSS8, \
+#define MECHC_GAUSS8_TRAITS .number = MECHC_GAUSS8, MECHC_COLLOCATION_TRAITS
+/* Steps that are to end at corners of a law are taken alone. */
+#define MECHC_GAUSS8_LOCKSTEP_TRAITS \
+    .number = MECHC_GAUSS8_LOCKSTEP, \
+    .in_lockstep = MECHC_SWITCHES == 0, \
+    .alone = MECHC_GAUSS8, \
+    MECHC_COLLOCATION_TRAITS
+
+#define MECHC_COLLOCATION_TRAITS /* however its equations are solved */ \
     .order = 8, \
     .last_rate = MECHC_STAGES + 1, \
     .dense_rows = MECHC_GAUSS_DENSE, \

@@ -41,6 +41,7 @@ struct mechc_method {
 
     int in_lockstep; /* runs of several states may continue side by side */
     int by_itself;   /* a run by itself is left to the driver, which gives it the same numbers */
+    mechc_method_number alone; /* by which others continue; 0: by this one */
     /* Up to `steps` attempts of each of up to MECHC_LANES such runs, a lane each: see lockstep/.
      * Returns those made, early where a run has ended or continues alone. */
     long (*together)(mechc_integration **runs, int count, long steps);
@@ -74,6 +75,12 @@ MECHC_STATIC void *mechc_new_work(const mechc_method *method)
     return mechc_new_aligned(method->work_size);
 }
 
+/* Is its code there, not its traits alone? */
+MECHC_STATIC int mechc_is_loaded(const mechc_method *method)
+{
+    return method->step || method->together;
+}
+
 /* Go on with a method; 0 without memory. */
 MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *method)
 {
@@ -83,7 +90,7 @@ MECHC_STATIC int mechc_use_method(mechc_integration *run, const mechc_method *me
     memset(run->next_compensation, 0, sizeof run->next_compensation);
     mechc_widest_gap(over_crossings->nodes, &run->low, &run->best, &run->high);
     run->horizon = method->horizon;
-    if (!method->step) return 1; /* its code is not loaded yet */
+    if (!mechc_is_loaded(method)) return 1;
     if (method->work_size && !*work) {
         if (!(*work = mechc_new_work(method))) return 0;
         method->make(run);
@@ -98,8 +105,9 @@ MECHC_STATIC int mechc_use_loaded(mechc_integration *run)
 {
     const int in_use = run->current == run->method;
     const mechc_method *method = run->methods[run->current->number];
-    run->head.wanted = method->step ? -1 : (int)method->number;
-    if (!method->step) return 0;
+    const int loaded = mechc_is_loaded(method);
+    run->head.wanted = loaded ? -1 : (int)method->number;
+    if (!loaded) return 0;
     run->current = method;
     if (!in_use || mechc_use_method(run, method)) return 1;
     run->head.status = MECHC_NO_MEMORY;

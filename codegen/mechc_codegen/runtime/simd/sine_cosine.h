@@ -11,6 +11,10 @@
 #include "simd/constants.h"
 #include "simd/lanes.h"
 
+#ifndef MECHC_NEAR_BY_ITSELF
+#define MECHC_NEAR_BY_ITSELF 2
+#endif
+
 /* x is small enough for the reduction. */
 MECHC_INLINE rmask FN(reducible)(real x)
 {
@@ -60,8 +64,20 @@ MECHC_ONCE void FN(renew_turn)(real x, real *turn)
     FN(sincos)(x, turn + 1, turn + 2);
 }
 
+/* The same of those lanes alone that x has changed much in, by so much. */
+MECHC_ONCE void FN(renew_far_turns)(real x, real by, real *turn)
+{
+    const rmask near = R_MASK(by <= MECHC_NEAR_ANGLE) & R_MASK(by >= -MECHC_NEAR_ANGLE);
+    real sine, cosine;
+    FN(sincos)(x, &sine, &cosine);
+    turn[0] = R_SELECT(near, turn[0], x);
+    turn[1] = R_SELECT(near, turn[1], sine);
+    turn[2] = R_SELECT(near, turn[2], cosine);
+}
+
 /* Sine and cosine of x, kept in `turn` with x where that is not NULL; near: found by turning what
- * is kept there by the little that x has changed, to the fifth order of it. */
+ * is kept there by the little that x has changed, to the fifth order of it.  MECHC_NEAR_BY_ITSELF: no
+ * lane's bits depend on the others. */
 MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosine)
 {
     if (!turn || !near) FN(sincos)(x, sine, cosine);
@@ -74,8 +90,9 @@ MECHC_INLINE void FN(turn)(real x, real *turn, int near, real *sine, real *cosin
     }
     real by = x - turn[0];
     if (__builtin_expect(R_ANY_BEYOND(by, MECHC_NEAR_ANGLE), 0)) {
-        FN(renew_turn)(x, turn);
-        by = R(0.0);
+        if (near == MECHC_NEAR_BY_ITSELF) FN(renew_far_turns)(x, by, turn);
+        else FN(renew_turn)(x, turn);
+        by = x - turn[0];
     }
     const real square = by * by;
     const real s = by - by * square * (1.0 / 6.0);

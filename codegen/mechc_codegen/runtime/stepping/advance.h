@@ -15,7 +15,19 @@ MECHC_STATIC long mechc_attempts_left(const mechc_integration *run, long steps)
     return left < steps ? left : steps;
 }
 
-/* Can its next steps be taken side by side with others'?  The code of the method may be missing. */
+/* Over to the method in lockstep, or to the one that continues alone; 0 without memory. */
+MECHC_STATIC int mechc_take_place(mechc_integration *run)
+{
+    const mechc_method *asked = run->methods[run->number];
+    if (!asked->alone || !mechc_keeps_method(run)) return 1;
+    const int number = mechc_fits_lockstep(run) ? run->number : (int)asked->alone;
+    if ((int)run->method->number == number) return 1;
+    if (mechc_use_method(run, run->methods[number])) return 1;
+    run->head.status = MECHC_NO_MEMORY;
+    return 0;
+}
+
+/* Can its next steps be taken side by side with others'? */
 MECHC_STATIC int mechc_runs_together(const mechc_integration *run, long steps)
 {
     return run->current->together && mechc_attempts_left(run, steps) > 0
@@ -31,7 +43,7 @@ MECHC_STATIC void mechc_advance_runs(mechc_run **heads, int count, long steps)
     long least = steps;
     for (int i = 0; i < count; i++) {
         mechc_integration *run = (mechc_integration *)heads[i];
-        if (run->head.status != MECHC_RUNNING) continue;
+        if (run->head.status != MECHC_RUNNING || !mechc_take_place(run)) continue;
         if (mechc_runs_together(run, steps)) {
             together[fit++] = run;
             least = mechc_attempts_left(run, least);
@@ -47,7 +59,8 @@ MECHC_STATIC int mechc_advance_run(mechc_run *head, long steps)
 {
     mechc_integration *run = (mechc_integration *)head;
     while (head->status == MECHC_RUNNING && head->wanted < 0 && steps > 0) {
-        if (!run->current->step && !mechc_use_loaded(run)) break;
+        if (!mechc_take_place(run)) break;
+        if (!mechc_is_loaded(run->current) && !mechc_use_loaded(run)) break;
         steps -= !run->current->by_itself && mechc_runs_together(run, steps)
                ? run->current->together(&run, 1, mechc_attempts_left(run, steps))
                : mechc_advance_alone(run, steps);

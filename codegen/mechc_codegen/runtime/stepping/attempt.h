@@ -187,7 +187,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     const double t = run->head.t;
     double end[MECHC_NX], h;
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
-    if (!run->current->step && !mechc_use_loaded(run)) return run->head.status;
+    if (!mechc_is_loaded(run->current) && !mechc_use_loaded(run)) return run->head.status;
     const int last = mechc_next_step(run, &h);
     if (run->monitor.bends && run->current->reach) {
         mechc_leave_to_pair(run, h);

@@ -90,16 +90,26 @@ class ContactResets(CompiledResets):
         return self._enter(t, y, first=True)
 
     def _refuse_overlap(self, t: float, y: Array) -> None:
-        gaps = [self.finder.events[law.number].function for law in self.laws.laws]
+        overlap = self._overlap(t, y)
+        if overlap:
+            raise ValueOutOfBoundsError(
+                f"{overlap} at the start, so the parts overlap: a gap is positive where they are "
+                "apart"
+            )
+
+    def _overlap(self, t: float, y: Array) -> str:
+        """A gap that is not one, in words; "" where there is none."""
+        events = getattr(self.finder, "every", self.finder.events)
+        gaps = [events[number].function for number in self.numbers_of]
         found = np.array([gap(t, y) for gap in gaps])  # 1 of what has none
         overlaps = found < 0.0
         if overlaps.any():
             overlaps &= found < -self._zero_gaps(self.contacts.place(t, y))
-        for k in np.flatnonzero(overlaps):
-            raise ValueOutOfBoundsError(
-                f"event {self.numbers_of[k]}: the gap {gaps[k].title} is {found[k]:.6g} at the "
-                "start, so the parts overlap: a gap is positive where they are apart"
-            )
+        words = (
+            f"event {self.numbers_of[k]}: the gap {gaps[k].title} is {found[k]:.6g}"
+            for k in np.flatnonzero(overlaps)
+        )
+        return next(words, "")
 
     def _is_free(self, t: float, y: Array) -> bool:
         """Whether a run may begin in compiled code: what touches opens."""
@@ -151,6 +161,17 @@ class ContactResets(CompiledResets):
         state, accumulate = Resets._reset(self, t, before, number)
         if accumulate:
             return Resets._go_on(self, t, number, state, accumulate)
+        return self._go_on_anew(t, number, state)
+
+    def _go_on_anew(self, t: float, number: int, state: Array) -> int:
+        """After a reset, which may have moved what was in contact apart, or into each other."""
+        overlap = self._overlap(t, state)
+        if overlap:
+            raise FunctionFailedError(
+                f"after the reset of event {number} at t = {t:.9g} s {overlap}, so the parts "
+                "overlap"
+            )
+        self.mode = (State.OPEN,) * len(self.laws)  # what still touches is seen by its gap
         return self._enter(t, state, causes=tuple(self.caused_by), reset=True)
 
     def finished(self) -> int:

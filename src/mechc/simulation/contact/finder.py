@@ -140,7 +140,7 @@ def _friction(forces: Forces, k: int) -> Callable[[float, Array], float]:
 
     def least(t: float, y: Array) -> float:
         found = forces(t, y)
-        numbers, size = found.place.numbers, ROUNDING * found.sizes[k]
+        numbers, size = found.place.numbers, ROUNDING * float(found.answer.sizes[k])
         return float(min(numbers.friction[k], numbers.static[k])) + max(size, SMALLEST)
 
     return least
@@ -152,7 +152,7 @@ def _limit(forces: Forces, number: int) -> Callable[[float, Array], float]:
     def above_zero(t: float, y: Array) -> float:
         found = forces(t, y)
         _, k, c, d = found.limits[number]
-        return float(c @ found.answer.unknowns + d) + ROUNDING * found.sizes[k]
+        return float(c @ found.answer.unknowns + d) + ROUNDING * float(found.answer.sizes[k])
 
     return above_zero
 

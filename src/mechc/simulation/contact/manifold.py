@@ -132,13 +132,11 @@ class ContactRun(NumpyRun):
 
 
 class Found(NamedTuple):
-    """Forces at one state; their ``limits`` as of :meth:`Answer.limits`, ``sizes`` (n,) as of
-    :meth:`Answer.force_of`."""
+    """Forces at one state, and their ``limits`` as of :meth:`Answer.limits`."""
 
     place: Place
     answer: Answer
     limits: list[tuple[str, int, Array, float]]
-    sizes: list[float]
 
 
 class Forces:
@@ -153,6 +151,5 @@ class Forces:
             if len(self.kept) >= MOST_KEPT:
                 self.kept.clear()
             place, answer = self.manifold.answer(t, y)
-            sizes = [answer.force_of(k) for k in range(len(answer.mode))]
-            self.kept[t] = Found(place, answer, answer.limits(), sizes)
+            self.kept[t] = Found(place, answer, answer.limits())
         return self.kept[t]

@@ -199,9 +199,11 @@ class Answer:
         sliding = [i for i, (k, kind) in enumerate(self.owners) if not kind and self.mode[k].way]
         if not sliding:
             return 1.0
-        part = self.matrix[np.ix_(sliding, sliding)]
-        own = np.prod([(self.problem.normal[self.owners[i][0]] ** 2).sum() for i in sliding])
-        return float(np.linalg.det(part) / own)
+        own = self.problem.normal[[self.owners[i][0] for i in sliding]]
+        size = float((own**2).sum(axis=1).prod())
+        if len(sliding) == 1:
+            return float(self.matrix[sliding[0], sliding[0]]) / size
+        return float(np.linalg.det(self.matrix[np.ix_(sliding, sliding)])) / size
 
     # -- is it consistent? ----------------------------------------------------------------------
 
@@ -232,19 +234,21 @@ class Answer:
         if not limits:
             return np.inf
         c, d = np.array([x[2] for x in limits]), np.array([x[3] for x in limits])
-        scale = np.array([self._of_one_newton(x[1]) for x in limits])
+        scale = self._of_one_newton[[x[1] for x in limits]]
         if not self.is_redundant:
             return float((scale * (c @ self.unknowns + d)).min())
         return self._largest_margin(scale[:, None] * c, scale * d)
 
-    def force_of(self, k: int) -> float:
-        """The size of forces at a contact, N: what makes the largest acceleration there."""
-        one = self._of_one_newton(k)
-        return self.problem.size / one if one > 0.0 else 0.0
+    @cached_property
+    def sizes(self) -> Array:
+        """Of forces at each contact (n,), N: what makes the largest acceleration there."""
+        one = self._of_one_newton
+        return np.divide(self.problem.size, one, out=np.zeros(len(one)), where=one > 0.0)
 
-    def _of_one_newton(self, k: int) -> float:
-        rows = (self.problem.normal[k], self.problem.tangent[k])
-        return float(max((row**2).sum() for row in rows))
+    @cached_property
+    def _of_one_newton(self) -> Array:
+        rows = self.problem.normal, self.problem.tangent
+        return np.asarray(np.maximum(*((row**2).sum(axis=1) for row in rows)))
 
     def _largest_margin(self, c: Array, d: Array) -> float:
         """Of all forces with G x = aim the largest least limit: a linear program."""

@@ -386,14 +386,17 @@ class FunctionFailedError(Exception):
 
 
 def evaluated(event: Event, t: float, y: Array) -> float:
-    name = getattr(event.function, "__name__", repr(event.function))
     try:
         value = float(event.function(t, y))
     except Exception as error:
         raise FunctionFailedError(
-            f"the event function {name} failed at t = {t:.9g} s with "
+            f"the event function {_name_of(event)} failed at t = {t:.9g} s with "
             f"{type(error).__name__}: {error}"
         ) from error
     if math.isnan(value):
-        raise FunctionFailedError(f"the event function {name} gave NaN at t = {t:.9g} s")
+        raise FunctionFailedError(f"the event function {_name_of(event)} gave NaN at t = {t:.9g} s")
     return value
+
+
+def _name_of(event: Event) -> str:
+    return str(getattr(event.function, "__name__", repr(event.function)))

@@ -80,7 +80,7 @@ def test_controllers_that_a_batch_cannot_have(pushed, tmp_path):
     "event",
     [
         mechc.Stop("q", 0.6),
-        mechc.DryFriction("u", 0.4),
+        pytest.param(mechc.DryFriction("u", 0.4), marks=pytest.mark.slow),
         mechc.Event("q < 0", reset={"u": "-u"}, terminal=3),
     ],
 )

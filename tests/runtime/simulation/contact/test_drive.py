@@ -6,7 +6,7 @@ import sympy
 from mpmath import asin, ellipf, ellipk, mpf, pi, sin, sqrt, workdps
 
 import mechc
-from mechc.errors import InputError, MechcError, ValueOutOfBoundsError
+from mechc.errors import EventError, InputError, MechcError, ValueOutOfBoundsError
 from tests.support.impacts import TIP_GAP, TIP_SLIP, G, block, impacts, rod
 from tests.support.pendulums import pushed_mass
 
@@ -135,6 +135,20 @@ def test_a_block_slides_where_a_reset_has_made_the_slope_steeper(block):
     np.testing.assert_allclose(sol([1.0, 1.5, 2.0])[:, 0], -along * np.array([0, 0.125, 0.5]),
                                atol=1e-12)  # fmt: skip
     assert sol.params_at(1.5)[list(block.parameters).index("a")] == 0.6
+
+
+def test_a_reset_takes_the_table_away(ball):
+    """A ball that lay on it falls to where the table is then; into the ball it cannot go."""
+    stop = mechc.Stop("q_0 - h", "e")
+    lower = mechc.Event("t - 1", reset={"h": "h - 1"})
+    sol = ball.simulate(3.0, [0.0, 0.0], events=[stop, lower], rtol=1e-12)
+    count = len(sol.events[0].t)
+    assert count > 20
+    np.testing.assert_allclose(sol.events[0].t, 1.0 + impacts(0.5, count), atol=1e-9)
+    assert sol.y[-1, 0] == pytest.approx(-1.0, abs=1e-14)
+    higher = mechc.Event("t - 1", reset={"h": "h + 1"})
+    with pytest.raises(EventError, match="so the parts overlap"):
+        ball.simulate(3.0, [0.0, 0.0], events=[stop, higher])
 
 
 def test_a_mass_leaves_a_table_that_vibrates_where_its_acceleration_is_that_of_gravity(ball):

@@ -118,6 +118,7 @@ def test_a_parameter_is_reset_as_a_state(tmp_path):
     np.testing.assert_allclose(by.sensitivity["k"][-1][:2], [slope, 1 / 16], atol=1e-10)
 
 
+@pytest.mark.slow
 def test_a_parameter_is_reset(tmp_path):
     """The same motion as above, where the stiffness is a true parameter."""
     k = Symbol("k")

@@ -1,19 +1,21 @@
 """What do more links cost?
 
-    mechc bench growth [--scenes planar spatial windows] [--quick | --most N]
+    mechc bench growth [--scenes planar spatial windows rings] [--quick | --most N]
                        [--follow N] [--resume]
 
 For N = 1, 2, 5, 10, 20, 40, 80: an open planar chain of N links, an open spatial one with axes
-that alternate, and N four-bar windows in a row (2N + 1 links, tilted, relative angles), each
-described as a ``Mechanism``.  Columns: processor seconds of derivation, of all else until the C is
-there, of the compiler for the first unit and for the whole; kilobytes of C and its operations (the
-recursions of trees are loops of the runtime and are not counted); microseconds for one
-right-hand side, called from Python through ctypes, and for one of 512 states side by side in the
-lanes.  Exponents are fitted over N >= 5.
+that alternate, N four-bar windows in a row (2N + 1 links, tilted, relative angles), and the planar
+chain as a ring, its end pinned to the end of its first link, each described as a ``Mechanism``.
+Columns: processor seconds of derivation, of all else until the C is there, of the compiler for the
+first unit and for the whole; kilobytes of C and its operations (the recursions of trees are loops
+of the runtime and are not counted); microseconds for one right-hand side, called from Python
+through ctypes, and for one of 512 states side by side in the lanes.  Exponents are fitted over
+N >= 5.
 
 ``--follow N`` runs N windows for 20 s at several tolerances and compares B_0 with the closed form.
 ``--resume`` keeps the rows of an earlier run.  Exits with 1 where the right-hand side of a chain of
-40 links takes more than 0.5 us a link, or where a run ends well and wrong.
+40 links takes more than 0.5 us a link, that of a ring of 40 more than three times the chain's, or
+where a run ends well and wrong.
 """
 
 from __future__ import annotations
@@ -22,6 +24,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +32,7 @@ import numpy as np
 from mechc.native._driver import Scene, capsule_of
 from mechc_codegen.compiler import build_scene
 from mechc_codegen.derive.derive_equations import derive_equations
-from mechc_codegen.description.mechanism import Mechanism
+from mechc_codegen.description.mechanism import Closure, Mechanism
 from mechc_codegen.library.chains.rods import planar_chain, spatial_chain
 from mechc_codegen.library.chains.windows import windows
 
@@ -47,12 +50,25 @@ from ..timing.results import folder, read, write
 
 SIZES = (1, 2, 5, 10, 20, 40, 80)
 QUICK = (1, 5, 8)
-SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows}
+
+
+def ring(count: int) -> Mechanism:
+    """The planar chain, its end pinned to the end of its first link, where it has so many."""
+    chain = planar_chain(count)
+    if count < 5:
+        return chain
+    axes = (chain.frame.x, chain.frame.y)
+    closure = Closure("end", chain.points[-1], chain.points[1], axes)
+    return replace(chain, name="ring", start={}, closures=(closure,))
+
+
+SCENES = {"planar": planar_chain, "spatial": spatial_chain, "windows": windows, "rings": ring}
 COLUMNS = (
     "derive_s", "emit_s", "first_s", "whole_s", "kilobytes", "operations", "rhs_us", "lane_us",
 )  # fmt: skip
 TILT = {"tilt": 0.3}
 LINK_US, ALLOWED = 0.25, 2.0  # articulated bodies, and how many times that
+RING_ALLOWED = 3.0  # times the open chain
 STATES = 512
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 SPAN = 20.0
@@ -217,6 +233,12 @@ def missed(result: dict[str, Any]) -> list[str]:
         for row in result["rows"].get(name, ()):
             if row["n"] == 40 and row["rhs_us"] > ALLOWED * LINK_US * 40:
                 found.append(f"{name} chain of 40 links: {row['rhs_us']:.1f} us")
+    at_40 = {
+        name: next((row["rhs_us"] for row in result["rows"].get(name, ()) if row["n"] == 40), None)
+        for name in ("planar", "rings")
+    }
+    if at_40["planar"] and at_40["rings"] and at_40["rings"] > RING_ALLOWED * at_40["planar"]:
+        found.append(f"ring of 40 links: {at_40['rings']:.1f} us, open {at_40['planar']:.1f} us")
     for row in result["follow"]:
         if row["status"] == "finished" and row["error"] > 1e-3:
             found.append(

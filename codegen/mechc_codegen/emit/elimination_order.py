@@ -51,6 +51,20 @@ def plan_rows(tree: Tree) -> RowPlan | None:
     return RowPlan(first, cut_place, passed_to, tuple(pivot), _running(factors))
 
 
+def walks_moving_cuts(tree: Tree) -> bool:
+    """Whether rows that have no plan take fewer operations by articulated bodies, a pass over the
+    links for each (``moving_cuts.h``), than by the orthogonal factors of all."""
+    rows, speeds = len(tree.cuts), sum(map(len, tree.columns))
+    if not rows or rows >= speeds:
+        return False
+    size = 3 if tree.planar else 6
+    links = len(tree.parents)
+    bodies = links * (4 * size**2) + speeds * 2 * size**2
+    passes = rows * (links * 8 * size + speeds * 8 * size)
+    together = speeds**3 // 6 + rows * speeds**2 // 2 + 4 * rows**2 * speeds + speeds**2 * size
+    return bodies + passes + rows**3 < together
+
+
 def _counts(tree: Tree) -> tuple[list[int], list[int]]:
     """The number of rows at each link, and of those that it passes on."""
     rows = [0] * len(tree.parents)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 from mechc_codegen.derive.equations import Equations, Tree
-from mechc_codegen.emit.elimination_order import RowPlan, plan_rows
+from mechc_codegen.emit.elimination_order import RowPlan, plan_rows, walks_moving_cuts
 from mechc_codegen.ir.program import SWITCHING
 
 INTERNAL = ("residual", "velocity_bias", "gamma", "augmented_mass_matrix", "augmented_forcing")
@@ -65,7 +65,7 @@ def _written_out(present: Collection[str]) -> Layout:
         {**ROWS, solved_with("mass_matrix"): "mass"},
         {solved_with("forcing"): "forcing", "gamma": "gamma"},
         "",
-        {"links": 0, "planar": 0, "carried": 0, "factors": 0},
+        {"links": 0, "planar": 0, "carried": 0, "factors": 0, "moving_cuts": 0},
         (),
         0,
         "MECHC_INLINE",
@@ -95,6 +95,7 @@ def _walked(equations: Equations, tree: Tree) -> Layout:
             "planar": int(tree.planar),
             "carried": plan.first[-1] if plan else 0,
             "factors": plan.first_factor[-1] if plan else 0,
+            "moving_cuts": int(plan is None and walks_moving_cuts(tree)),
         },
         tuple(solved),
         sum(len(equations.outputs[name].elements) for name in kept),

@@ -7,6 +7,7 @@ motions that are computed here; for macOS and Windows it compiles.
 from __future__ import annotations
 
 import math
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -36,6 +37,7 @@ from tests.support.pendulums import pendulum
 
 EMULATOR = "qemu-aarch64"
 PACKAGED = toolchain.packaged_compiler()
+WINE = shutil.which("wine64") or shutil.which("wine64", path="/usr/lib/wine")
 COMPILERS = {"gcc": ["aarch64-linux-gnu-gcc"]} if shutil.which("aarch64-linux-gnu-gcc") else {}
 COMPILERS |= {"zig": [*PACKAGED, "-target", "aarch64-linux-musl"]} if PACKAGED else {}
 RTOL = 1e-9  # of the program's runs
@@ -128,3 +130,46 @@ def test_units_compile_for_other_systems(target: str, magic: bytes, tmp_path: Pa
         command = [*(PACKAGED or ()), "-target", target, *flags, "-c", source, "-o", f"{source}.o"]
         subprocess.run(command, cwd=tmp_path, check=True)
         assert (tmp_path / f"{source}.o").read_bytes().startswith(magic)
+
+
+THREAD = r"""
+#include <stdio.h>
+#include "abi/large_stack.h"
+
+static void work(void *data)
+{
+    volatile char room[8 << 20];
+    room[0] = 1, room[sizeof room - 1] = 2;
+    *(int *)data = room[0] + room[sizeof room - 1];
+}
+
+int main(void)
+{
+    int found = 0;
+    mechc_on_stack job;
+    if (!mechc_begin_on_stack(&job, 16 << 20, work, &found)) return 2;
+    while (!mechc_wait_on_stack(&job, 0.01)) continue;
+    mechc_end_on_stack(&job);
+    return found != 3;
+}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(PACKAGED is None, reason="the package ziglang compiles for Windows")
+def test_what_is_compiled_into_the_runtime_compiles_for_windows(tmp_path: Path) -> None:
+    """The headers of batches, events and closing; and threads with stacks of their own run."""
+    command = [*(PACKAGED or ()), "-target", "x86_64-windows-gnu", "-std=gnu11", f"-I{RUNTIME}"]
+    folders = ("abi", "batch", "events", "closing")
+    headers = [p.relative_to(RUNTIME).as_posix() for f in folders for p in (RUNTIME / f).iterdir()]
+    text = "".join(f'#include "{header}"\n' for header in sorted(headers))
+    (tmp_path / "all.c").write_text(text)
+    told = ("-Wall", "-Wextra", "-Werror", "-Wno-unused-function", "-Wno-empty-translation-unit")
+    subprocess.run([*command, *told, "-c", "all.c", "-o", "all.o"], cwd=tmp_path, check=True)
+    (tmp_path / "thread.c").write_text(THREAD)
+    subprocess.run(
+        [*command, "-static", "thread.c", "-lpthread", "-o", "thread.exe"], cwd=tmp_path, check=True
+    )
+    if WINE is not None:
+        env = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
+        subprocess.run([WINE, "thread.exe"], cwd=tmp_path, env=env, check=True)

@@ -288,9 +288,8 @@ class BlockElimination:
         text = _Text()
         text.add("real most = R(0.0);")
         for row in range(len(self.form.jacobian)):
-            sizes = [
-                f"R_FROM_BITS(R_BITS({self._entry(row, k)}) & INT64_MAX)" for k in self._row(row)
-            ]
+            entries = [self._entry(row, k) for k in self._row(row)]
+            sizes = [f"R_SELECT(R_MASK({e} < 0.0), -{e}, {e})" for e in entries]
             name = text.let(f"sum{row}", " + ".join(sizes), 2 * len(sizes))
             text.put("most", f"R_SELECT(R_MASK({name} > most), {name}, most)", 2)
         text.add("return most;")

@@ -1,7 +1,7 @@
 /* Motion of trees with cuts: M u' + J^T lambda = F and J u' = gamma; generic over `real`.
  *
- * Rows that are far from dependent are eliminated link by link (loop_rows.h).  Elsewhere, and where
- * a cut joins two links that both move, they are solved together: with M = L D L^T a row a of J
+ * Rows that are far from dependent are eliminated link by link (loop_rows.h, and moving_cuts.h where
+ * a cut joins two links that both move).  Elsewhere they are solved together: with M = L D L^T a row a of J
  * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared.
  */
 #include "simd/real.h"
@@ -14,12 +14,14 @@
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
 #include "dynamics/loop_rows.h"
+#include "dynamics/moving_cuts.h"
 #include "dynamics/tree.h"
 
 #if MECHC_LINKS > 0 && MECHC_NC > 0
+#define MECHC_WALKED_ROWS (MECHC_CARRIED > 0 || MECHC_MOVING_CUTS)
 
 typedef struct {
-#if MECHC_CARRIED > 0
+#if MECHC_WALKED_ROWS
     FN(eliminated) links;
 #endif
     rmask apart;         /* the lanes in which rows are eliminated link by link */
@@ -39,9 +41,9 @@ MECHC_ONCE void FN(factor_together)(const real *tree, real *jacobian, real *mass
 MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass, real rank,
                                    FN(solver) *f)
 {
-#if MECHC_CARRIED > 0
+#if MECHC_WALKED_ROWS
     FN(eliminate)(tree, &f->links);
-    f->apart = R_MASK(f->links.conditioning > MECHC_SAFE) & R_MASK(rank >= (double)MECHC_NC);
+    f->apart = R_MASK(f->links.conditioning > MECHC_WALKED_SAFE) & R_MASK(rank >= (double)MECHC_NC);
 #else
     f->apart = R_MASK(R(0.0) > R(0.0));
 #endif
@@ -53,7 +55,7 @@ MECHC_INLINE void FN(prepare_rows)(const real *tree, real *jacobian, real *mass,
 MECHC_INLINE real FN(conditioning_squared)(const FN(solver) *f)
 {
     const real together = f->together ? FN(least_singular_squared)(&f->factors, R(0.0)) : R(1.0);
-#if MECHC_CARRIED > 0
+#if MECHC_WALKED_ROWS
     return R_SELECT(f->apart, f->links.conditioning, together);
 #else
     return together;
@@ -91,7 +93,7 @@ MECHC_ONCE void FN(solve_motion)(const real *tree, const FN(solver) *f, real *wr
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) copy[i] = wrench[i];
         FN(along_speeds)(tree, copy, forcing);
     }
-#if MECHC_CARRIED > 0
+#if MECHC_WALKED_ROWS
     if (R_ANY(f->apart)) FN(follow_rows)(tree, &f->links, wrench, gamma, x);
 #endif
     if (!together) return;
@@ -113,7 +115,7 @@ MECHC_ONCE void FN(least_step)(const real *tree, const FN(solver) *f, const real
                                real *step)
 {
     real other[MECHC_NU];
-#if MECHC_CARRIED > 0
+#if MECHC_WALKED_ROWS
     if (R_ANY(f->apart)) {
         real none[MECHC_LINKS * MECHC_DIM];
         for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) none[i] = R(0.0);

@@ -24,22 +24,20 @@
 #include "dynamics/linear.h"
 #include "dynamics/tree.h"
 
-#if MECHC_LINKS > 0 && MECHC_NC > 0
+#if MECHC_CARRIED > 0
+#define MECHC_WALKED_SAFE MECHC_SAFE
 
 /* What is kept of the elimination, column by column. */
 typedef struct {
     real momentum[MECHC_NU * MECHC_DIM]; /* U of each column */
     real along[MECHC_NU], inverse[MECHC_NU]; /* D and 1 / D */
-#if MECHC_CARRIED > 0
     real share[MECHC_NU * MECHC_DIM];    /* b of the columns that eliminate a row */
     real inverse_pivot[MECHC_NU];        /* 1 / (R S) of these */
     real factor[MECHC_AT_LEAST_ONE(MECHC_FACTORS)]; /* of that row in those after it */
     rmask swapped[MECHC_AT_LEAST_ONE(MECHC_FACTORS)];
     real conditioning; /* squared */
-#endif
 } FN(eliminated);
 
-#if MECHC_CARRIED > 0
 /* Each cut's row as a wrench of unit force on the link that is cut. */
 MECHC_INLINE void FN(cut_wrenches)(const real *tree, real *rows)
 {
@@ -186,6 +184,5 @@ MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real 
         }
     }
 }
-#endif
 #endif
 #endif

@@ -1,0 +1,129 @@
+/* Trees with cuts that join two moving links: the rows of J by articulated bodies.
+ *
+ * Generic over `real`.
+ * A unit of force along each row, on both links of its cut, accelerates the free tree by M^-1 J^T
+ * (Featherstone 2008, section 7.2), one pass over the links for each row.  The rows meet in
+ * J M^-1 J^T, whose size is that of the rows alone: neither J nor M is formed, and the cost grows
+ * with the links times the rows.
+ *
+ * This squares the singular values of the rows.  A second solution for what the first leaves of the
+ * rows' values takes the error back to that of the rows themselves; where rows are so far from
+ * independent that this is in doubt, below MECHC_WALKED_SAFE, they are solved by the orthogonal factors of
+ * linear.h.
+ */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_MOVING_CUTS_VECTOR : !defined MECHC_MOVING_CUTS_SCALAR
+#if R_VECTOR
+#define MECHC_MOVING_CUTS_VECTOR
+#else
+#define MECHC_MOVING_CUTS_SCALAR
+#endif
+#include "dynamics/linear.h"
+#include "dynamics/tree.h"
+
+#if MECHC_MOVING_CUTS
+#define MECHC_WALKED_SAFE 1e-3 /* conditioning, squared */
+
+typedef struct {
+    FN(articulated) links;
+    real changes[MECHC_NC * MECHC_NU]; /* M^-1 J^T, row by row of J */
+    FN(mass_factors) meeting;          /* J M^-1 J^T */
+    real conditioning;                 /* squared */
+} FN(eliminated);
+
+/* Accelerations of the free tree by wrenches on the links, which are overwritten. */
+MECHC_ONCE void FN(free_answer)(const real *tree, const FN(articulated) *f, real *wrench, real *x)
+{
+    real left[MECHC_NU], motion[MECHC_LINKS * MECHC_DIM];
+    for (int link = MECHC_LINKS - 1; link >= 0; link--) {
+        real *own = wrench + link * MECHC_DIM;
+        for (int c = mechc_first_column[link + 1] - 1; c >= mechc_first_column[link]; c--) {
+            left[c] = FN(along_motion)(tree + MECHC_AT_SUBSPACE + c * MECHC_DIM, own)
+                    * f->inverse[c];
+            for (int i = 0; i < MECHC_DIM; i++) own[i] -= left[c] * f->momentum[c * MECHC_DIM + i];
+        }
+        if (mechc_parent[link] >= 0)
+            FN(add_wrench)(tree + link * MECHC_ARM, own, wrench + mechc_parent[link] * MECHC_DIM);
+    }
+    for (int link = 0; link < MECHC_LINKS; link++) {
+        real *own = FN(motion_of_parent)(tree, link, motion);
+        for (int c = mechc_first_column[link]; c < mechc_first_column[link + 1]; c++) {
+            const real *axis = tree + MECHC_AT_SUBSPACE + c * MECHC_DIM;
+            const real part =
+                left[c] - FN(along_motion)(f->momentum + c * MECHC_DIM, own) * f->inverse[c];
+            for (int i = 0; i < MECHC_DIM; i++) own[i] += part * axis[i];
+            x[mechc_column_speed[c]] = part;
+        }
+    }
+}
+
+/* A unit of force along a row, on both links of its cut. */
+MECHC_INLINE void FN(force_along_row)(const real *tree, int row, real *wrench)
+{
+    const real *points = tree + MECHC_AT_CUT + row * 3 * MECHC_ARM, *axis = points + 2 * MECHC_ARM;
+    for (int i = 0; i < MECHC_LINKS * MECHC_DIM; i++) wrench[i] = R(0.0);
+    for (int end = 0; end < 2; end++) {
+        const int link = mechc_cut[2 * row + end];
+        real arm[MECHC_ARM], force[MECHC_DIM];
+        if (link < 0) continue;
+        for (int j = 0; j < MECHC_DIM; j++) force[j] = R(0.0);
+        for (int j = 0; j < MECHC_ARM; j++) {
+            arm[j] = points[end * MECHC_ARM + j]
+                   - tree[MECHC_AT_REFERENCE + link * MECHC_ARM + j];
+            force[MECHC_DIM - MECHC_ARM + j] = end ? -axis[j] : axis[j];
+        }
+        FN(add_wrench)(arm, force, wrench + link * MECHC_DIM);
+    }
+}
+
+/* Squared distance of the row nearest to the span of the others, over the longest row's length: a
+ * distance is the inverse of an entry of the inverse's diagonal. */
+MECHC_INLINE real FN(meeting_conditioning)(const FN(mass_factors) *f, real longest)
+{
+    real most = R(0.0), unit[MECHC_NC];
+    for (int i = 0; i < MECHC_NC; i++) {
+        real entry = R(0.0);
+        for (int k = 0; k < MECHC_NC; k++) unit[k] = R(k == i);
+        FN(forward)(f, MECHC_NC, unit);
+        for (int k = i; k < MECHC_NC; k++) entry += unit[k] * unit[k] * f->inverse[k];
+        most = FN(larger)(most, entry);
+    }
+    return 1.0 / (most * longest);
+}
+
+MECHC_ONCE void FN(eliminate)(const real *tree, FN(eliminated) *f)
+{
+    real meeting[MECHC_NC * MECHC_NC], wrench[MECHC_LINKS * MECHC_DIM], longest = R(0.0);
+    FN(articulate)(tree, &f->links);
+    for (int i = 0; i < MECHC_NC; i++) {
+        real *change = f->changes + i * MECHC_NU;
+        FN(force_along_row)(tree, i, wrench);
+        FN(free_answer)(tree, &f->links, wrench, change);
+        FN(cut_rates)(tree, change, meeting + i * MECHC_NC);
+        longest = FN(larger)(meeting[i * MECHC_NC + i], longest);
+    }
+    const int bad = FN(factor_mass)(meeting, MECHC_NC, &f->meeting);
+    f->conditioning = FN(meeting_conditioning)(&f->meeting, longest);
+    for (int i = 0; bad >= 0 && i < MECHC_NC; i++) /* rounding of dependent rows */
+        f->conditioning =
+            R_SELECT(R_MASK(f->meeting.inverse[i] > 0.0), f->conditioning, R(0.0));
+}
+
+/* The x nearest to M^-1 S^T wrench, in the metric of M, on which the rows take the values given;
+ * wrench, which is overwritten, holds one on each link. */
+MECHC_ONCE void FN(follow_rows)(const real *tree, const FN(eliminated) *f, real *wrench,
+                                const real *values, real *x)
+{
+    real part[MECHC_NC];
+    FN(free_answer)(tree, &f->links, wrench, x);
+    for (int again = 0; again < 2; again++) {
+        FN(cut_rates)(tree, x, part);
+        for (int i = 0; i < MECHC_NC; i++) part[i] = values[i] - part[i];
+        FN(forward)(&f->meeting, MECHC_NC, part);
+        FN(backward)(&f->meeting, MECHC_NC, part);
+        for (int i = 0; i < MECHC_NC; i++)
+            for (int k = 0; k < MECHC_NU; k++) x[k] += part[i] * f->changes[i * MECHC_NU + k];
+    }
+}
+#endif
+#endif

@@ -23,6 +23,7 @@ EMULATED = {  # processor -> its emulator, the compiler's target
     "aarch64": ("qemu-aarch64", "aarch64-linux-musl"),
     "arm": ("qemu-arm", "arm-linux-musleabihf"),
 }
+WINE = shutil.which("wine64") or shutil.which("wine64", path="/usr/lib/wine")
 
 
 class Exported:
@@ -225,6 +226,17 @@ def test_the_example_runs_for_other_processors(example, processor):
         pytest.skip(f"{emulator} and the package ziglang are needed: apt-get install qemu-user")
     folder, end = example
     found = moved(folder, (*PACKAGED, "-target", target, "-static"), (emulator,))
+    assert found == pytest.approx(end, abs=2e-11)
+
+
+@pytest.mark.slow
+def test_the_example_runs_on_windows(example, tmp_path):
+    """By Wine, with a prefix of its own."""
+    if PACKAGED is None or WINE is None:
+        pytest.skip("wine64 and the package ziglang are needed: apt-get install wine64")
+    folder, end = example
+    before = ("env", f"WINEPREFIX={tmp_path}", "WINEDEBUG=-all", WINE)
+    found = moved(folder, (*PACKAGED, "-target", "x86_64-windows-gnu"), before)
     assert found == pytest.approx(end, abs=2e-11)
 
 

@@ -1,7 +1,7 @@
 """The generated C for other machines.
 
-Compiled for aarch64 and run by an emulator it gives the values of 30-digit evaluation and the
-motions that are computed here; for macOS and Windows it compiles.
+Compiled for aarch64 and for Windows and run by an emulator it gives the values of 30-digit
+evaluation and the motions that are computed here; for macOS it compiles.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 import mechc
 from mechc.compilation import toolchain
-from mechc.simulation.settings import METHODS
 from tests.compiler.emit.test_sanitizers import (
     MAIN,
     SECONDS,
     STATES,
+    WHOLE_UNIT,
     numbers,
     reference,
     with_broken_states,
@@ -35,17 +35,25 @@ from tests.support.compilation import LESS
 from tests.support.exact_values import printed
 from tests.support.pendulums import pendulum
 
-EMULATOR = "qemu-aarch64"
 PACKAGED = toolchain.packaged_compiler()
 WINE = shutil.which("wine64") or shutil.which("wine64", path="/usr/lib/wine")
-COMPILERS = {"gcc": ["aarch64-linux-gnu-gcc"]} if shutil.which("aarch64-linux-gnu-gcc") else {}
-COMPILERS |= {"zig": [*PACKAGED, "-target", "aarch64-linux-musl"]} if PACKAGED else {}
+EMULATORS = {"qemu-aarch64": shutil.which("qemu-aarch64"), "wine": WINE}
+COMPILERS = {  # by name: the emulator, the command
+    "gcc": ("qemu-aarch64", ["aarch64-linux-gnu-gcc"]),
+    "zig": ("qemu-aarch64", [*(PACKAGED or ["zig"]), "-target", "aarch64-linux-musl"]),
+    "windows": ("wine", [*(PACKAGED or ["zig"]), "-target", "x86_64-windows-gnu"]),
+}
+USABLE = [
+    name
+    for name, (emulator, command) in COMPILERS.items()
+    if EMULATORS[emulator] and shutil.which(command[0])
+]
 RTOL = 1e-9  # of the program's runs
 
 emulated = pytest.mark.skipif(
-    not COMPILERS or shutil.which(EMULATOR) is None,
-    reason=f"a compiler for aarch64 and {EMULATOR} are needed: pip install ziglang, "
-    "apt-get install qemu-user",
+    not USABLE,
+    reason="a compiler for another machine and its emulator are needed: pip install ziglang, "
+    "apt-get install qemu-user wine64",
 )
 
 
@@ -54,15 +62,18 @@ def start() -> np.ndarray:
     return mechc.load("four_bar").assemble({"theta_0": math.radians(85)})
 
 
-@pytest.fixture(scope="module", params=COMPILERS or ["none"])
+@pytest.fixture(scope="module", params=USABLE or ["none"])
 def lines(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, start: np.ndarray
 ) -> list[list[str]]:
     """What the program says: a name and its numbers in each line."""
-    program = cross_compiled(tmp_path_factory.mktemp("aarch64"), COMPILERS[request.param])
+    folder = tmp_path_factory.mktemp("other")
+    emulator, command = COMPILERS[request.param]
+    program = cross_compiled(folder, command)
     inputs = (*with_broken_states(reference(), start), start)
     done = subprocess.run(
-        [EMULATOR, str(program), "baseline"],
+        [str(EMULATORS[emulator]), str(program), "baseline"],
+        env={**os.environ, "WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all"},
         input=b"".join(np.ascontiguousarray(a, dtype=np.float64).tobytes() for a in inputs),
         capture_output=True,
         check=True,
@@ -74,7 +85,7 @@ def cross_compiled(folder: Path, compiler: list[str]) -> Path:
     build = build_scene(scenes.SCENES["four_bar"](), (BASELINE,))
     build.write(folder)
     (folder / "main.c").write_text(MAIN)
-    chosen = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(METHODS)}", f"-DSECONDS={SECONDS}")
+    chosen = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(WHOLE_UNIT)}", f"-DSECONDS={SECONDS}")
     headers = (f"-I{RUNTIME}", f"-I{folder}")
     flags = (*LESS, *STRICT, *chosen, *headers, "-static")
     command = [*compiler, *flags, *build.sources, "main.c", "-lm", "-o", "scene"]
@@ -103,8 +114,8 @@ def test_every_method_moves_as_it_does_here(lines: list[list[str]], start: np.nd
     model = mechc.load("four_bar")
     exact = model.simulate(SECONDS, start, rtol=1e-12).y[-1]
     ends = [numbers(words[1:]) for words in lines if words[0] == "end"]
-    assert [words[1] for words in lines if words[0] == "status"] == ["1"] * len(METHODS)
-    for method, end in zip(METHODS, ends, strict=True):
+    assert [words[1] for words in lines if words[0] == "status"] == ["1"] * len(WHOLE_UNIT)
+    for method, end in zip(WHOLE_UNIT, ends, strict=True):
         here = np.abs(model.simulate(SECONDS, start, rtol=RTOL, method=method).y[-1] - exact).max()
         assert np.abs(end - exact).max() <= 10 * here + 1e-10, method
 

@@ -26,6 +26,9 @@ SANITIZED = ("-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-O0",
 STATES, BROKEN = 203, 4  # no multiple of any number of lanes
 SECONDS = 2.0  # past the first change point
 
+# Of single runs, without series of the program, which a scene has only where they are asked for.
+WHOLE_UNIT = [name for name in METHODS if name not in ("taylor", "gauss8_lockstep")]
+
 MAIN = r"""
 #include <math.h>
 #include <stdio.h>
@@ -33,6 +36,10 @@ MAIN = r"""
 #include <string.h>
 #include "scene_sizes.h"
 #include "abi/model.h"
+#ifdef _WIN32
+#include <fcntl.h>
+#include <io.h>
+#endif
 
 extern const mechc_model mechc_scene;
 
@@ -137,6 +144,9 @@ static void simulate(const mechc_unit *unit, int method, double seconds, double 
 int main(int count, char **arguments)
 {
     const mechc_unit *unit = mechc_scene.select(count > 1 ? arguments[1] : 0);
+#ifdef _WIN32
+    _setmode(0, _O_BINARY);
+#endif
     if (!unit) return 77;
     if (mechc_scene.abi != MECHC_ABI || mechc_scene.select("no such set")) return 5;
     const ptrdiff_t n = N_STATES;
@@ -188,7 +198,7 @@ def sets() -> dict[str, InstructionSet]:
 def build_sanitized(build: Build, folder: Path) -> Path:
     """The scene's own sources and the program above, one executable."""
     build.write(folder)
-    numbers_ = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(METHODS)}", f"-DSECONDS={SECONDS}")
+    numbers_ = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(WHOLE_UNIT)}", f"-DSECONDS={SECONDS}")
     (folder / "main.c").write_text(MAIN)
     sources = [(name, (*FLAGS, *STRICT, *flags, *SANITIZED)) for name, flags in build.flags.items()]
     sources.append(("main.c", (*FLAGS, *STRICT, *SANITIZED, *numbers_)))
@@ -225,7 +235,7 @@ def run_sanitized(program: Path, instruction_set: str, inputs: Sequence[Array]) 
 
 
 def numbers(words: list[str]) -> Array:
-    return np.array([float.fromhex(word) for word in words])
+    return np.array([float.fromhex(word.partition("(")[0]) for word in words])
 
 
 @pytest.fixture(scope="module")
@@ -262,7 +272,7 @@ def test_the_four_bar_is_sound_and_gives_the_installed_models_values(
         at.check_motion(np.hstack([accelerations, multipliers])[good])
         assert np.isnan(accelerations[len(at.t) + 2]).all()  # NaN in, NaN out
     ends = [words for words in lines if words[0] in ("status", "end", "dense")]
-    for k, method in enumerate(METHODS):
+    for k, method in enumerate(WHOLE_UNIT):
         (_, status), (_, *end), (_, *dense) = ends[3 * k : 3 * k + 3]
         sol = model.simulate(SECONDS, start, rtol=1e-9, method=method)
         assert (status, sol.status.ok) == ("1", True)

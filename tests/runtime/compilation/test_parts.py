@@ -50,7 +50,7 @@ def motion(scene, model, method):
     return *run.states(), run.methods(), run.interpolate(np.linspace(0.0, 2.0, 50))
 
 
-@pytest.mark.parametrize("method", ["gauss8", "dop853"])
+@pytest.mark.parametrize("method", ["dop853"])  # gauss8 solves what is stiff itself
 def test_a_run_goes_over_to_a_method_that_is_loaded_on_the_way(damped, method):
     """Nothing but the wait tells it from one whose methods are all there."""
     whole = Scene(damped.capsule)

@@ -40,8 +40,8 @@ typedef struct {
     FN(factors) factors;
 } FN(solver);
 
-MECHC_ONCE __attribute__((cold)) void FN(factor_together)(const real *jacobian, const real *mass,
-                                                          real rank, FN(factors) *f)
+MECHC_ONCE void FN(factor_together)(const real *jacobian, const real *mass, real rank,
+                                    FN(factors) *f)
 {
     FN(factor_rows)(jacobian, mass, MECHC_NC, rank, f);
 }
@@ -134,9 +134,8 @@ MECHC_INLINE real FN(conditioning_squared)(const real *jacobian, const real *mas
 }
 
 /* The same as terms of a motion, by the orthogonal factors. */
-MECHC_ONCE __attribute__((cold)) void FN(solve_together)(const FN(motion_terms) *terms,
-                                                         const FN(factors) *f, real *x,
-                                                         real *lambda)
+MECHC_ONCE void FN(solve_together)(const FN(motion_terms) *terms, const FN(factors) *f, real *x,
+                                   real *lambda)
 {
     FN(solve_orthogonal)(terms, f, x, lambda);
 }
@@ -160,10 +159,8 @@ MECHC_INLINE void FN(solve_motion)(const FN(motion_terms) *terms, const FN(solve
         lambda[i] = R_SELECT(f->apart, lambda[i], others[i]);
 }
 
-MECHC_ONCE __attribute__((cold)) void FN(least_step_together)(const real *jacobian,
-                                                              const real *mass,
-                                                              const FN(factors) *f,
-                                                              const real *values, real *step)
+MECHC_ONCE void FN(least_step_together)(const real *jacobian, const real *mass,
+                                        const FN(factors) *f, const real *values, real *step)
 {
     FN(least_orthogonal_step)(jacobian, mass, f, values, step);
 }

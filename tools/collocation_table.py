@@ -1,4 +1,4 @@
-"""Print codegen/mechc_codegen/runtime/methods/gauss_tableau.h: Gauss-Legendre collocation with 8 stages.
+"""Print codegen/mechc_codegen/runtime/methods/gauss/tableau.h: Gauss-Legendre collocation with 8 stages.
 
 Everything is computed in 60 digits and rounded once.  Needs mpmath.
 """

@@ -77,7 +77,7 @@ def export_c(
     (``model.drive``).  Methods with error control, and motion through change points, are those of
     :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.standalone import standalone_texts
+    from mechc.compilation.exports.standalone import standalone_texts
 
     texts = standalone_texts(
         mechanism,
@@ -149,8 +149,8 @@ def export_wasm(
     and they are shorter beside change points.  At one the motion ends with a message: how it goes
     on is told by :func:`mechc.load`'s models alone.
     """
-    from mechc.compilation.standalone import exported
-    from mechc.compilation.web import web
+    from mechc.compilation.exports.standalone import exported
+    from mechc.compilation.exports.web import web
     from mechc.results.web.page import live_page, module_text
     from mechc.results.web.sliders import chosen_sliders
 
@@ -248,8 +248,8 @@ def export_fmu(
     -----
     The interface is the Functional Mock-up Interface, versions 2.0.4 and 3.0.2.
     """
-    from mechc.compilation.fmu import write_fmu
-    from mechc.compilation.standalone import exported
+    from mechc.compilation.exports.fmu import write_fmu
+    from mechc.compilation.exports.standalone import exported
 
     if not 0.0 < rtol <= 0.1 or not 0.0 <= drift < float("inf"):
         raise ValueOutOfBoundsError("rtol lies above 0 and up to 0.1, drift is a number from 0 on")

@@ -1,8 +1,8 @@
 """The order in which the rows of cuts are eliminated.
 
 Input: a tree with its cuts.  Output: tables by which the runtime eliminates the rows link by link
-(``loop_rows.h``).  Invariant: each row is passed from the cut link towards the ground until a
-speed is its pivot; no link has more rows than possible motions.
+(``dynamics/loops/rows.h``).  Invariant: each row is passed from the cut link towards the ground
+until a speed is its pivot; no link has more rows than possible motions.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def plan_rows(tree: Tree) -> RowPlan | None:
 
 def walks_moving_cuts(tree: Tree) -> bool:
     """Whether rows that have no plan take fewer operations by articulated bodies, a pass over the
-    links for each (``moving_cuts.h``), than by the orthogonal factors of all."""
+    links for each (``dynamics/loops/cuts.h``), than by the orthogonal factors of all."""
     rows, speeds = len(tree.cuts), sum(map(len, tree.columns))
     if not rows or rows >= speeds:
         return False

@@ -54,7 +54,7 @@ def scene_blocks(
     """The form, or None where rows are solved in another way or are not in small blocks."""
     speeds = len(equations.symbols.u)
     rows = equations.holonomic + equations.nonholonomic
-    closed_form = speeds == rows + 1 and speeds <= 3  # dynamics/one_freedom.h
+    closed_form = speeds == rows + 1 and speeds <= 3  # dynamics/loops/one_freedom.h
     if equations.tree or not rows or closed_form or not 0 <= speeds - rows <= MOST_FREE:
         return None
     named = {target: name for name, target in divided.configuration.items()}

@@ -55,7 +55,7 @@ def _of_library(name: str, options: Mapping[str, Any]) -> Any:
 
 
 def _of_user(name: str) -> Any:
-    from mechc.compilation.standalone import described_mechanism
+    from mechc.compilation.exports.standalone import described_mechanism
 
     return described_mechanism(own_description(name))
 

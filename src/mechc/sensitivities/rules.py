@@ -57,7 +57,7 @@ class Collocation:
         return np.asarray(powers @ self.coefficients)
 
     def errors(self, h: Array, rates: Array, size: Array, tolerated: Array, kept: Kept) -> Array:
-        """Errors of steps over what is tolerated, (m, k), as runtime/methods/gauss.h has them.
+        """Errors of steps over what is tolerated, (m, k), as runtime/methods/gauss/gauss.h has.
 
         h : (m, 1, 1)
             Lengths of the steps.

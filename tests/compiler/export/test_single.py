@@ -66,6 +66,7 @@ def test_another_type_is_refused(tmp_path):
         mechc.export_c("pendulum", tmp_path / "none", real="half")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("compiler", COMPILERS, ids=lambda command: command[0].split("/")[-1])
 def test_it_compiles_without_a_warning_and_has_no_double(tmp_path, compiler):
     mechc.export_c("four_bar", tmp_path, real="float")

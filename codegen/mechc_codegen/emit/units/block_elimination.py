@@ -1,4 +1,4 @@
-"""C for the elimination of constraint rows block by block: the functions of `block_motion.h`.
+"""C for the elimination of constraint rows block by block, for `dynamics/loops/blocks.h`.
 
 Input: the block-triangular form.  Output: their text, and the operations of one evaluation.
 Invariant: entries that are zero for all states are not in the text; nothing is a loop or a branch.

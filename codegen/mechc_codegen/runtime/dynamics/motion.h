@@ -15,7 +15,7 @@
 #endif
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
-#include "dynamics/one_freedom.h"
+#include "dynamics/loops/one_freedom.h"
 
 #if MECHC_LINKS == 0
 /* Beyond so many free directions it is cheaper to factor M. */

@@ -20,7 +20,7 @@
 #endif
 
 /* Squared sine or share, and squared length over that of the longest row, below which rows are not
- * eliminated block by block: see block_motion.h. */
+ * eliminated block by block: see loops/blocks.h. */
 #define MECHC_SAFE_SINE 0.1
 #define MECHC_SAFE_LENGTH 1e-3
 

@@ -13,10 +13,10 @@
 #endif
 #include "abi/codes.h"
 #include "abi/inputs.h"
-#include "dynamics/block_motion.h"
+#include "dynamics/loops/blocks.h"
 #include "dynamics/given.h"
 #include "dynamics/linear.h"
-#include "dynamics/loop_motion.h"
+#include "dynamics/loops/motion.h"
 #include "dynamics/motion.h"
 #include "dynamics/tree.h"
 #include "scene_program.h"

@@ -15,7 +15,7 @@
 #include "abi/model.h"
 #include "closing/least_change.h"
 #include "closing/triangular.h"
-#include "events/impact.h"
+#include "events/free_rows.h"
 
 #define MECHC_CONTACT_DEPENDENT 1e-12 /* of the largest singular value: a smaller one is zero */
 #define MECHC_CONTACT_ITERATIONS 20

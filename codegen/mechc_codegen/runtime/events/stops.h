@@ -1,6 +1,7 @@
 /* Stops: events whose value is a gap that closes, and the impact that keeps it from growing less. */
 #pragma once
 
+#include "events/free_rows.h"
 #include "events/impact.h"
 #include "events/impulse.h"
 

@@ -11,12 +11,12 @@
 static const mechc_method mechc_dopri5 = {MECHC_DOPRI5_TRAITS}, mechc_dop853 = {MECHC_DOP853_TRAITS};
 #endif
 #if MECHC_HAS(COLLOCATION)
-#include "methods/gauss.h"
+#include "methods/gauss/gauss.h"
 #elif MECHC_HAS(DRIVER)
 static const mechc_method mechc_gauss8 = {MECHC_GAUSS8_TRAITS};
 #endif
 #if MECHC_HAS(SWEEPS)
-#include "methods/gauss_lanes.h"
+#include "methods/gauss/lanes.h"
 #elif MECHC_HAS(DRIVER)
 static const mechc_method mechc_gauss8_lockstep = {MECHC_GAUSS8_LOCKSTEP_TRAITS};
 #endif

@@ -4,7 +4,7 @@
 #include <math.h>
 #include "abi/codes.h"
 #include "methods/dormand_prince_tableaus.h"
-#include "methods/gauss_tableau.h"
+#include "methods/gauss/tableau.h"
 #include "methods/radau_tableau.h"
 #include "series/order.h"
 #include "run/method.h"

@@ -5,7 +5,7 @@
  */
 #pragma once
 
-#include "methods/gauss_tableau.h"
+#include "methods/gauss/tableau.h"
 #include "methods/radau_tableau.h"
 #include "run/dense_output.h"
 #include "variational/columns.h"

@@ -6,7 +6,7 @@
  */
 #pragma once
 
-#include "methods/gauss_stages.h"
+#include "methods/gauss/stages.h"
 #include "variational/collocation.h"
 
 #if MECHC_VARIATIONAL

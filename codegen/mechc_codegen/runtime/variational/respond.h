@@ -8,7 +8,7 @@
 #define MECHC_RESPOND_SCALAR
 #endif
 #include "dynamics/linear.h"
-#include "dynamics/loop_motion.h"
+#include "dynamics/loops/motion.h"
 #include "dynamics/motion.h"
 #include "dynamics/stage.h"
 #include "dynamics/tree.h"

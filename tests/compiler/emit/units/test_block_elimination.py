@@ -47,7 +47,7 @@ PROGRAM = """#include "simd/real.h"
 """
 SOLVE = """
 {include}
-#include "dynamics/block_motion.h"
+#include "dynamics/loops/blocks.h"
 static void {name}_solve(const {real} *terms, {real} *out)
 {{
     static {prefix}_solver solver;

@@ -3,7 +3,7 @@
  */
 #pragma once
 
-#include "methods/gauss_tableau.h"
+#include "methods/gauss/tableau.h"
 #include "singularities/fine_gap.h"
 #include "simd/bind_vector.h"
 #include "dynamics/stage.h"

@@ -1,6 +1,6 @@
 /* Motion of trees with cuts: M u' + J^T lambda = F and J u' = gamma; generic over `real`.
  *
- * Rows that are far from dependent are eliminated link by link (loop_rows.h, and moving_cuts.h where
+ * Rows that are far from dependent are eliminated link by link (rows.h, and cuts.h where
  * a cut joins two links that both move).  Elsewhere they are solved together: with M = L D L^T a row a of J
  * becomes L^-1 a, rows are made orthogonal there, and sigma is not squared.
  */
@@ -13,8 +13,8 @@
 #endif
 #include "dynamics/least_multipliers.h"
 #include "dynamics/linear.h"
-#include "dynamics/loop_rows.h"
-#include "dynamics/moving_cuts.h"
+#include "dynamics/loops/rows.h"
+#include "dynamics/loops/cuts.h"
 #include "dynamics/tree.h"
 
 #if MECHC_LINKS > 0 && MECHC_NC > 0

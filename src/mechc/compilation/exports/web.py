@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
-from mechc.compilation.standalone import Exported
+from mechc.compilation.exports.standalone import Exported
 from mechc.errors import CompilerError
 
 FLAGS = (

@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from mechc.compilation import toolchain
-from mechc.compilation.standalone import Exported
+from mechc.compilation.exports.standalone import Exported
 from mechc.errors import MechcError
 
 FIRST_DATE = (1980, 1, 1, 0, 0, 0)  # of files in an archive: the same export has the same bytes

@@ -9,7 +9,7 @@
  */
 #pragma once
 
-#include "methods/gauss_stages.h"
+#include "methods/gauss/stages.h"
 
 #define MECHC_NEWTON_CHANGE 1e-7 /* of a component's scale, for differences */
 #define MECHC_NEWTON_EASY 1.0    /* size of h J below which the plain iteration contracts fast */

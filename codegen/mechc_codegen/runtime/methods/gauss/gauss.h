@@ -12,8 +12,8 @@
  */
 #pragma once
 
-#include "methods/gauss_stiff.h"
-#include "methods/gauss_tableau.h"
+#include "methods/gauss/stiff.h"
+#include "methods/gauss/tableau.h"
 #include "methods/traits.h"
 #include "run/integration.h"
 #include "run/method.h"

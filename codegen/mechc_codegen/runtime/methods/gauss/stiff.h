@@ -2,7 +2,7 @@
  */
 #pragma once
 
-#include "methods/gauss_newton.h"
+#include "methods/gauss/newton.h"
 #include "run/integration.h"
 #include "run/method.h"
 

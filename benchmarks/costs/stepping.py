@@ -22,8 +22,8 @@ from sympy import Symbol
 from sympy.physics.mechanics import KanesMethod, Particle, Point, ReferenceFrame, dynamicsymbols
 
 import mechc
-from mechc.native._codes import METHODS
 
+METHODS = ("dopri5", "dop853", "gauss8", "radau5")  # those for one motion at a time, with inputs
 PERCENTILES = (50, 90, 99, 99.9, 100)
 EDGES = (0, 1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 50, 100, 1000, np.inf)  # us
 WARM = 100  # steps that are not counted

@@ -79,6 +79,7 @@ def test_tolerances_of_each_component_and_steps_given(pendulum):
     np.testing.assert_array_equal(batch.y[0], sol.y[-1])
 
 
+@pytest.mark.slow
 def test_steps_are_bounded_where_coefficients_vanish(pendulum):
     """A fall is a polynomial, and at rest all rates vanish: any step would do."""
     fall = points_on_a_line("fall", 1, lambda q, u, m: -9.81 * m).simulate(

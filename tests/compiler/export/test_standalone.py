@@ -76,7 +76,9 @@ def cart():
     return kane, (x, theta, v, omega), (M, g, l, m), F
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize(
+    "compiler", [NATIVE, *(pytest.param(c, marks=pytest.mark.slow) for c in COMPILERS[1:])]
+)
 def test_rates_are_sympys_with_inputs_that_are_held(tmp_path, compiler):
     kane, states, parameters, F = cart()
     mechc.export_c(kane, tmp_path, name="cart")

@@ -35,6 +35,7 @@ def each(**more):
     return [mechc.Sampled(Integrating(g), 0.05, 0.012, **more) for g in (0.5, 1.0, 1.5)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["auto", "dop853", "dopri5"])
 def test_members_with_controllers_are_the_runs_of_their_own(pushed, method):
     options = {"method": method, "rtol": 1e-8, "t_eval": AT}

@@ -46,6 +46,7 @@ def test_a_ball_bounces_ever_less_and_then_rests(ball):
     assert sol.work[-1] == pytest.approx(-G, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [1.0, 1e4])
 @pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "v_x"}])
 def test_far_from_the_origin_a_ball_rests_no_earlier(block, height, friction):
@@ -85,6 +86,7 @@ def between_stops(low, high, e, omega):
     return hits, t
 
 
+@pytest.mark.slow
 def test_a_pendulum_between_two_stops_comes_to_rest():
     stops = [mechc.Stop("theta_0 - 0.2", 0.8), mechc.Stop("0.6 - theta_0", 0.8)]
     model = mechc.load("pendulum")
@@ -103,6 +105,7 @@ def test_a_pendulum_between_two_stops_comes_to_rest():
     assert np.diff(sol.energy).max() < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [{}, {"friction": 0.3, "slip": "u_1"}])
 @pytest.mark.parametrize("e", [0.0, 0.8])
 def test_a_grazing_impact_is_one_or_none_and_flagged(five_springs, e, friction):
@@ -348,6 +351,7 @@ def test_a_start_at_which_parts_overlap_is_refused(five_springs, friction):
         five_springs.simulate(1.0, np.eye(10)[0] * -1e-3, events=mechc.Stop("q_0", **friction))
 
 
+@pytest.mark.slow
 def test_a_rod_that_lies_on_both_ends_slides_and_sticks(rod):
     """Four forces on three freedoms: they are not unique, the motion is."""
     other = mechc.Stop("y + l*sin(theta)", friction=0.4, slip="v_x - l*sin(theta)*omega")
@@ -448,6 +452,7 @@ def mass_pushed_by_an_input():
     return mechc.compile(pushed_mass(), name="pushed", defaults={"m": 2.0, "k": 0.0})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["previous", "linear"])
 def test_a_mass_that_an_input_presses_on_a_wall_leaves_it_when_the_push_ends(pushed, kind):
     """At a jump of the push, and where it passes 0; it begins to press after the start."""

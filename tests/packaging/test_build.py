@@ -63,6 +63,7 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
     )
     installed = {p.name for p in (tmp_path / "site" / "mechc").iterdir()}
     assert "py.typed" in installed
+    every_template_is_there(tmp_path / "site")
     run = python(
         *("-m", "mechc", "run", "four_bar", "--json", "--set", "l_3=3.5"),
         cwd=tmp_path,
@@ -76,6 +77,14 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
     )
     assert all(str(tmp_path) in path for path in where.split())
     the_suite_runs(tmp_path)
+
+
+def every_template_is_there(site):
+    for root in ("src", "codegen"):
+        files = [path for path in (ROOT / root).rglob("templates/**/*") if path.is_file()]
+        missing = [path for path in files if not (site / path.relative_to(ROOT / root)).exists()]
+        assert files
+        assert not missing
 
 
 def the_suite_runs(tmp_path):

@@ -23,6 +23,7 @@ import mechc
 from mechc.compilation import toolchain
 from tests.compiler.emit.test_sanitizers import (
     MAIN,
+    METHOD_NUMBERS,
     SECONDS,
     STATES,
     WHOLE_UNIT,
@@ -85,7 +86,7 @@ def cross_compiled(folder: Path, compiler: list[str]) -> Path:
     build = build_scene(scenes.SCENES["four_bar"](), (BASELINE,))
     build.write(folder)
     (folder / "main.c").write_text(MAIN)
-    chosen = (f"-DN_STATES={STATES}", f"-DN_METHODS={len(WHOLE_UNIT)}", f"-DSECONDS={SECONDS}")
+    chosen = (f"-DN_STATES={STATES}", METHOD_NUMBERS, f"-DSECONDS={SECONDS}")
     headers = (f"-I{RUNTIME}", f"-I{folder}")
     flags = (*LESS, *STRICT, *chosen, *headers, "-static")
     command = [*compiler, *flags, *build.sources, "main.c", "-lm", "-o", "scene"]

@@ -11,6 +11,10 @@
 #include "abi/codes.h"
 #include "abi/large_stack.h"
 #include "abi/model.h"
+
+#ifndef MECHC_TAYLOR_SERIES
+#define MECHC_TAYLOR_SERIES 0
+#endif
 #include "batch/members.h"
 #include "closing/search.h"
 #include "closing/speeds.h"
@@ -225,17 +229,23 @@ static void call_all(const mechc_unit *unit, const double *y, const double *p)
     }
 }
 
+static int in_lockstep(int method)
+{
+    return method == MECHC_DOP853 || method == MECHC_TAYLOR || method == MECHC_GAUSS8_LOCKSTEP;
+}
+
 int main(int count, char **arguments)
 {
     const mechc_unit *unit = mechc_scene.select(count > 1 ? arguments[1] : 0);
     if (!unit) return 77;
     double *y0 = read_doubles(N * NX), *p = read_doubles(N * MECHC_NP);
     for (int method = 0; method < N_METHODS; method++) {
+        if (method == MECHC_TAYLOR && !MECHC_TAYLOR_SERIES) continue;
         double *one = heap(N * NX), *many = heap(N * NX);
         int ended[N], status[N], differ = 0;
         for (int i = 0; i < N; i++)
             alone(unit, method, y0 + i * NX, p + i * MECHC_NP, one + i * NX, &ended[i]);
-        for (int lockstep = 0; lockstep < (method == 1 ? 2 : 1); lockstep++) {
+        for (int lockstep = 0; lockstep < 1 + in_lockstep(method); lockstep++) {
             together(unit, method, lockstep, 0, y0, p, many, status);
             for (int i = 0; i < N; i++)
                 if (ended[i] == MECHC_FINISHED && status[i] == MECHC_FINISHED)

@@ -103,11 +103,9 @@ def replacing(environment):
     command = found["installed_compiler"]() or (packaged and [*packaged, FOR_ANY_PROCESSOR])
     if not command:
         return {}
-    usual = {"CFLAGS": "-O3 -DNDEBUG -fwrapv", "LDSHARED": shlex.join([*command, "-shared"])}
-    return {
-        "CC": shlex.join(command),
-        **{name: environment.get(name, usual[name]) for name in usual},
-    }
+    flags = environment.get("CFLAGS", "-O3 -DNDEBUG -fwrapv")
+    linker = environment.get("LDSHARED", shlex.join([*command, "-shared"]))
+    return {"CC": shlex.join(command), "CFLAGS": flags, "LDSHARED": linker}
 
 
 def headers(*folders):

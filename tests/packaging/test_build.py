@@ -14,8 +14,8 @@ import pytest
 import mechc
 from tests.support import ROOT
 
-FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
-             "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
+FREEZE_IN = ("src", "codegen", "benchmarks", "packaging", "pyproject.toml", "setup.py",
+             "README.md", "LICENSE", "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
 
 @pytest.fixture

@@ -15,8 +15,8 @@ import mechc
 from tests.support import ROOT
 from tests.support.compilation import compiler_at
 
-FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
-             "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
+FREEZE_IN = ("src", "codegen", "benchmarks", "packaging", "pyproject.toml", "setup.py",
+             "README.md", "LICENSE", "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
 
 @pytest.fixture

@@ -13,9 +13,10 @@ import pytest
 
 import mechc
 from tests.support import ROOT
+from tests.support.compilation import compiler_at
 
-FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
-             "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
+FREEZE_IN = ("src", "codegen", "benchmarks", "packaging", "pyproject.toml", "setup.py",
+             "README.md", "LICENSE", "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
 
 @pytest.fixture
@@ -48,6 +49,7 @@ def python(*arguments, cwd, **environment):
 
 @pytest.mark.slow
 def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
+    """Without optimisation: whether all is there to be built shows as well."""
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"
     python("-c", build, cwd=source)
     (archive,) = (tmp_path / "dist").glob("*.tar.gz")
@@ -60,6 +62,7 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
         *("--no-index", "--disable-pip-version-check", "--target", str(tmp_path / "site")),
         str(unpacked),
         cwd=tmp_path,
+        CC=compiler_at("-O0", tmp_path),
     )
     installed = {p.name for p in (tmp_path / "site" / "mechc").iterdir()}
     assert "py.typed" in installed

@@ -7,7 +7,7 @@ problem's scale.  All runs of a problem take turns in one process; given are min
 spread and the first run, derivation and compilation apart.  A peer that is not installed or
 cannot model a problem is named with the reason; one that crashes is shown as such; a wrong motion
 is listed with its error and marked, and is no part of an envelope.  The table gives, along each
-tool's lower envelope over its methods and tolerances, the time at an error and its ratio to
+method's lower envelope over its tolerances, the time of a tool at an error and its ratio to
 mechc's; batches, whose time is that of one trajectory among many, are compared with mechc's batch.
 """
 

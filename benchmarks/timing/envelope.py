@@ -43,14 +43,25 @@ def points_of(rows: Iterable[Row]) -> list[tuple[float, float]]:
 
 
 def times_of(rows: Sequence[Row]) -> dict[str, dict[str, float | None]]:
-    """Tool -> target error -> seconds, along the envelope of all its methods and tolerances."""
+    """Tool -> target error -> seconds of its fastest method, each along its own envelope.
+
+    Between points of two methods there is no run that anyone could make.
+    """
     return {
         tool: {
-            printed(target): time_at(points_of(r for r in rows if r["tool"] == tool), target)
+            printed(target): min(of_methods(rows, tool, target).values(), default=None)
             for target in TARGETS
         }
         for tool in dict.fromkeys(row["tool"] for row in rows)
     }
+
+
+def of_methods(rows: Iterable[Row], tool: str, target: float) -> dict[str, float]:
+    """Method -> seconds for an error, of those methods of a tool that meet it."""
+    own = [row for row in rows if row["tool"] == tool]
+    methods = dict.fromkeys(row["method"] for row in own)
+    reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}
+    return {method: seconds for method, seconds in reached.items() if seconds is not None}
 
 
 def is_batch(tool: str) -> bool:
@@ -109,10 +120,7 @@ def fastest(times: Times, target: str, *, batch: bool = False) -> tuple[str, flo
 
 def method_of(rows: Sequence[Row], tool: str, target: float) -> str:
     """The method that gives a tool its time at an error."""
-    own = [row for row in rows if row["tool"] == tool]
-    methods = dict.fromkeys(row["method"] for row in own)
-    reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}
-    met = {method: seconds for method, seconds in reached.items() if seconds is not None}
+    met = of_methods(rows, tool, target)
     return min(met, key=lambda method: met[method], default="")
 
 

@@ -14,6 +14,17 @@ def test_time_at_an_error_is_read_off_the_lower_envelope():
     assert time_at(points, 1e-10) is None
 
 
+def test_a_tool_has_the_time_of_its_fastest_method():
+    """Each along its own line: a loose point of one does not displace the line of another."""
+    loose = {"tool": "A", "method": "x", "label": "right", "error": 1e-7, "seconds": 3.0}
+    line = [{"tool": "A", "method": "y", "label": "right", "error": error, "seconds": seconds}
+            for error, seconds in ((1e-4, 1.0), (1e-8, 4.0), (1e-12, 3.5))]  # fmt: skip
+    times = envelope.times_of([loose, *line])["A"]
+    assert times["1e-06"] == pytest.approx(3.5 ** (1 / 4))
+    assert times["1e-12"] == 3.5
+    assert envelope.method_of([loose, *line], "A", 1e-6) == "y"
+
+
 def test_the_best_peer_is_the_fastest_at_that_error_and_no_batch():
     def row(tool, method, error, seconds):
         return {"tool": tool, "method": method, "error": error, "seconds": seconds,

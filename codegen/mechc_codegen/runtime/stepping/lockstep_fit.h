@@ -32,5 +32,6 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
 MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;
+    if (run->current->stays_alone && run->current->stays_alone(run)) return;
     if (MECHC_NH == 0 || run->monitor.first > MECHC_LOCKSTEP_BACK) run->alone = 0;
 }

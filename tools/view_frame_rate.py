@@ -3,21 +3,26 @@
 python tools/view_frame_rate.py [bodies] [--size 1280x760]   (needs mechc[view], playwright, Chromium)
 
 A chain of that many rods, each with a translucent box and its own coordinate in the plots, moves for
-three seconds; frames are those that the page itself draws, counted by requestAnimationFrame.
+three seconds; frames are counted by requestAnimationFrame while the page draws one in each.  A page
+that does not play, or that writes an error, is refused.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import shutil
 import tempfile
+import zlib
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import Page, sync_playwright
 
 from mechc.results.view.motion import encoded
 from mechc.results.view.page import page
+from mechc.results.view.recorded import unpacked_view
 
 COUNT = """new Promise(done => {
   let frames = 0;
@@ -30,8 +35,8 @@ COUNT = """new Promise(done => {
 })"""
 
 
-def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, object]:
-    """The page's data of a swinging chain."""
+def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, Any]:
+    """The page's data of a swinging chain, checked as those of a file are."""
     t = step * np.arange(frames)[:, None]
     angles = 0.6 * np.sin(2.0 * t + 0.15 * np.arange(bodies)) - np.pi / 2
     arms = np.stack([np.cos(angles), np.sin(angles), 0.3 * np.sin(angles + t)], axis=-1)
@@ -44,17 +49,30 @@ def chain(bodies: int, frames: int = 240, step: float = 1 / 60) -> dict[str, obj
         for k in range(min(24, bodies))
     ]
     box = {"kind": "box", "sizes": [0.7, 0.2, 0.2], "inferred": True}
-    return {
+    data = {
         "title": f"A chain of {bodies} rods", "notes": [], "start": 0.0, "step": step,
         "frames": frames, "points": names, "origin": [0, 0, 0], "tracks": encoded(points),
         "links": [{"label": f"rod {k}", "points": [k, k + 1]} for k in range(bodies)],
         "ground": [0], "traced": [bodies], "right": [1, 0, 0], "up": [0, 1, 0], "flat": False,
         "solids": [{**box, "label": f"rod {k}", "name": f"rod {k}"} for k in range(bodies)],
         "placed": encoded(np.concatenate([middles, turns], axis=-1)), "struts": [], "marks": [],
-        "arrows": [],
+        "arrows": [], "loads": [],
         "panels": [{"title": "Angles", "unit": "rad", "lines": line, "untold": 0}],
         "speeds": [1.0], "speed": 1.0,
     }  # fmt: skip
+    return unpacked_view(zlib.compress(json.dumps(data).encode()))
+
+
+def measured(opened: Page, file: Path) -> list[float]:
+    """Frames a second, three times, of a page that plays."""
+    errors: list[str] = []
+    opened.on("pageerror", lambda error: errors.append(str(error)))
+    opened.goto(file.as_uri())
+    opened.evaluate("new Promise(done => setTimeout(done, 500))")
+    rates = [opened.evaluate(COUNT) for _ in range(3)]
+    if errors or opened.text_content("#play") != "Pause":
+        raise SystemExit(f"the page does not play {' '.join(errors)}")
+    return rates
 
 
 def main() -> None:
@@ -72,10 +90,7 @@ def main() -> None:
         file.write_text(text, encoding="utf-8")
         found = shutil.which("chromium") or shutil.which("google-chrome")
         browser = driver.chromium.launch(executable_path=found, args=flags)
-        opened = browser.new_page(viewport={"width": width, "height": height})
-        opened.goto(file.as_uri())
-        opened.evaluate("new Promise(done => setTimeout(done, 500))")
-        rates = [opened.evaluate(COUNT) for _ in range(3)]
+        rates = measured(browser.new_page(viewport={"width": width, "height": height}), file)
         browser.close()
     print(
         f"page without motion {empty / 1e6:.2f} MB, with {chosen.bodies} bodies {len(text) / 1e6:.2f} MB"

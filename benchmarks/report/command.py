@@ -1,6 +1,6 @@
 """The report of figures measured before.
 
-mechc bench report [RESULTS.json] [--against EARLIER.json] [--to PAGE.html]
+mechc bench report [RESULTS.json] [--against EARLIER.json] [--to PAGE.html] [--table]
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ..timing import results
+from .markdown import ratios_table
 from .page import write_report
 
 
@@ -22,7 +23,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--against", type=Path, metavar="JSON", help="an earlier results.json")
     parser.add_argument("--to", "--out", type=Path, metavar="PAGE",
                         help="[results.html beside the results]")  # fmt: skip
+    parser.add_argument("--table", action="store_true",
+                        help="the table of ratios in Markdown, and no page")  # fmt: skip
     chosen = parser.parse_args(arguments)
+    if chosen.table:
+        print(ratios_table(results.read_option(parser, chosen.results)))
+        return 0
     earlier = results.read_option(parser, chosen.against)
     target = chosen.to or chosen.results.with_suffix(".html")
     write_report(results.read_option(parser, chosen.results), earlier, target)

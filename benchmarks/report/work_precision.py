@@ -7,13 +7,27 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..timing.envelope import TARGETS as ERRORS
-from ..timing.envelope import envelope, fastest, is_batch, method_of, points_of, printed, time_at
+from ..timing.envelope import (
+    envelope,
+    fastest,
+    is_batch,
+    method_of,
+    points_of,
+    printed,
+    time_at,
+    wrong_when_tighter,
+)
 from .html import NONE, Markup, details, element, figure, power, seconds, table, times
 from .plots import Curve, Point, key, log_plot
 
 TARGETS = tuple(map(printed, ERRORS))
 OURS = "mechc"
 WAYS = {"any": "best method", "auto": "auto", "batch": "batch"}
+MARK = "\N{DAGGER}"
+DOUBTFUL = (
+    f"{MARK}: the peer is right at a loose tolerance and follows a wrong motion, without a word, at"
+    " tighter ones; nobody can know from its runs which of them is right."
+)
 SMALLEST = 1e-17  # an error of zero is drawn here
 Problem = Mapping[str, Any]
 
@@ -64,12 +78,20 @@ def ratios(problem: Problem, mine: str = "any") -> list[dict[str, Any]]:
     for target in TARGETS:
         peer = fastest(problem["times"], target, batch=mine == "batch")
         seconds_mine = time_of(problem, mine, target)
-        row: dict[str, Any] = {"target": target, "mine": seconds_mine, "peer": "", "ratio": None}
+        row: dict[str, Any] = {"target": target, "mine": seconds_mine, "peer": "", "ratio": None,
+                               "doubtful": False}  # fmt: skip
         if peer is not None:
-            row |= {"peer": peer[0], "method": method_of(problem["rows"], peer[0], float(target))}
+            row |= _of_peer(problem, peer[0], float(target))
             row["ratio"] = peer[1] / seconds_mine if seconds_mine else None
         rows.append(row)
     return rows
+
+
+def _of_peer(problem: Problem, peer: str, target: float) -> dict[str, Any]:
+    """The peer, its method, and whether its tighter runs follow a wrong motion."""
+    method = method_of(problem["rows"], peer, target)
+    doubtful = wrong_when_tighter(problem["rows"], peer, method, target)
+    return {"peer": peer, "method": method, "doubtful": doubtful}
 
 
 def kinds(problem: Problem) -> list[str]:
@@ -89,7 +111,8 @@ def summary(problems: Mapping[str, Problem]) -> Markup:
             rows.append([*first, WAYS[mine], *map(_ratio, ratios(problem, mine))])
             first = []
     words = element("p", said(problems))
-    return element("div", words, table(heads, rows, class_="ratios"), _slower(problems))
+    note = element("p", DOUBTFUL, class_="quiet")
+    return element("div", words, table(heads, rows, class_="ratios"), note, _slower(problems))
 
 
 def _ratio(row: Mapping[str, Any]) -> Markup:
@@ -101,7 +124,8 @@ def _ratio(row: Mapping[str, Any]) -> Markup:
     peer = element("span", row["peer"], class_="peer")
     class_ = "faster" if row["ratio"] >= 1 else "slower"
     title = f"{row['peer']} {row['method']}; mechc {seconds(row['mine'])}"
-    return element("td", times(row["ratio"]), " ", peer, class_=class_, title=title)
+    mark = MARK if row["doubtful"] else ""
+    return element("td", times(row["ratio"]), mark, " ", peer, class_=class_, title=title)
 
 
 def said(problems: Mapping[str, Problem]) -> str:
@@ -137,7 +161,7 @@ def _told_slower(name: str, problem: Problem) -> list[str]:
     for mine in kinds(problem):
         behind = [row for row in ratios(problem, mine) if row["ratio"] and row["ratio"] < 1]
         for peer in dict.fromkeys((row["peer"], row["method"]) for row in behind):
-            at = [f"{times(1 / row['ratio'])} at {row['target']}"
+            at = [f"{times(1 / row['ratio'])}{MARK * row['doubtful']} at {row['target']}"
                   for row in behind if (row["peer"], row["method"]) == peer]  # fmt: skip
             by = f"{peer[0]} ({peer[1]})" if peer[1] else peer[0]
             lines.append(f"{title}, {WAYS[mine]}: mechc's time over that of {by}: {', '.join(at)}")

@@ -114,3 +114,13 @@ def method_of(rows: Sequence[Row], tool: str, target: float) -> str:
     reached = {m: time_at(points_of(r for r in own if r["method"] == m), target) for m in methods}
     met = {method: seconds for method, seconds in reached.items() if seconds is not None}
     return min(met, key=lambda method: met[method], default="")
+
+
+def wrong_when_tighter(rows: Iterable[Row], tool: str, method: str, target: float) -> bool:
+    """Whether a tool meets an error at one tolerance, and is wrong without a word at a tighter one.
+
+    Who runs it cannot know then that its looser run, which takes less time, is the right one.
+    """
+    own = [row for row in rows if (row["tool"], row["method"]) == (tool, method)]
+    met = [row["tol"] for row in own if row["label"] == "right" and row["error"] <= target]
+    return any(row["label"] == "wrong" and row["tol"] < max(met, default=0.0) for row in own)

@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import tomllib
 import pytest
 
 import mechc
+from mechc.compilation import toolchain
 from tests.support import ROOT
 
 FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
@@ -46,8 +48,17 @@ def python(*arguments, cwd, **environment):
     return done.stdout
 
 
+@pytest.fixture
+def hasty(tmp_path):
+    """A compiler that does not optimise: what is built is of no account, but whether it is."""
+    path = tmp_path / "hasty-cc"
+    path.write_text(f'#!/bin/sh\nexec {shlex.join(toolchain.compiler())} "$@" -O0\n')
+    path.chmod(0o755)
+    return str(path)
+
+
 @pytest.mark.slow
-def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
+def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path, hasty):
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"
     python("-c", build, cwd=source)
     (archive,) = (tmp_path / "dist").glob("*.tar.gz")
@@ -60,6 +71,7 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
         *("--no-index", "--disable-pip-version-check", "--target", str(tmp_path / "site")),
         str(unpacked),
         cwd=tmp_path,
+        CC=hasty,
     )
     installed = {p.name for p in (tmp_path / "site" / "mechc").iterdir()}
     assert "py.typed" in installed

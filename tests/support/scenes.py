@@ -115,6 +115,12 @@ def bead_with(load: Expr, *, default: Expr | float = 1.0, name: str = "f") -> Me
     return _bead(1, (q, 0), (u, 0), lambda r: load * r.x, parameter)
 
 
+def drawn_bead() -> Mechanism:
+    """A bead that a spring and a damper, both of the parameter ``f``, draw along sin(t)."""
+    (q, u), f = dynamicsymbols("q u"), Symbol("f")
+    return bead_with(-f * (u - cos(t)) - f * sin(q - sin(t)) + sin(3 * t) * cos(q))
+
+
 def _bead(
     mass: int,
     path: tuple[Expr, Expr],

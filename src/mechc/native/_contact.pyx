@@ -10,7 +10,7 @@ from mechc.native._abi cimport (
 )
 from mechc.native._driver cimport Scene
 from mechc.native._events cimport EventFunctions
-from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
+from mechc.native._inputs cimport Inputs, address_of, array_of, mechc_inputs
 from mechc.native._pieces cimport with_stack
 
 
@@ -120,21 +120,14 @@ cdef int laws_of_python(
     cdef mechc_contact *c = &equations.contact
     cdef const double[:, ::1] values
     try:
-        values = np.ascontiguousarray(equations.laws(t, of(state, 2 * c.coordinates + c.speeds)))
+        values = np.ascontiguousarray(
+            equations.laws(t, array_of(state, 2 * c.coordinates + c.speeds))
+        )
         memcpy(table, &values[0, 0], c.contacts * c.columns * sizeof(double))
         return 1
     except BaseException as error:
         equations.failure = error
         return 0
-
-
-cdef object of(const double *values, ptrdiff_t count):
-    """A copy as an array."""
-    out = np.empty(count)
-    cdef double[::1] numbers = out
-    if count:
-        memcpy(&numbers[0], values, count * sizeof(double))
-    return out
 
 
 cdef object lower(const double *root, ptrdiff_t n):
@@ -217,11 +210,12 @@ cdef class ContactEquations:
         job.contact = c
         with_stack(self.stack, find_place, &job)
         return (
-            job.status, of(c.table, n * c.columns).reshape(n, c.columns), of(c.v, nq),
-            lower(c.root, nu), of(c.normal, n * nu).reshape(n, nu),
-            of(c.tangent, n * nu).reshape(n, nu), of(c.kinematic, nq * nu).reshape(nq, nu),
-            of(c.loops, c.rows * nu).reshape(c.rows, nu), of(c.free, nq + nu), of(c.opening, n),
-            of(c.slipping, n),
+            job.status, array_of(c.table, n * c.columns).reshape(n, c.columns),
+            array_of(c.v, nq), lower(c.root, nu), array_of(c.normal, n * nu).reshape(n, nu),
+            array_of(c.tangent, n * nu).reshape(n, nu),
+            array_of(c.kinematic, nq * nu).reshape(nq, nu),
+            array_of(c.loops, c.rows * nu).reshape(c.rows, nu), array_of(c.free, nq + nu),
+            array_of(c.opening, n), array_of(c.slipping, n),
         )
 
     def settle(self, const double[::1] t, y, const unsigned char[::1] closed,

@@ -36,6 +36,9 @@ cdef extern from "abi/variation.h":
         const mechc_inputs *factors
 
 
+cdef object array_of(const double *numbers, ptrdiff_t count)
+
+
 cdef class Caller:
     cdef list functions
     cdef int coordinates, speeds

@@ -62,8 +62,8 @@ cdef ptrdiff_t piece_of(const double[::1] knots, double t):
     return low
 
 
-cdef object array_of(const double *numbers, int count):
-    """A copy, which the function may keep."""
+cdef object array_of(const double *numbers, ptrdiff_t count):
+    """A copy, which may be kept."""
     out = np.empty(count)
     cdef double[::1] view = out
     if count:

@@ -3,6 +3,7 @@
 import pytest
 
 from benchmarks.report import work_precision
+from benchmarks.report.markdown import ratios_table
 from tests.support.benchmarks import canned_results
 
 
@@ -21,6 +22,24 @@ def test_where_a_peer_is_faster_the_report_says_so_by_name():
     assert "peers reach errors that mechc does not: 1e-10 (heyoka)" in work_precision.summary(
         {"": problem}
     )
+
+
+def test_a_peer_that_is_wrong_at_tighter_tolerances_is_marked():
+    """Its time counts as before; a reader learns that no run of its tells which are right."""
+    problem = without_batches(canned_results.problem(1.0))
+    assert not any(row["doubtful"] for row in work_precision.ratios(problem))
+    assert work_precision.MARK not in ratios_table(results_of(problem)).splitlines()[2]
+    tightest = min(
+        (row for row in problem["rows"] if row["tool"] == "heyoka"), key=lambda row: row["tol"]
+    )
+    tightest["label"] = "wrong"
+    marked = work_precision.ratios(problem)
+    assert marked[0]["doubtful"]
+    assert f"{marked[0]['ratio']:.1f}{work_precision.MARK}" in ratios_table(results_of(problem))
+
+
+def results_of(problem):
+    return {"work_precision": {"problems": {"regular": problem}}}
 
 
 def without_batches(problem):

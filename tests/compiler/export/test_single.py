@@ -1,7 +1,6 @@
 """Exported C in single precision: its text, and motions whose distance from doubles is rounding."""
 
 import ctypes
-import shutil
 import subprocess
 
 import numpy as np
@@ -14,9 +13,9 @@ from tests.compiler.export.test_standalone import (
     COMPILERS,
     EMULATED,
     NATIVE,
-    PACKAGED,
     STRICT,
     Exported,
+    compiler_of,
     last_state,
 )
 
@@ -171,17 +170,18 @@ def test_the_error_is_the_methods_until_rounding(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("processor", EMULATED)
-def test_it_runs_for_other_processors(tmp_path, processor):
-    emulator, target = EMULATED[processor]
-    if PACKAGED is None or shutil.which(emulator) is None:
-        pytest.skip(f"{emulator} and the package ziglang are needed: apt-get install qemu-user")
+def test_it_runs_for_other_processors(tmp_path, processor, thorough):
     model = mechc.load("four_bar")
     y0 = model.assemble({"theta_0": 1.1}, {"omega_0": 2.0}, params={"l_3": 3.5})
     mechc.export_c("four_bar", tmp_path, y0=y0, params={"l_3": 3.5}, t_end=1.0, real="float")
-    command = [*PACKAGED, "-target", target, "-static", *FLAGS, "-O2", "-o", "run"]
-    subprocess.run([*command, "four_bar.c", "main.c", "-lm"], cwd=tmp_path, check=True)
+    command = [*compiler_of(processor, thorough, tmp_path, "-Wdouble-promotion"), *FLAGS, "-O2"]
+    command += ["-o", "run", "four_bar.c", "main.c", "-lm"]
+    subprocess.run(command, cwd=tmp_path, check=True)
     done = subprocess.run(
-        [emulator, tmp_path / "run", "1", "0.0025"], capture_output=True, text=True, check=True
+        [EMULATED[processor][0], tmp_path / "run", "1", "0.0025"],
+        capture_output=True,
+        text=True,
+        check=True,
     )
     end = model.simulate(1.0, y0, {"l_3": 3.5}, rtol=1e-11).y[-1]
     assert last_state(done.stdout) == pytest.approx(end, abs=400 * 16.0 * EPSILON)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mechc
+from tests.support import scenes
 
 TIMES = np.linspace(0, 2, 9)
 REDUCTIONS = ("max(theta_2)", "min(omega_0)", "mean(theta_1)", "first(theta_0 > 100deg)")
@@ -82,6 +83,24 @@ def test_members_abreast_are_single_runs_whether_they_meet_change_points_or_not(
         assert np.array_equal(sol.y[-1], batch.y[member])
         assert sol.stats["rejected"] == batch["rejected"][member]
         assert len(sol.change_points) == batch["change_points"][member]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+def test_stiff_members_leave_the_lanes_and_the_others_do_not_notice(rtol):
+    """Sweeps do not converge where a motion is stiff: gauss8 alone has Newton's iteration."""
+    model, start = mechc.compile(scenes.drawn_bead(), outputs=()), [0.5, 0.0]
+    stiffness = np.repeat([1.0, 5.0, 30.0, 100.0, 1e3, 1e4, 1e6], 2)[::-1].reshape(2, 7).T.ravel()
+    asked = {"method": "gauss8_lockstep", "rtol": rtol}
+    batch = model.simulate_batch(20.0, start, {"f": stiffness}, threads=1, **asked)
+    for member, f in enumerate(stiffness):
+        alone = model.simulate(20.0, start, {"f": f}, **asked)
+        assert np.array_equal(alone.y[-1], batch.y[member])
+        assert alone.stats["steps"] == batch["steps"][member]
+        by_gauss8 = model.simulate(20.0, start, {"f": f}, method="gauss8", rtol=rtol)
+        assert batch["steps"][member] < 1.5 * by_gauss8.stats["steps"]
+        exact = model.simulate(20.0, start, {"f": f}, method="radau5", rtol=1e-11).y[-1]
+        np.testing.assert_allclose(batch.y[member], exact, atol=10 * rtol)
 
 
 def test_members_start_as_assemble_would_have_them(model, drawn, batch):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sympy import Matrix, Symbol, cos, sin
-from sympy.physics.mechanics import dynamicsymbols
+from sympy import Matrix
 
 import mechc
 from mechc.errors import UnknownNameError, ValueOutOfBoundsError
@@ -107,9 +106,7 @@ def test_a_wrong_number_of_tolerances_is_named(model, regular):
 def test_auto_takes_few_steps_however_stiff_a_motion_is():
     """A bead that stiff springs and dampers draw along sin(t): collocation by Newton's iteration
     serves where stability limits both the plain iteration and explicit methods."""
-    (q, u), t, f = dynamicsymbols("q u"), dynamicsymbols._t, Symbol("f")
-    drawn = -f * (u - cos(t)) - f * sin(q - sin(t)) + sin(3 * t) * cos(q)
-    model = mechc.compile(scenes.bead_with(drawn), outputs=())
+    model = mechc.compile(scenes.drawn_bead(), outputs=())
     start = {"q": 0.5, "u": 0.0}
 
     def steps(stiffness, rtol, method="auto"):

@@ -42,6 +42,8 @@ struct mechc_method {
     int in_lockstep; /* runs of several states may continue side by side */
     int by_itself;   /* a run by itself is left to the driver, which gives it the same numbers */
     mechc_method_number alone; /* by which others continue; 0: by this one */
+    /* Does a run that continues alone by this method still need what it does alone?  NULL: it does not. */
+    int (*stays_alone)(const mechc_integration *run);
     /* Up to `steps` attempts of each of up to MECHC_LANES such runs, a lane each: see lockstep/.
      * Returns those made, early where a run has ended or continues alone. */
     long (*together)(mechc_integration **runs, int count, long steps);

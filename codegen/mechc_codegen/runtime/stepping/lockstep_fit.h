@@ -51,6 +51,7 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
 MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;
+    if (run->current->stays_alone && run->current->stays_alone(run)) return;
     const mechc_monitor *monitor = &run->monitor;
     const int low = MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;
     if (!run->alone || (low && !monitor->leaving)) return;

@@ -463,12 +463,15 @@ MECHC_STATIC void mechc_gauss_make(mechc_integration *run)
     mechc_gauss_take_inputs(g, run);
 }
 
-/* Start anew, without a polynomial to extrapolate. */
+/* Start anew, without a polynomial to extrapolate; a run whose steps were limited in lockstep by Newton's
+ * iteration. */
 MECHC_STATIC void mechc_gauss_enter(mechc_integration *run)
 {
     mechc_gauss *g = mechc_gauss_of(run);
     g->last_step = g->last_factor = 0.0;
     g->stiff = g->patience = g->slow = 0;
+    if (run->alone && run->stiff) mechc_gauss_stiffen(g);
+    run->stiff = 0;
     memset(g->compensation, 0, sizeof g->compensation);
 }
 
@@ -496,6 +499,7 @@ static const mechc_method mechc_gauss8 = {
     .shows_end = mechc_gauss_reached_end,
     .accept = mechc_gauss_accept,
     .limited = mechc_gauss_limited,
+    .stays_alone = mechc_gauss_stays_alone,
     .reach = mechc_gauss_reach,
     .dense = mechc_gauss_dense,
 };

@@ -7,6 +7,7 @@
  * it: what it differs by is taken to vanish at the nodes before it, as an interpolation's error does.
  *
  * Lanes converge each by itself.  One that has converged keeps its rates, however long others sweep.
+ * One that does not converge continues alone by gauss8, which has Newton's iteration for stiff motions.
  */
 #pragma once
 
@@ -27,7 +28,6 @@
 #define MECHC_SWEEPS 20
 #define MECHC_SWEEPS_LEFT 0.3 /* of what is tolerated: root of the sum of the changes' squares */
 #define MECHC_SWEEPS_SAFETY 0.84
-#define MECHC_SWEEPS_FAILED 5e3 /* error of a step that does not converge: the next is half as long */
 
 /* Rates at the stages of the last accepted step. */
 typedef struct {
@@ -42,6 +42,7 @@ typedef struct {
     mechc_vector error_weights[MECHC_UNKNOWNS];
     mechc_vector turns[MECHC_STAGES][MECHC_AT_LEAST_ONE(3 * MECHC_TURNS)]; /* see sine_cosine.h */
     mechc_vector floor;     /* changes that may be rounding */
+    mechc_vector part;      /* of a change in the measured error */
     mechc_vector shrinking; /* from the second change to the third, squared; 0: no third */
     mechc_mask sweeping, failed;
 } mechc_gauss_lanes;
@@ -67,7 +68,7 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
 {
     const mechc_lockstep *a = &g->lanes;
     const mechc_vector step = mechc_size_of(a->h);
-    mechc_vector most = mechc_spread(0.0), turn = mechc_spread(8.0);
+    mechc_vector most = mechc_spread(0.0), loosest = most, turn = mechc_spread(8.0);
     for (int i = 0; i < MECHC_NX; i++) {
         const mechc_vector size = mechc_size_of(a->y[i]), scale = a->scale[i];
         const mechc_vector asked = a->of_scale * scale + (a->floor[i] + a->of_size * size);
@@ -78,6 +79,7 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
         const mechc_vector weight = mechc_vector_rough_inverse(bound);
         const int k = i - MECHC_FIRST_UNKNOWN;
         most = mechc_greater(most, scale * weight);
+        loosest = mechc_greater(loosest, bound * inverse);
         if (i < MECHC_NQ) turn = mechc_greater(turn, size * inverse);
         if (k < 0) continue;
         g->weights[k] = step * weight;
@@ -87,6 +89,7 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
     const mechc_vector noise =
         (MECHC_NC > 0 ? digits / MECHC_LOCKSTEP_LOW : 2.5 * digits) * turn * most;
     g->floor = noise * noise;
+    g->part = MECHC_GAUSS_SAFETY / MECHC_UNKNOWNS * loosest;
 }
 
 /* Start values: the last step's polynomial through its stages and its end, continued; without one
@@ -229,7 +232,9 @@ MECHC_INLINE mechc_vector mechc_gauss_lanes_measure(const mechc_gauss_lanes *g)
     return g->lanes.h * g->lanes.h * squares;
 }
 
-/* Which lanes need no further sweep: see mechc_gauss_converge.  Changes and their rates are squares. */
+/* Which lanes need no further sweep: see mechc_gauss_converge.  Changes and their rates are squares.  A
+ * large error after three sweeps is the step's where it is more than what they still change; where they
+ * contract slowly besides, the lane fails. */
 MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mechc_vector change,
                                            mechc_vector rate, mechc_vector rate_before)
 {
@@ -242,7 +247,10 @@ MECHC_INLINE void mechc_gauss_lanes_settle(mechc_gauss_lanes *g, int sweep, mech
     }
     if (sweep == 2) {
         g->shrinking = mechc_choose(g->sweeping, rate, g->shrinking);
-        settled |= mechc_gauss_lanes_measure(g) > 9.0;
+        const mechc_vector error = mechc_gauss_lanes_measure(g);
+        const mechc_mask large = error > 9.0;
+        g->failed |= g->sweeping & large & (rate > MECHC_GAUSS_SLOW * MECHC_GAUSS_SLOW);
+        settled |= large & (error > g->part * change);
     }
     g->failed |= g->sweeping & ~(change < HUGE_VAL);
     g->sweeping &= ~(settled | g->failed);
@@ -262,6 +270,7 @@ MECHC_INLINE void mechc_gauss_lanes_solve(mechc_gauss_lanes *g)
         rate_before = rate;
     }
     g->failed |= g->sweeping;
+    g->lanes.stiff = (g->lanes.stiff & ~g->failed) | (g->failed & MECHC_GAUSS_LIMITED);
 }
 
 /* y plus a gain, compensated. */
@@ -306,7 +315,7 @@ MECHC_ONCE void mechc_gauss_lanes_step(mechc_lockstep *a)
 MECHC_INLINE mechc_vector mechc_gauss_lanes_error(mechc_lockstep *a)
 {
     const mechc_gauss_lanes *g = (const mechc_gauss_lanes *)a;
-    return mechc_choose(g->failed, mechc_spread(MECHC_SWEEPS_FAILED), mechc_gauss_lanes_measure(g));
+    return mechc_choose(g->failed, mechc_spread(HUGE_VAL), mechc_gauss_lanes_measure(g));
 }
 
 MECHC_INLINE mechc_vector mechc_gauss_lanes_factor(mechc_vector error)

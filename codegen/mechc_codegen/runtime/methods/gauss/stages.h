@@ -22,6 +22,7 @@
  * accurate than requested. */
 #define MECHC_GAUSS_SLOW 0.2
 #define MECHC_GAUSS_NEEDLESS 0.01
+#define MECHC_GAUSS_LIMITED 2 /* such steps in a row, and Newton's iteration takes over */
 
 /* How stages are kept on the constraints: not at all, or closed after or before their rates. */
 enum { MECHC_UNPROJECTED, MECHC_CLOSE_AFTER, MECHC_CLOSE_BEFORE };

@@ -55,7 +55,14 @@ MECHC_STATIC void mechc_gauss_count(mechc_gauss *g, int limited)
     }
     g->plain++;
     g->slow = limited ? g->slow + 1 : 0;
-    if (g->slow > 1) mechc_gauss_stiffen(g);
+    if (g->slow >= MECHC_GAUSS_LIMITED) mechc_gauss_stiffen(g);
+}
+
+/* Is a motion stiff, or was it a few steps ago? */
+MECHC_STATIC int mechc_gauss_stays_alone(const mechc_integration *run)
+{
+    const mechc_gauss *g = mechc_gauss_of(run);
+    return g->stiff || (g->patience && g->plain < MECHC_GAUSS_PATIENCE);
 }
 
 #if MECHC_NEWTON

@@ -1,6 +1,11 @@
 """Derives, emits and compiles each shipped mechanism while extensions are built."""
 
+import os
+import runpy
+import shlex
+import shutil
 import sys
+import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -12,6 +17,8 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
+FOUND = "src/mechc/compilation/toolchain/found.py"  # mechc cannot be imported yet
+FOR_ANY_PROCESSOR = "-mcpu=baseline"  # zig compiles for this one, unless it is told
 SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the extensions
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
@@ -22,6 +29,10 @@ class BuildScenes(build_ext):
     Generation happens here, not at import, because an in-place build runs no other command;
     generated files go under the build folder.
     """
+
+    def run(self):
+        os.environ.update(replacing(os.environ))
+        super().run()
 
     def build_extensions(self):
         sys.path.insert(0, str(CODEGEN))
@@ -77,6 +88,24 @@ class BuildScenes(build_ext):
     def is_stale(self, extension):
         target = self.get_ext_fullpath(extension.name)
         return self.force or newer_group([*extension.sources, *extension.depends], target)
+
+
+def replacing(environment):
+    """Variables for setuptools where the compiler that built Python is absent, and ``$CC`` not set.
+
+    Python's own flags are for that compiler: of them only those are taken that any other knows.
+    """
+    own = shlex.split(sysconfig.get_config_var("CC") or "")
+    if environment.get("CC", "").strip() or (own and shutil.which(own[0])):
+        return {}
+    found = runpy.run_path(FOUND)
+    packaged = found["packaged_compiler"]()
+    command = found["installed_compiler"]() or (packaged and [*packaged, FOR_ANY_PROCESSOR])
+    if not command:
+        return {}
+    flags = environment.get("CFLAGS", "-O3 -DNDEBUG -fwrapv")
+    linker = environment.get("LDSHARED", shlex.join([*command, "-shared"]))
+    return {"CC": shlex.join(command), "CFLAGS": flags, "LDSHARED": linker}
 
 
 def headers(*folders):

@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -13,11 +12,11 @@ import tomllib
 import pytest
 
 import mechc
-from mechc.compilation import toolchain
 from tests.support import ROOT
+from tests.support.compilation import compiler_at
 
-FREEZE_IN = ("src", "codegen", "benchmarks", "pyproject.toml", "setup.py", "README.md", "LICENSE",
-             "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
+FREEZE_IN = ("src", "codegen", "benchmarks", "packaging", "pyproject.toml", "setup.py",
+             "README.md", "LICENSE", "MANIFEST.in", "CHANGELOG.md")  # fmt: skip
 
 
 @pytest.fixture
@@ -48,17 +47,9 @@ def python(*arguments, cwd, **environment):
     return done.stdout
 
 
-@pytest.fixture
-def hasty(tmp_path):
-    """A compiler that does not optimise: what is built is of no account, but whether it is."""
-    path = tmp_path / "hasty-cc"
-    path.write_text(f'#!/bin/sh\nexec {shlex.join(toolchain.compiler())} "$@" -O0\n')
-    path.chmod(0o755)
-    return str(path)
-
-
 @pytest.mark.slow
-def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path, hasty):
+def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path):
+    """Without optimisation: whether all is there to be built shows as well."""
     build = "import setuptools.build_meta as b; b.build_sdist('../dist')"
     python("-c", build, cwd=source)
     (archive,) = (tmp_path / "dist").glob("*.tar.gz")
@@ -71,7 +62,7 @@ def test_sdist_to_wheel_to_a_model_that_runs(source, tmp_path, hasty):
         *("--no-index", "--disable-pip-version-check", "--target", str(tmp_path / "site")),
         str(unpacked),
         cwd=tmp_path,
-        CC=hasty,
+        CC=compiler_at("-O0", tmp_path),
     )
     installed = {p.name for p in (tmp_path / "site" / "mechc").iterdir()}
     assert "py.typed" in installed

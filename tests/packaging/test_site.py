@@ -10,20 +10,22 @@ import pytest
 
 from mechc.compilation.toolchain import packaged_compiler
 from tests.support import ROOT
+from tests.support.compilation import compiler_at
 
 pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """The built site; what is generated on the way is kept out of the tree."""
+    """The built site, its scenes compiled with less optimisation; nothing is put into the tree."""
     pytest.importorskip("sphinx", reason="the site is built with mechc[docs]")
     root = tmp_path_factory.mktemp("site")
     ignored = shutil.ignore_patterns("__pycache__", "generated")
     shutil.copytree(ROOT / "docs", root / "docs", ignore=ignored)
     shutil.copytree(ROOT / "examples", root / "examples", ignore=ignored)
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "docs", "built"]
-    run = subprocess.run(command, cwd=root, env=dict(os.environ), capture_output=True, text=True)
+    environment = {**os.environ, "CC": compiler_at("-O1", root)}
+    run = subprocess.run(command, cwd=root, env=environment, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr[-4000:]
     return root / "built"
 

@@ -39,7 +39,10 @@ def particles(coordinates, speeds, masses, gravity, points):
     return kane
 
 
-@pytest.fixture(scope="module", params=range(3))
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(0, marks=pytest.mark.slow), 1, pytest.param(2, marks=pytest.mark.slow)],
+)
 def scene(request):
     """(model, coordinates, speeds, masses, name of an output): a third of the names each."""
     names = NAMES[12 * request.param : 12 * request.param + 12]

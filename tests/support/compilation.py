@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,14 @@ def compile_less_optimised(patch: pytest.MonkeyPatch) -> None:
     patch.setenv("CC", " ".join((*toolchain.compiler(), "-DMECHC_LESS_OPTIMISED")))
     for module in (flags, build):
         patch.setattr(module, "FLAGS", LESS)
+
+
+def compiler_at(level: str, folder: Path) -> str:
+    """A command for ``CC`` of other processes, whose last word is this level of optimisation."""
+    path = folder / f"cc{level}"
+    path.write_text(f'#!/bin/sh\nexec {shlex.join(toolchain.compiler())} "$@" {level}\n', "utf-8")
+    path.chmod(0o755)
+    return str(path)
 
 
 def checking(compiler: Sequence[str], target: Path) -> list[str]:

@@ -53,15 +53,17 @@ def test_the_error_follows_rtol_also_between_the_steps(pendulum, end):
     assert sol.stats["steps"] < 60
 
 
-def test_a_member_of_a_batch_has_the_bits_of_a_run(top):
-    random = np.random.default_rng(18)
-    states = SPIN + random.normal(scale=0.05, size=(11, 6))
-    times = np.linspace(0.0, 0.3, 7)
+@pytest.mark.parametrize(("scene", "start", "end"), [("top", SPIN, 0.3), ("pendulum", LEVEL, 2.0)])
+def test_a_member_of_a_batch_has_the_bits_of_a_run(request, scene, start, end):
+    """Many sums over lower orders lie in the lanes of a run, few are added up one by one."""
+    model, random = request.getfixturevalue(scene), np.random.default_rng(18)
+    states = start + random.normal(scale=0.05, size=(11, len(start)))
+    times = np.linspace(0.0, end, 7)
     for rtol in (1e-4, 1e-9, 1e-13):
-        batch = top.simulate_batch(0.3, states, rtol=rtol, method="taylor", t_eval=times)
+        batch = model.simulate_batch(end, states, rtol=rtol, method="taylor", t_eval=times)
         assert batch.ok.all()
         for member in (0, 3, 7, 8, 10):
-            one = top.simulate(0.3, states[member], rtol=rtol, method="taylor", t_eval=times)
+            one = model.simulate(end, states[member], rtol=rtol, method="taylor", t_eval=times)
             np.testing.assert_array_equal(batch.y[member], one.y[-1])
             np.testing.assert_array_equal(batch.y_eval[member], one.y)
 

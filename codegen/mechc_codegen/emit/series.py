@@ -19,7 +19,19 @@ from mechc_codegen.emit.printer import RealPrinter
 from mechc_codegen.ir.program import Operation, Series
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
+_ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SCENE_SERIES_SCALAR
+#if R_VECTOR
+#define MECHC_SCENE_SERIES_VECTOR
+#else
+#define MECHC_SCENE_SERIES_SCALAR
+#endif"""
 _BLOCK = 16  # sums that run side by side
+_FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
+_CORE_TERMS = (
+    "for (int j = 3; j < order - 2; j++) {",
+    "    const real *one = rows + j * MECHC_SERIES;",
+    "    const real *other = rows + (order - j) * MECHC_SERIES;",
+)
 _TERMS = (
     "for (int n = 2; n <= order; n++) {",
     "    const int j = n < order - 1 ? n : n < order ? 1 : order - 1;",
@@ -77,7 +89,10 @@ class SeriesWriter:
         starting = self._starting()
         sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
-        return "\n".join([*lines, "", starting, self._summing(), self._packing(), following])
+        few = len(self.sums) <= _FEW
+        lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
+        summing = [self._cores(), self._ending()] if few else [self._summing(), self._packing()]
+        return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
 
     # -- pieces -----------------------------------------------------------------------------
 
@@ -381,6 +396,28 @@ class SeriesWriter:
         signature = "int order, const real *rows, real *sums"
         return self._function("series_sums", signature, "Sums over lower orders.", lines)
 
+    def _cores(self) -> str:
+        """Of an even order and the next one, whose factors are the same but for one row."""
+        lines = list(self._core_lines()) if self.sums else []
+        return self._function(
+            "series_cores", "int order, const real *rows, real *cores, real *next",
+            "Sums over lower orders without the first two and the last two.", lines,
+        )  # fmt: skip
+
+    def _core_lines(self) -> Iterator[str]:
+        """The factors on the right are at hand for two orders, one after the other."""
+        sums, right = self.sums.items(), sorted({b for _, b in self.sums})
+        yield "const real *last = rows + (order - 2) * MECHC_SERIES;"
+        yield from (f"real s{n} = R(0.0), t{n} = R(0.0);" for _, n in sums)
+        yield from (f"real b{b} = last[{b}];" for b in right)
+        yield from _CORE_TERMS
+        yield from (f"    t{n} = R_FMA(one[{a}], b{b}, t{n});" for (a, b), n in sums)
+        yield from (f"    b{b} = other[{b}];" for b in right)
+        yield from (f"    s{n} = R_FMA(one[{a}], b{b}, s{n});" for (a, b), n in sums)
+        yield "}"
+        yield from (f"cores[{n}] = s{n};" for _, n in sums)
+        yield from (f"next[{n}] = R_FMA(last[{a}], b{b}, t{n});" for (a, b), n in sums)
+
     def _ending(self) -> str:
         lines = []
         for (a, b), n in self.sums.items():
@@ -388,7 +425,7 @@ class SeriesWriter:
             lines.append(f"sums[{n}] = R_FMA(last[{a}], first[{b}], {inner});")
         return self._function(
             "series_ends", "const real *middle, const real *early, const real *first, "
-            "const real *last, real *sums", "The last products of the sums.", lines,
+            "const real *last, real *sums", "Products of two rows added to the sums.", lines,
         )  # fmt: skip
 
     def _packing(self) -> str:

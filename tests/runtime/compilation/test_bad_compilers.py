@@ -1,12 +1,14 @@
 """A compiler may lie, hang, or leave children behind: the error says what it did."""
 
 import os
+import shlex
 import signal
 import stat
 import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 import mechc
@@ -38,6 +40,17 @@ def test_one_that_ends_well_and_writes_nothing_is_told(fresh, monkeypatch, body)
     with pytest.raises(CompilerError, match=r"succeeded but wrote no scene\.so") as told:
         mechc.compile(pendulum(3))
     assert ("odd" in str(told.value)) == ("odd" in body)
+
+
+def test_one_whose_linker_dies_where_it_writes_is_run_elsewhere(fresh, monkeypatch):
+    """As linkers do that map their output into memory, on a full disk; twice it is told."""
+    usual, cache = shlex.join(toolchain.compiler()), fresh / "cache"
+    body = f'case "$*" in *"-o {cache}"*) kill -BUS $$;; esac; exec {usual} "$@"'
+    monkeypatch.setenv("CC", compiler_script(fresh, body))
+    assert mechc.compile(pendulum(2)).rhs(0.0, [0.3, 0.1])[1] == pytest.approx(-2 * np.cos(0.3))
+    compiler_script(fresh, "kill -BUS $$")
+    with pytest.raises(CompilerError, match="was ended by SIGBUS"):
+        mechc.compile(pendulum(7))
 
 
 def alive(pid):
@@ -108,14 +121,14 @@ def test_what_the_headers_of_cpath_say_is_part_of_the_compiler(tmp_path, monkeyp
     header = tmp_path / "include" / "sys" / "math.h"
     header.parent.mkdir(parents=True)
     header.write_text("one")
-    stamp = header.stat().st_mtime_ns
+    stamp, compiler = header.stat().st_mtime_ns, toolchain.compiler()
     for name in ("CPATH", "C_INCLUDE_PATH"):
         monkeypatch.setenv(name, str(tmp_path / "include"))
         header.write_text("one")
         os.utime(header, ns=(stamp, stamp))
-        before = toolchain.identity(["cc"])
-        assert toolchain.identity(["cc"]) == before
+        before = toolchain.identity(compiler)
+        assert toolchain.identity(compiler) == before
         header.write_text("two")
         os.utime(header, ns=(stamp, stamp))
-        assert toolchain.identity(["cc"]) != before
+        assert toolchain.identity(compiler) != before
         monkeypatch.delenv(name)

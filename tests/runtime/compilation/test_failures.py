@@ -5,6 +5,7 @@ Whole processes where the thing happens to a process; a folder of the test's own
 
 import errno
 import os
+import shlex
 import shutil
 import signal
 import stat
@@ -25,6 +26,7 @@ from mechc.errors import CacheError, CacheWarning, CompilerError
 from tests.support import ROOT
 from tests.support.pendulums import pendulum
 
+COMPILER = shlex.join(toolchain.find_compiler() or ["cc"])
 RATE = -np.cos(0.3)  # of a unit pendulum, times gravity
 
 
@@ -47,9 +49,12 @@ def right(value, gravity):
 
 
 def compiler_script(folder, body):
-    """A compiler that does something first, and its name for ``$CC``."""
+    """A compiler that does something first, and its name for ``$CC``; questions it answers.
+
+    zig asks ``$CC -E`` for the folders of headers.
+    """
     script = folder / "cc"
-    ask = 'if [ "$1" = --version ]; then gcc --version; exit; fi'
+    ask = f'case "$1" in --version | -E) exec {COMPILER} "$@";; esac'
     script.write_text(f"#!/bin/sh\n{ask}\n{body}\n")
     script.chmod(script.stat().st_mode | stat.S_IXUSR)
     return str(script)
@@ -137,7 +142,7 @@ def test_many_processes_with_one_kane_object_derive_it_once_whatever_their_hash_
 
 def test_a_process_killed_while_it_compiles_leaves_nothing_in_the_way(fresh):
     """Nor does its compiler, which goes on for a while."""
-    waits = f'echo $$ > {fresh}/compiling; sleep 5; exec gcc "$@"'
+    waits = f'echo $$ > {fresh}/compiling; sleep 5; exec {COMPILER} "$@"'
     script = compiler_script(fresh, waits)
     process = begin(2.5, environment={"CC": script})
     told = fresh / "compiling"
@@ -158,7 +163,7 @@ def test_a_killed_compiler_is_told_and_the_next_attempt_works(fresh, monkeypatch
     with pytest.raises(CompilerError, match="was ended by SIGKILL, perhaps for lack of memory"):
         rate(3.0)
     assert not list(cache.cache_folder().glob(".new-*"))
-    compiler_script(fresh, 'exec gcc "$@"')
+    compiler_script(fresh, f'exec {COMPILER} "$@"')
     assert right(rate(3.0), 3.0)
 
 
@@ -168,13 +173,13 @@ def test_a_compiler_killed_in_the_background_is_tried_again_when_asked_for(fresh
     monkeypatch.setenv("MECHC_CACHE_DIR", str(fresh / "cache"))
     monkeypatch.setattr(build, "_compiled", {})
     monkeypatch.setattr(parts, "Pending", Pending)
-    only_first = 'case "$*" in *first_unit.c*) exec gcc "$@";; esac; kill -9 $$'
+    only_first = f'case "$*" in *first_unit.c*) exec {COMPILER} "$@";; esac; kill -9 $$'
     monkeypatch.setenv("CC", compiler_script(fresh, only_first))
     model = mechc.compile(pendulum(3.5))
     with pytest.raises(CompilerError, match="SIGKILL"):
         model.simulate(0.1, [0.3, 0.1])
     assert right(float(model.rhs(0.0, [0.3, 0.1])[1]), 3.5)
-    compiler_script(fresh, 'exec gcc "$@"')
+    compiler_script(fresh, f'exec {COMPILER} "$@"')
     assert model.simulate(0.1, [0.3, 0.1]).status.ok
 
 

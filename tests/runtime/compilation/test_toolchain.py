@@ -10,6 +10,8 @@ import pytest
 
 import mechc
 from mechc.compilation import build, toolchain
+from mechc.compilation.cache import security
+from mechc.compilation.toolchain import zig_cache
 from mechc.errors import CompilerError
 from tests.support.pendulums import pendulum
 
@@ -112,6 +114,26 @@ def test_without_any_the_error_says_what_brings_one(alone, monkeypatch):
     monkeypatch.setattr(toolchain, "packaged_compiler", lambda: None)
     with pytest.raises(CompilerError, match=r"pip install 'mechc\[compiler\]'"):
         toolchain.compiler()
+
+
+def test_zig_keeps_the_c_library_where_it_can_write(tmp_path, monkeypatch):
+    """In the user's cache folder, beside the scenes, with this process's scenes, or there."""
+    home, chosen, here, private = (tmp_path / name for name in ("home", "chosen", "here", "own"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+    monkeypatch.setenv("MECHC_CACHE_DIR", str(chosen))
+    monkeypatch.delenv("ZIG_GLOBAL_CACHE_DIR", raising=False)
+    monkeypatch.setattr(security, "_temporary", {})
+    places, refused = [], []
+    monkeypatch.setattr(zig_cache, "_can_be_made", lambda folder: folder not in refused)
+    for unusable in (None, home, chosen):
+        refused.append(unusable)
+        places.append(zig_cache.environment(here))
+    security._temporary[os.getpid()] = private
+    places.append(zig_cache.environment(here))
+    wanted = [home, chosen, here, private]
+    assert places == [{"ZIG_GLOBAL_CACHE_DIR": str(folder / "zig")} for folder in wanted]
+    monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", "/elsewhere")
+    assert zig_cache.environment(here) == {}
 
 
 @pytest.mark.slow

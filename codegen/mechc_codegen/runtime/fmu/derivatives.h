@@ -73,7 +73,7 @@ MECHC_STATIC int mechc_fmu_change(const mechc_fmu_jacobian *of, const mechc_fmu_
     if (mechc_fmu_within(r, MECHC_OF_STATES, MECHC_OF_RATES)) *change = along->y[r - MECHC_OF_STATES];
     else if (mechc_fmu_within(r, MECHC_OF_PARAMETERS, MECHC_OF_DRIFT))
         *change = along->p[r - MECHC_OF_PARAMETERS];
-    else if (!rate && (r < MECHC_OF_OUTPUTS || r >= MECHC_OF_EVENTS)) return 0;
+    else if (!rate && !mechc_fmu_within(r, MECHC_OF_OUTPUTS, MECHC_OF_EVENTS)) return 0;
     else {
         const int64_t row = rate ? r - MECHC_OF_RATES : MECHC_NX + r - MECHC_OF_OUTPUTS;
         *change = mechc_fmu_dot(of->by_state + row * MECHC_NX, along->y, MECHC_NX)

@@ -53,14 +53,29 @@ MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
     return reach;
 }
 
+/* The series without its first row, over s; rows of even and of odd order are summed side by side. */
+MECHC_INLINE void FN(taylor_sum)(real (*rows)[MECHC_SERIES], int order, real s, real *sum)
+{
+    const real square = s * s;
+    real other[MECHC_NX];
+    int k = order - 2;
+    for (int i = 0; i < MECHC_NX; i++) sum[i] = rows[order][i], other[i] = rows[order - 1][i];
+    for (; k > 1; k -= 2)
+        for (int i = 0; i < MECHC_NX; i++) {
+            sum[i] = R_FMA(sum[i], square, rows[k][i]);
+            other[i] = R_FMA(other[i], square, rows[k - 1][i]);
+        }
+    for (int i = 0; i < MECHC_NX; i++)
+        sum[i] = k ? R_FMA(other[i], s, R_FMA(sum[i], square, rows[1][i]))
+                   : R_FMA(sum[i], s, other[i]);
+}
+
 /* The state after the part s of the scale.  Compensated: Kahan (1965). */
 MECHC_INLINE void FN(taylor_end)(real (*rows)[MECHC_SERIES], int order, real s,
                                  const real *compensation, real *next_compensation, real *end)
 {
     real sum[MECHC_NX];
-    for (int i = 0; i < MECHC_NX; i++) sum[i] = rows[order][i];
-    for (int k = order - 1; k > 0; k--)
-        for (int i = 0; i < MECHC_NX; i++) sum[i] = R_FMA(sum[i], s, rows[k][i]);
+    FN(taylor_sum)(rows, order, s, sum);
     for (int i = 0; i < MECHC_NX; i++) {
         const real gain = R_FMA(sum[i], s, compensation[i]);
         end[i] = rows[0][i] + gain;

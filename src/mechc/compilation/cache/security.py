@@ -90,6 +90,11 @@ def folder_of_process(why: CacheError) -> Path:
     return refuse_unsafe(_temporary[process])
 
 
+def private_folder() -> Path | None:
+    """That of :func:`folder_of_process`, if it was made."""
+    return _temporary.get(os.getpid())
+
+
 def _remove(folder: Path, process: int) -> None:
     if os.getpid() == process:  # not in a process forked from it
         shutil.rmtree(folder, ignore_errors=True)

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import atexit
 import hashlib
-import importlib.util
 import os
 import re
 import shlex
 import shutil
 import signal
 import subprocess
-import sysconfig
+import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from mechc.compilation.toolchain import zig_cache
+from mechc.compilation.toolchain.found import installed_compiler
+from mechc.compilation.toolchain.found import packaged_compiler as packaged_compiler
 from mechc.errors import CompilerError
 
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?|zig")  # not ccache, not a script
@@ -26,6 +28,9 @@ _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
 _MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
 LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
 _LONGEST_VERSION = 60.0
+# How linkers end that map their output into memory, as zig's does, where the disk is full; zig
+# itself ends so when its linker has.
+_UNMAPPED = (-signal.SIGBUS, -signal.SIGABRT)
 
 
 def find_compiler() -> list[str] | None:
@@ -39,24 +44,7 @@ def find_compiler() -> list[str] | None:
     """
     if chosen := os.environ.get("CC", "").strip():
         return _chosen(chosen)
-    for name in ("gcc", "clang", "cc"):
-        if shutil.which(name):
-            return [name]
-    words = shlex.split(sysconfig.get_config_var("CC") or "")  # slow
-    return words if words and shutil.which(words[0]) else packaged_compiler()
-
-
-def packaged_compiler() -> list[str] | None:
-    """The clang in the Python package ``ziglang``, of the extra ``compiler``; None if absent.
-
-    By its defaults code compiled with little optimisation checks for undefined behaviour, which
-    needs a library, and has debug information.
-    """
-    package = importlib.util.find_spec("ziglang")
-    for folder in (package and package.submodule_search_locations) or ():
-        if found := shutil.which("zig", path=folder):
-            return [found, "cc", "-fno-sanitize=undefined", "-g0"]
-    return None
+    return installed_compiler() or packaged_compiler()
 
 
 def _chosen(command: str) -> list[str]:
@@ -249,13 +237,34 @@ def _end(process: subprocess.Popen[str]) -> None:
 
 
 def _run(command: list[str], folder: Path, target: Path) -> None:
-    """Environment in which temporary files are in ``folder``, and removed with it."""
-    where = {**os.environ, "TMPDIR": str(folder), "LC_ALL": "C"}
-    done = _output(command, LONGEST, env=where)
+    """Raises :class:`CompilerError` unless the target is written."""
+    done = _alone(command, folder)
+    if done.returncode in _UNMAPPED:
+        done = _made_elsewhere(command, target)
     if done.returncode == 0 and target.is_file() and target.stat().st_size:
         return
     how = _ending(done.returncode) if done.returncode else f"succeeded but wrote no {target.name}"
     raise CompilerError(f"the C compiler {how}.\n{shlex.join(command)}\n{done.stderr.strip()}")
+
+
+def _alone(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run in an environment where temporary files are in ``folder``, and removed with it."""
+    own = {"TMPDIR": str(folder), "LC_ALL": "C", **zig_cache.environment(folder)}
+    return _output(command, LONGEST, env={**os.environ, **own})
+
+
+def _made_elsewhere(command: list[str], target: Path) -> subprocess.CompletedProcess[str]:
+    """Make the target in a temporary folder; its copy fails with a reason if the disk is full."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="mechc-") as folder:
+            aside = Path(folder) / target.name
+            there = [str(aside) if word == str(target) else word for word in command]
+            done = _alone(there, aside.parent)
+            if aside.is_file():
+                shutil.copyfile(aside, target)
+    except OSError as error:
+        raise CompilerError(f"{target} cannot be written: {error.strerror or error}") from None
+    return done
 
 
 def _ending(code: int) -> str:

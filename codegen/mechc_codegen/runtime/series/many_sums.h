@@ -1,0 +1,92 @@
+/* Sums over products of lower orders, where there are many of them; generic over `real`.
+ *
+ * In one trajectory they lie side by side in the lanes, in several a lane is a trajectory.  Either way
+ * they are added up in the same order, the products with the first and the last row at the end, since
+ * the last row is known last.
+ */
+#include "simd/real.h"
+#if R_VECTOR ? !defined MECHC_MANY_SUMS_VECTOR : !defined MECHC_MANY_SUMS_SCALAR
+#if R_VECTOR
+#define MECHC_MANY_SUMS_VECTOR
+#else
+#define MECHC_MANY_SUMS_SCALAR
+#endif
+#include "dynamics/sizes.h"
+#include "run/tableau.h"
+#include "series/spread.h"
+#include "scene_series.h"
+#include "simd/vector.h"
+
+#if MECHC_TAYLOR_SERIES && !MECHC_SERIES_FEW
+#if R_VECTOR
+typedef struct {
+    int none;
+} mechc_vector_series_sides;
+
+MECHC_INLINE void mechc_vector_series_begin(mechc_vector_series_sides *sides) { (void)sides; }
+
+MECHC_INLINE void mechc_vector_series_take(const mechc_vector_series_sides *sides, int order,
+                                           mechc_vector (*rows)[MECHC_SERIES],
+                                           const mechc_vector *last, mechc_vector *sums)
+{
+    (void)sides, (void)last;
+    mechc_vector_series_sums(order, rows[0], sums);
+}
+
+MECHC_INLINE void mechc_vector_series_prepare(mechc_vector_series_sides *sides, int order)
+{
+    (void)sides, (void)order;
+}
+
+MECHC_INLINE void mechc_vector_series_put(mechc_vector_series_sides *sides, int order,
+                                          const mechc_vector *row)
+{
+    (void)sides, (void)order, (void)row;
+}
+#else
+/* The factors of all sums side by side, order after order, and what they add up to without the
+ * products with the first and the last row. */
+typedef struct {
+    double left[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
+    double right[MECHC_TAYLOR_MOST][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
+    double middle[2][MECHC_SPREAD_WIDTH] __attribute__((aligned(64)));
+    double none[MECHC_SERIES];
+} mechc_scalar_series_sides;
+
+MECHC_INLINE void mechc_scalar_series_begin(mechc_scalar_series_sides *sides)
+{
+    memset(sides->middle, 0, sizeof sides->middle);
+    memset(sides->none, 0, sizeof sides->none);
+}
+
+/* The whole sums of an order; last: the row before. */
+MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *sides, int order,
+                                           double (*rows)[MECHC_SERIES], const double *last,
+                                           double *sums)
+{
+    const double *early = order > 2 ? rows[1] : sides->none;
+    const double *first = order > 1 ? rows[1] : sides->none;
+    mechc_scalar_series_ends(sides->middle[order & 1], early, first, last, sums);
+}
+
+/* Of an order of which only the last row is not there yet. */
+MECHC_INLINE void mechc_scalar_series_prepare(mechc_scalar_series_sides *sides, int order)
+{
+    mechc_vector sum[MECHC_SPREAD_WIDTH / MECHC_LANES];
+    const int width = MECHC_SPREAD_WIDTH / MECHC_LANES;
+    for (int b = 0; b < width; b++) sum[b] = mechc_spread(0.0);
+    for (int j = 2; j < order - 1; j++)
+        for (int b = 0; b < width; b++)
+            sum[b] = mechc_fused(mechc_take(sides->left[j], b),
+                                 mechc_take(sides->right[order - j], b), sum[b]);
+    for (int b = 0; b < width; b++) mechc_put(sum[b], sides->middle[order & 1], b);
+}
+
+MECHC_INLINE void mechc_scalar_series_put(mechc_scalar_series_sides *sides, int order,
+                                          const double *row)
+{
+    mechc_scalar_series_spread(row, sides->left[order], sides->right[order]);
+}
+#endif
+#endif
+#endif

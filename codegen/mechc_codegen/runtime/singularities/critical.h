@@ -49,7 +49,17 @@ MECHC_STATIC int mechc_solve(double *a, double *b, int n, double negligible)
     return rank;
 }
 
-/* J^T w at q moved by `step` along speed j; step 0: at q. */
+/* J^T w */
+MECHC_STATIC void mechc_pull_of(const mechc_scalar_place *place, const double *normal, double *out)
+{
+    for (int i = 0; i < MECHC_NU; i++) {
+        out[i] = 0.0;
+        for (int row = 0; row < MECHC_NH; row++)
+            out[i] += place->jacobian[row * MECHC_NU + i] * normal[row];
+    }
+}
+
+/* The same at q moved by `step` along speed j; step 0: at q. */
 MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given *given, int j,
                              double step, const double *normal, double *out)
 {
@@ -58,11 +68,7 @@ MECHC_STATIC void mechc_pull(double t, const double *q, const mechc_scalar_given
     by[j] = step;
     mechc_displace(t, q, given, by, moved);
     mechc_rows_at(t, moved, given, &place);
-    for (int i = 0; i < MECHC_NU; i++) {
-        out[i] = 0.0;
-        for (int row = 0; row < MECHC_NH; row++)
-            out[i] += place.jacobian[row * MECHC_NU + i] * normal[row];
-    }
+    mechc_pull_of(&place, normal, out);
 }
 
 /* The equations of a critical configuration, linearised: unknown are the move of q, the change of
@@ -80,7 +86,7 @@ MECHC_STATIC double mechc_critical_equations(double t, const mechc_scalar_given 
         length = mechc_max(length, fabs(place->jacobian[i]));
     double pull[MECHC_NU], moved[MECHC_NU], square = 0.0;
     memset(a, 0, (size_t)n * (size_t)n * sizeof *a);
-    mechc_pull(t, c->q, given, 0, 0.0, c->normal, pull);
+    mechc_pull_of(place, c->normal, pull);
     for (int r = 0; r < rank; r++) {
         const double *basis = at->basis + r * MECHC_NH;
         const double normal = mechc_dot(basis, c->normal, MECHC_NH);
@@ -146,7 +152,7 @@ MECHC_STATIC void mechc_second_form(double t, const mechc_scalar_given *given,
     mechc_scalar_place place;
     mechc_place_at(t, c->q, given, &place);
     const int count = mechc_span_rows(&place, c, rows);
-    mechc_pull(t, c->q, given, 0, 0.0, c->normal, pull);
+    mechc_pull_of(&place, c->normal, pull);
     for (int i = 0; i < MECHC_NU; i++) {
         mechc_pull(t, c->q, given, i, step, c->normal, moved);
         for (int j = 0; j < MECHC_NU; j++)
@@ -177,28 +183,28 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
     return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
 }
 
-/* Newton's method from q for the critical configuration of one direction, counted by falling
- * singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
+/* Newton's method from q for the critical configuration of one direction of those `at` q, counted by
+ * falling singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
 MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_scalar_given *given,
-                                      int rank, int which, double reach, mechc_critical *c)
+                                      const mechc_weakest *at, int which, double reach,
+                                      mechc_critical *c)
 {
+    const int rank = at->rank;
     double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
     double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0;
     mechc_scalar_place place;
-    mechc_weakest at;
     memcpy(c->q, q, sizeof c->q);
     for (int iteration = 0; iteration < 12; iteration++) {
         mechc_place_at(t, c->q, given, &place);
         if (iteration == 0) {
-            mechc_find_weakest(place.jacobian, place.mass, place.ordinary_length, rank, &at);
-            memcpy(c->normal, at.basis + which * MECHC_NH, sizeof c->normal);
+            memcpy(c->normal, at->basis + which * MECHC_NH, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
         }
-        const double length = mechc_critical_equations(t, given, &place, &at, c, a, b);
+        const double length = mechc_critical_equations(t, given, &place, at, c, a, b);
         if (mechc_scalar_stopped(given)) return 0;
-        mechc_solve(a, b, MECHC_NU + at.rank + 1, 1e-9);
+        mechc_solve(a, b, MECHC_NU + rank + 1, 1e-9);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
         travelled += sqrt(square);
@@ -206,10 +212,10 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         double moved[MECHC_NQ];
         mechc_displace(t, c->q, given, b, moved);
         memcpy(c->q, moved, sizeof moved);
-        for (int r = 0; r < at.rank; r++)
+        for (int r = 0; r < rank; r++)
             for (int i = 0; i < MECHC_NH; i++)
-                c->normal[i] += b[MECHC_NU + r] * at.basis[r * MECHC_NH + i];
-        c->gap += length * b[MECHC_NU + at.rank];
+                c->normal[i] += b[MECHC_NU + r] * at->basis[r * MECHC_NH + i];
+        c->gap += length * b[MECHC_NU + rank];
         if (sqrt(square) <= 1e-10 * reach) {
             mechc_measure_gap(t, given, c);
             c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
@@ -221,9 +227,9 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
 
 /* The same of the weakest direction. */
 MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scalar_given *given,
-                                     int rank, double reach, mechc_critical *c)
+                                     const mechc_weakest *at, double reach, mechc_critical *c)
 {
-    return mechc_find_critical_of(t, q, given, rank, rank - 1, reach, c);
+    return mechc_find_critical_of(t, q, given, at, at->rank - 1, reach, c);
 }
 
 /* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it

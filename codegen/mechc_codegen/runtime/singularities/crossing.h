@@ -219,13 +219,16 @@ MECHC_STATIC int mechc_ends_run(const mechc_span *span)
     return span->last && span->looks_ahead;
 }
 
-/* The critical configuration near q: the last one found, where it is one of this step too. */
-MECHC_STATIC int mechc_find_near(double t, const double *q, const mechc_scalar_given *given,
+/* The critical configuration near q: the last one found, where it is one of this step too.  at: the
+ * weak directions at q; NULL: not known yet. */
+MECHC_STATIC int mechc_find_near(const mechc_span *span, const double *q, const mechc_weakest *at,
                                  mechc_monitor *monitor, double reach, mechc_critical *c)
 {
+    mechc_weakest here;
     if (monitor->has_known && !monitor->tries
-        && mechc_still_critical(t, q, given, reach, &monitor->known, c)) return 1;
-    if (!mechc_find_critical(t, q, given, monitor->rank, reach, c)) return 0;
+        && mechc_still_critical(span->t, q, span->given, reach, &monitor->known, c)) return 1;
+    if (!at) mechc_weakest_at(span->t, q, span, monitor->rank, &here);
+    if (!mechc_find_critical(span->t, q, span->given, at ? at : &here, reach, c)) return 0;
     monitor->known = *c;
     monitor->has_known = 1;
     return 1;
@@ -250,7 +253,7 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     if (mechc_follow_nodes(span, monitor, reach, out)) return;
     if (mechc_scalar_stopped(span->given)) return;
     const int knew = mechc_knows_crossing(monitor);
-    if (!mechc_find_near(span->t, monitor->q, span->given, monitor, reach, &critical)) {
+    if (!mechc_find_near(span, monitor->q, 0, monitor, reach, &critical)) {
         if (turned != 1) return;
         if (monitor->tries >= 24) mechc_give_up(out, MECHC_BRANCH_IN_DOUBT, HUGE_VAL);
         else mechc_retry(out, 0.5, 0);

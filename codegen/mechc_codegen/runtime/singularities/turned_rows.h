@@ -26,12 +26,41 @@ MECHC_STATIC int mechc_has_no_sign(const mechc_span *span, const mechc_weakest *
         || (span->last && after->ratio < MECHC_NO_SIGN);
 }
 
-/* A configuration of a step, and its weak directions. */
+/* A configuration of a step, its rows, and what was asked of them so far. */
 typedef struct {
     double fraction, q[MECHC_NQ];
     int open; /* off the manifold: from there another sheet is near, unseen */
+    double rows[MECHC_NH * MECHC_NU], ordinary; /* weighted; see mechc_decompose */
+    int decomposed;
     mechc_weakest weakest;
+#if MECHC_NH > 2
+    int inverted; /* -1: rows have no inverse to speak of */
+    double inverse[MECHC_NH * MECHC_NU]; /* right inverse of the rows, transposed */
+#endif
 } mechc_seen;
+
+/* At out->q. */
+MECHC_STATIC void mechc_see(const mechc_span *span, mechc_seen *out)
+{
+    mechc_scalar_place place;
+    mechc_weakest_rows(span->t + out->fraction * span->h, out->q, span, &place, out->rows);
+    out->ordinary = place.ordinary_length;
+    out->decomposed = 0;
+#if MECHC_NH > 2
+    out->inverted = 0;
+#endif
+}
+
+/* Its weak directions. */
+MECHC_STATIC const mechc_weakest *mechc_weakest_seen(int rank, mechc_seen *seen)
+{
+    double a[MECHC_NH * MECHC_NU];
+    if (seen->decomposed) return &seen->weakest;
+    memcpy(a, seen->rows, sizeof a);
+    mechc_decompose(a, seen->ordinary, rank, &seen->weakest);
+    seen->decomposed = 1;
+    return &seen->weakest;
+}
 
 /* The least share of the later singular value that u . J v must have to count. */
 #define MECHC_SURE 0.3
@@ -136,7 +165,7 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_s
     const double t = span->t + node->fraction * span->h;
     mechc_critical found;
     const int is_one =
-        mechc_find_critical_of(t, node->q, span->given, node->weakest.rank, k, reach, &found)
+        mechc_find_critical_of(t, node->q, span->given, &node->weakest, k, reach, &found)
         && mechc_is_critical(span, t, &found);
     if (is_one && !found.curves) return MECHC_CROSSING;
     if (is_one) tally->gap = found.gap;
@@ -167,25 +196,99 @@ MECHC_STATIC mechc_verdict mechc_judge_piece(const mechc_span *span, const mechc
 }
 
 #if MECHC_NH > 2
+/* P with A P = 1, transposed, by A = L Q: P = Q^T L^-1.  -1 where a row is nearly in the span of those
+ * before it, else 1. */
+MECHC_ONCE int mechc_invert_rows(const double *rows, double *inverse)
+{
+    double lower[MECHC_NH * MECHC_NH], longest = 0.0;
+    memcpy(inverse, rows, MECHC_NH * MECHC_NU * sizeof *inverse);
+    for (int i = 0; i < MECHC_NH; i++) {
+        double *row = inverse + i * MECHC_NU;
+        longest = mechc_max(longest, sqrt(mechc_dot(row, row, MECHC_NU)));
+        for (int k = 0; k < i; k++) {
+            const double *before = inverse + k * MECHC_NU;
+            const double part = mechc_dot(row, before, MECHC_NU);
+            for (int j = 0; j < MECHC_NU; j++) row[j] -= part * before[j];
+            lower[i * MECHC_NH + k] = part;
+        }
+        const double norm = sqrt(mechc_dot(row, row, MECHC_NU));
+        if (!(norm > MECHC_NO_SIGN * longest)) return -1;
+        for (int j = 0; j < MECHC_NU; j++) row[j] /= norm;
+        lower[i * MECHC_NH + i] = norm;
+    }
+    for (int i = MECHC_NH - 1; i >= 0; i--) {
+        double *row = inverse + i * MECHC_NU;
+        for (int k = i + 1; k < MECHC_NH; k++)
+            for (int j = 0; j < MECHC_NU; j++)
+                row[j] -= lower[k * MECHC_NH + i] * inverse[k * MECHC_NU + j];
+        for (int j = 0; j < MECHC_NU; j++) row[j] /= lower[i * MECHC_NH + i];
+    }
+    return 1;
+}
+
+/* |(B - A) P| < 1 for the rows A and B of two configurations, in a bound of the spectral norm:
+ * |E|^4 is at most the sum of squares of E E^T. */
+MECHC_ONCE int mechc_is_within(const mechc_seen *a, const mechc_seen *b)
+{
+    double e[MECHC_NH * MECHC_NH], change[MECHC_NU], square = 0.0, fourth = 0.0;
+    for (int i = 0; i < MECHC_NH; i++) {
+        for (int j = 0; j < MECHC_NU; j++)
+            change[j] = b->rows[i * MECHC_NU + j] - a->rows[i * MECHC_NU + j];
+        for (int k = 0; k < MECHC_NH; k++)
+            e[i * MECHC_NH + k] = mechc_dot(change, a->inverse + k * MECHC_NU, MECHC_NU);
+        square += mechc_dot(e + i * MECHC_NH, e + i * MECHC_NH, MECHC_NH);
+    }
+    if (square < 1.0 || !(square < MECHC_NH)) return square < 1.0;
+    for (int i = 0; i < MECHC_NH; i++)
+        for (int k = 0; k <= i; k++) {
+            const double product = mechc_dot(e + i * MECHC_NH, e + k * MECHC_NH, MECHC_NH);
+            fourth += (k < i ? 2.0 : 1.0) * product * product;
+        }
+    return fourth < 1.0;
+}
+
+MECHC_STATIC int mechc_reaches(mechc_seen *a, const mechc_seen *b)
+{
+    if (a->inverted == 0) a->inverted = mechc_invert_rows(a->rows, a->inverse);
+    return a->inverted > 0 && mechc_is_within(a, b);
+}
+#endif
+
+/* Certainly no direction changed its sign between two configurations, and none twice.
+ *
+ * With A P = 1 every B with |(B - A) P| < 1 has full rank (Neumann's series), so all rows between A
+ * and B have.  In this norm a way from A to rows of less rank is no shorter than 1, and from there to
+ * B no shorter than 1 - |(B - A) P|: together they are longer than the way from A to B.  Unlike
+ * singular values, which ask for every row's change, it says nothing of a change along strong rows,
+ * and needs a factorisation alone. */
+MECHC_STATIC int mechc_stays_regular(int rank, mechc_seen *a, mechc_seen *b)
+{
+#if MECHC_NH > 2
+    if (rank < MECHC_NH || a->open || b->open) return 0;
+    return mechc_reaches(a, b) || mechc_reaches(b, a);
+#else
+    (void)rank, (void)a, (void)b;
+    return 0;
+#endif
+}
+
+#if MECHC_NH > 2
 /* Could a direction have changed its sign twice between two configurations?  Singular values change
  * no more than the rows do: Weyl (1912). */
-MECHC_STATIC int mechc_may_hide(const mechc_weakest *before, const mechc_weakest *after)
+MECHC_STATIC int mechc_may_hide(const mechc_seen *before, const mechc_seen *after)
 {
-    const int last = before->rank - 1;
+    const int last = before->weakest.rank - 1;
     double square = 0.0;
-    for (int k = 0; k < MECHC_NH; k++) {
-        square += before->values[k] * before->values[k] + after->values[k] * after->values[k];
-        for (int l = 0; l < MECHC_NH; l++)
-            square -= 2.0 * mechc_dot(before->basis + k * MECHC_NH, after->basis + l * MECHC_NH,
-                                      MECHC_NH)
-                    * mechc_dot(before->rows + k * MECHC_NU, after->rows + l * MECHC_NU, MECHC_NU);
+    for (int i = 0; i < MECHC_NH * MECHC_NU; i++) {
+        const double change = after->rows[i] - before->rows[i];
+        square += change * change;
     }
-    return sqrt(mechc_max(square, 0.0)) > before->values[last] + after->values[last];
+    return sqrt(square) > before->weakest.values[last] + after->weakest.values[last];
 }
 
 /* A configuration after node i - 1, on the cubic through the four nodes around it, its loops closed
  * where they can be. */
-MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fraction, int rank,
+MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fraction,
                                     mechc_seen *out)
 {
     const mechc_path *path = span->path;
@@ -205,24 +308,26 @@ MECHC_STATIC void mechc_see_between(const mechc_span *span, int i, double fracti
     memcpy(out->q, closed, sizeof closed);
     out->open = mechc_close_loops(t, closed, span->given, &place, &unused) != MECHC_RUNNING;
     if (!out->open) memcpy(out->q, closed, sizeof closed);
-    mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
+    mechc_see(span, out);
 }
 #endif
 
 /* The same; the piece is halved where a direction may have changed its sign twice. */
-MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mechc_seen *before,
-                                              const mechc_seen *after, int i, int halvings,
-                                              double reach, mechc_tally *tally)
+MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, int rank,
+                                              mechc_seen *before, mechc_seen *after, int i,
+                                              int halvings, double reach, mechc_tally *tally)
 {
+    if (mechc_stays_regular(rank, before, after)) return MECHC_CROSSING;
+    mechc_weakest_seen(rank, before);
+    mechc_weakest_seen(rank, after);
 #if MECHC_NH > 2
-    if (halvings > 0 && mechc_may_hide(&before->weakest, &after->weakest)) {
+    if (halvings > 0 && mechc_may_hide(before, after)) {
         mechc_seen middle;
-        mechc_see_between(span, i, 0.5 * (before->fraction + after->fraction),
-                          before->weakest.rank, &middle);
+        mechc_see_between(span, i, 0.5 * (before->fraction + after->fraction), &middle);
         const mechc_verdict found =
-            mechc_judge_halves(span, before, &middle, i, halvings - 1, reach, tally);
+            mechc_judge_halves(span, rank, before, &middle, i, halvings - 1, reach, tally);
         if (found != MECHC_CROSSING) return found;
-        return mechc_judge_halves(span, &middle, after, i, halvings - 1, reach, tally);
+        return mechc_judge_halves(span, rank, &middle, after, i, halvings - 1, reach, tally);
     }
 #else
     (void)i, (void)halvings;
@@ -231,12 +336,20 @@ MECHC_STATIC mechc_verdict mechc_judge_halves(const mechc_span *span, const mech
 }
 
 /* A node of the step. */
-MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, int rank, mechc_seen *out)
+MECHC_STATIC void mechc_see_node(const mechc_span *span, int i, mechc_seen *out)
 {
     out->fraction = span->path->fraction[i];
     memcpy(out->q, span->path->q[i], sizeof out->q);
     out->open = span->path->open[i];
-    mechc_weakest_at(span->t + out->fraction * span->h, out->q, span, rank, &out->weakest);
+    mechc_see(span, out);
+}
+
+/* Is the sign of a piece at the run's start or end decided by rounding? */
+MECHC_STATIC int mechc_sign_is_lost(const mechc_span *span, int i, int rank, mechc_seen *before,
+                                    mechc_seen *after)
+{
+    if (!(span->first && i == 1) && !(span->last && i == span->path->count - 1)) return 0;
+    return mechc_has_no_sign(span, mechc_weakest_seen(rank, before), mechc_weakest_seen(rank, after));
 }
 
 /* Follow the step's nodes: 1 where `out` rejects the step.  A change of sign at a near miss means
@@ -247,16 +360,15 @@ MECHC_STATIC int mechc_follow_nodes(const mechc_span *span, const mechc_monitor 
 {
     const double *fraction = span->path->fraction;
     mechc_seen nodes[2];
+    const int rank = monitor->rank;
     int crossed = 0;
-    mechc_see_node(span, 0, monitor->rank, &nodes[0]);
+    mechc_see_node(span, 0, &nodes[0]);
     for (int i = 1; i < span->path->count && !mechc_scalar_stopped(span->given); i++) {
         mechc_tally tally = {0, HUGE_VAL};
-        mechc_see_node(span, i, monitor->rank, &nodes[i % 2]);
-        if ((i == 1 || i == span->path->count - 1)
-            && mechc_has_no_sign(span, &nodes[(i - 1) % 2].weakest, &nodes[i % 2].weakest))
-            continue;
-        switch (mechc_judge_halves(span, &nodes[(i - 1) % 2], &nodes[i % 2], i, MECHC_HALVINGS,
-                                   reach, &tally)) {
+        mechc_seen *before = &nodes[(i - 1) % 2], *after = &nodes[i % 2];
+        mechc_see_node(span, i, after);
+        if (mechc_sign_is_lost(span, i, rank, before, after)) continue;
+        switch (mechc_judge_halves(span, rank, before, after, i, MECHC_HALVINGS, reach, &tally)) {
         case MECHC_TOO_CLOSE_TO_CALL:
             mechc_give_up(out, MECHC_UNDECIDED, tally.gap);
             return 1;

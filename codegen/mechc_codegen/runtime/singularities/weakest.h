@@ -9,6 +9,9 @@
 /* Below this share of the largest singular value at generic configurations a row is redundant. */
 #define MECHC_GENERIC 1e-7
 
+/* Squared cosine between rows that rounding leaves. */
+#define MECHC_ORTHOGONAL 1e-32
+
 typedef struct {
     int rank, found; /* found: without those below MECHC_GENERIC */
     double ratio;    /* of the rank-th singular value to the largest */
@@ -36,39 +39,72 @@ MECHC_STATIC double mechc_dot(const double *a, const double *b, int count)
     return sum;
 }
 
-/* (x, y) <- (c x - s y, s x + c y) */
-MECHC_STATIC void mechc_rotate(double *x, double *y, int count, double c, double s)
+/* Rows and the rotations that they took, filled up to whole vectors: short rows would be tails. */
+#define MECHC_VECTORS(n) (((n) + MECHC_LANES - 1) / MECHC_LANES)
+
+typedef struct {
+    mechc_vector rows[MECHC_NH][MECHC_VECTORS(MECHC_NU)];
+    mechc_vector basis[MECHC_NH][MECHC_VECTORS(MECHC_NH)];
+} mechc_rotated;
+
+MECHC_INLINE double mechc_sum_of_lanes(mechc_vector lanes)
 {
-    int i = 0;
-    mechc_vector a, b, turned;
-    for (; i + MECHC_LANES <= count; i += MECHC_LANES) {
-        memcpy(&a, x + i, sizeof a);
-        memcpy(&b, y + i, sizeof b);
-        turned = c * a - s * b;
-        b = s * a + c * b;
-        memcpy(x + i, &turned, sizeof turned);
-        memcpy(y + i, &b, sizeof b);
-    }
-    for (; i < count; i++) {
-        const double kept = x[i];
-        x[i] = c * kept - s * y[i];
-        y[i] = s * kept + c * y[i];
+    double part[MECHC_LANES];
+    memcpy(part, &lanes, sizeof part);
+    for (int half = MECHC_LANES / 2; half > 0; half /= 2)
+        for (int i = 0; i < half; i++) part[i] += part[i + half];
+    return part[0];
+}
+
+/* (x, y) <- (c x - s y, s x + c y) */
+MECHC_INLINE void mechc_rotate(mechc_vector *x, mechc_vector *y, int count, double c, double s)
+{
+    for (int i = 0; i < count; i++) {
+        const mechc_vector turned = c * x[i] - s * y[i];
+        y[i] = s * x[i] + c * y[i];
+        x[i] = turned;
     }
 }
 
-/* Rotate rows i and j of `a`, and of the basis, until orthogonal; their cosine before. */
-MECHC_STATIC double mechc_rotate_rows(double *a, double *basis, int i, int j)
+/* Rotate two rows, and the basis, until orthogonal; their squared cosine before.  Where this is below
+ * rounding they are left. */
+MECHC_INLINE double mechc_rotate_rows(mechc_rotated *a, int i, int j)
 {
-    double *x = a + i * MECHC_NU, *y = a + j * MECHC_NU;
-    const double ii = mechc_dot(x, x, MECHC_NU), jj = mechc_dot(y, y, MECHC_NU);
-    const double ij = mechc_dot(x, y, MECHC_NU);
-    if (ij == 0.0 || ii == 0.0 || jj == 0.0) return 0.0;
+    mechc_vector *x = a->rows[i], *y = a->rows[j];
+    mechc_vector xx = x[0] * x[0], yy = y[0] * y[0], xy = x[0] * y[0];
+    for (int k = 1; k < MECHC_VECTORS(MECHC_NU); k++)
+        xx += x[k] * x[k], yy += y[k] * y[k], xy += x[k] * y[k];
+    const double ii = mechc_sum_of_lanes(xx), jj = mechc_sum_of_lanes(yy);
+    const double ij = mechc_sum_of_lanes(xy);
+    if (!(ij * ij > MECHC_ORTHOGONAL * ii * jj)) return 0.0;
     const double zeta = (jj - ii) / (2.0 * ij);
     const double tangent = copysign(1.0, zeta) / (fabs(zeta) + sqrt(1.0 + zeta * zeta));
     const double c = 1.0 / sqrt(1.0 + tangent * tangent), s = c * tangent;
-    mechc_rotate(x, y, MECHC_NU, c, s);
-    mechc_rotate(basis + i * MECHC_NH, basis + j * MECHC_NH, MECHC_NH, c, s);
-    return fabs(ij) / sqrt(ii * jj);
+    mechc_rotate(x, y, MECHC_VECTORS(MECHC_NU), c, s);
+    mechc_rotate(a->basis[i], a->basis[j], MECHC_VECTORS(MECHC_NH), c, s);
+    return ij * ij / (ii * jj);
+}
+
+/* Sweeps of rotations until all rows are orthogonal; rows by the basis given are overwritten. */
+MECHC_STATIC void mechc_orthogonalise_rows(double *a, double *basis)
+{
+    mechc_rotated work;
+    memset(&work, 0, sizeof work);
+    for (int i = 0; i < MECHC_NH; i++) {
+        memcpy(work.rows[i], a + i * MECHC_NU, MECHC_NU * sizeof *a);
+        memcpy(work.basis[i], basis + i * MECHC_NH, MECHC_NH * sizeof *basis);
+    }
+    for (int sweep = 0; sweep < 30; sweep++) {
+        double worst = 0.0;
+        for (int i = 0; i < MECHC_NH; i++)
+            for (int j = i + 1; j < MECHC_NH; j++)
+                worst = mechc_max(worst, mechc_rotate_rows(&work, i, j));
+        if (worst < 1e-28) break;
+    }
+    for (int i = 0; i < MECHC_NH; i++) {
+        memcpy(a + i * MECHC_NU, work.rows[i], MECHC_NU * sizeof *a);
+        memcpy(basis + i * MECHC_NH, work.basis[i], MECHC_NH * sizeof *basis);
+    }
 }
 
 MECHC_STATIC void mechc_exchange(double *a, double *b)
@@ -111,23 +147,14 @@ MECHC_STATIC void mechc_weigh_rows(const double *jacobian, const double *mass, d
 #endif
 }
 
-/* Singular values by one-sided Jacobi rotations, speeds weighted by the mass each moves.  The
+/* Singular values of weighted rows, which are overwritten, by one-sided Jacobi rotations.  The
  * smallest is counted up to the rank given, or up to the rank found where that is 0.  `ordinary`:
  * squared length of the longest row, see ordinary_rows.h. */
-MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double ordinary,
-                                     int rank, mechc_weakest *out)
+MECHC_ONCE void mechc_decompose(double *a, double ordinary, int rank, mechc_weakest *out)
 {
-    double a[MECHC_NH * MECHC_NU];
     memset(out, 0, sizeof *out);
     for (int i = 0; i < MECHC_NH; i++) out->basis[i * MECHC_NH + i] = 1.0;
-    mechc_weigh_rows(jacobian, mass, a);
-    for (int sweep = 0; sweep < 30; sweep++) {
-        double worst = 0.0;
-        for (int i = 0; i < MECHC_NH; i++)
-            for (int j = i + 1; j < MECHC_NH; j++)
-                worst = mechc_max(worst, mechc_rotate_rows(a, out->basis, i, j));
-        if (worst < 1e-14) break;
-    }
+    mechc_orthogonalise_rows(a, out->basis);
     for (int i = 0; i < MECHC_NH; i++) {
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += a[i * MECHC_NU + j] * a[i * MECHC_NU + j];
@@ -148,6 +175,15 @@ MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass,
 #if MECHC_NH > 2
     memcpy(out->rows, a, sizeof out->rows);
 #endif
+}
+
+/* The same of rows by speeds. */
+MECHC_STATIC void mechc_find_weakest(const double *jacobian, const double *mass, double ordinary,
+                                     int rank, mechc_weakest *out)
+{
+    double a[MECHC_NH * MECHC_NU];
+    mechc_weigh_rows(jacobian, mass, a);
+    mechc_decompose(a, ordinary, rank, out);
 }
 
 /* The same of a configuration whose rows may not have been computed explicitly. */

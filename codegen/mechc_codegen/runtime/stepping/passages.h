@@ -80,12 +80,15 @@ MECHC_STATIC int mechc_find_passed(const mechc_integration *run, const mechc_spa
     const int first = before->weakest.ratio <= after->weakest.ratio;
     const mechc_seen *node = first ? before : after;
     const double t = span->t + node->fraction * span->h;
-    return mechc_find_critical(t, node->q, &run->given, node->weakest.rank, reach, found)
+    return mechc_find_critical(t, node->q, &run->given, &node->weakest, reach, found)
         && found->curves && mechc_judge(found) == MECHC_CROSSING;
 }
 
-MECHC_STATIC int mechc_any_turned(const mechc_weakest *before, const mechc_weakest *after)
+MECHC_STATIC int mechc_any_turned(int rank, mechc_seen *first, mechc_seen *second)
 {
+    if (mechc_stays_regular(rank, first, second)) return 0;
+    const mechc_weakest *before = mechc_weakest_seen(rank, first);
+    const mechc_weakest *after = mechc_weakest_seen(rank, second);
     for (int k = before->rank - 1; k >= 0; k--) {
         if (before->values[k] > MECHC_CLEAR * before->values[0]) return 0;
         if (mechc_surely_turned(before, after, k)) return 1;
@@ -101,7 +104,7 @@ MECHC_STATIC void mechc_see_dense(const mechc_integration *run, const mechc_span
     out->fraction = s;
     out->open = 0;
     memcpy(out->q, y, sizeof out->q);
-    mechc_weakest_at(span->t + s * span->h, out->q, span, run->monitor.rank, &out->weakest);
+    mechc_see(span, out);
 }
 #endif
 
@@ -136,9 +139,9 @@ MECHC_STATIC int mechc_record_passages(mechc_integration *run, double h, const d
     const double reach = 4.0 * mechc_reach(&span, place.mass) / pieces;
     mechc_see_dense(run, &span, rows, 0.0, &seen[0]);
     for (int i = 1; i <= pieces && status == MECHC_RUNNING; i++) {
-        const mechc_seen *before = &seen[(i - 1) % 2], *after = &seen[i % 2];
+        mechc_seen *before = &seen[(i - 1) % 2], *after = &seen[i % 2];
         mechc_see_dense(run, &span, rows, (double)i / pieces, &seen[i % 2]);
-        if (!mechc_any_turned(&before->weakest, &after->weakest)) continue;
+        if (!mechc_any_turned(run->monitor.rank, before, after)) continue;
         if (!mechc_find_passed(run, &span, before, after, reach, &found)) continue;
         memcpy(run->decision.q, found.q, sizeof found.q);
         run->decision.gap = found.gap;

@@ -3,10 +3,11 @@
 Input: the entries of each row that are not zero for all states.  Output: blocks of rows, each with
 the speeds that it settles once those of the blocks before it are known (planar linkages: Assur
 groups).  Invariant: a row has no entry in a block after its own.  A block has as many speeds as
-rows, or one more: then it leaves one direction free.
+rows, or one more: then it leaves one direction free.  A single row may leave two.
 
 The finest blocks come first: of all sets of rows that settle their new speeds the smallest, and
-where there are none, of all that leave one speed open.
+where there are none, of all that leave one speed open.  Configuration rows come before those of
+speeds alone, which follow the motion that those leave: a wheel's slip says little of its height.
 """
 
 from __future__ import annotations
@@ -30,9 +31,9 @@ class Block:
     speeds: tuple[int, ...]
 
     @property
-    def free(self) -> bool:
-        """Whether it leaves a direction free."""
-        return len(self.speeds) > len(self.rows)
+    def free(self) -> int:
+        """Directions that it leaves free."""
+        return len(self.speeds) - len(self.rows)
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class BlockForm:
     blocks: tuple[Block, ...]
     jacobian: tuple[frozenset[int], ...]
     mass: tuple[frozenset[int], ...]
+    of_speeds: int = 0  # of the rows: those, the last, that constrain speeds alone
 
     @property
     def free(self) -> int:
@@ -59,8 +61,11 @@ def scene_blocks(
         return None
     named = {target: name for name, target in divided.configuration.items()}
     entries = _pattern(outputs[named["jacobian"]], speeds)
-    blocks = find_blocks(entries, speeds)
-    return BlockForm(blocks, entries, _pattern(outputs[named["mass"]], speeds)) if blocks else None
+    blocks = find_blocks(entries, speeds, equations.nonholonomic)
+    if blocks is None:
+        return None
+    mass = _pattern(outputs[named["mass"]], speeds)
+    return BlockForm(blocks, entries, mass, equations.nonholonomic)
 
 
 def orthogonal_operations(rows: int, speeds: int) -> dict[str, int]:
@@ -81,11 +86,20 @@ def _pattern(output: Output, width: int) -> tuple[frozenset[int], ...]:
     )
 
 
-def find_blocks(rows: Sequence[frozenset[int]], speeds: int) -> tuple[Block, ...] | None:
+def find_blocks(
+    rows: Sequence[frozenset[int]], speeds: int, of_speeds: int = 0
+) -> tuple[Block, ...] | None:
     """Blocks that hold every row and every speed once, or None."""
+    return _ordered_blocks(rows, speeds, len(rows) - of_speeds) or _ordered_blocks(rows, speeds, 0)
+
+
+def _ordered_blocks(
+    rows: Sequence[frozenset[int]], speeds: int, first: int
+) -> tuple[Block, ...] | None:
+    """The `first` rows before the others."""
     left, known, blocks = list(range(len(rows))), frozenset[int](), list[Block]()
     while left:
-        block = _next_block(rows, left, known)
+        block = _next_block(rows, [row for row in left if row < first] or left, known)
         if block is None:
             return None
         blocks.append(block)
@@ -98,8 +112,8 @@ def find_blocks(rows: Sequence[frozenset[int]], speeds: int) -> tuple[Block, ...
 def _next_block(
     rows: Sequence[frozenset[int]], left: Sequence[int], known: frozenset[int]
 ) -> Block | None:
-    for free in (0, 1):
-        for size in range(1, MOST_ROWS + 1):
+    for free, most in ((0, MOST_ROWS), (1, MOST_ROWS), (2, 1)):
+        for size in range(1, most + 1):
             few = [row for row in left if len(rows[row] - known) <= size + free]
             for chosen in combinations(few, size):
                 new = frozenset[int]().union(*(rows[row] for row in chosen)) - known

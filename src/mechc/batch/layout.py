@@ -22,6 +22,7 @@ import numpy as np
 
 from mechc.batch.spec import Recipe
 from mechc.errors import MechcError
+from mechc.files import READ
 from mechc.native._codes import COUNTERS
 from mechc.results.untrusted import printable, read_json
 from mechc.system.parameters import Array
@@ -218,8 +219,7 @@ def stored_digest(path: Path, layout: Layout, first: int, last: int) -> str:
     found = hashlib.sha256()
     for name in chunk_files(path, layout, first):
         left = layout.chunk_bytes // layout.chunk[0] * (last - first)
-        flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-        with open(os.open(name, flags), "rb") as file:
+        with open(os.open(name, READ), "rb") as file:
             while block := file.read(min(left, _LARGEST_BLOCK)):
                 found.update(block)
                 left -= len(block)

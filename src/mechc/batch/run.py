@@ -32,7 +32,9 @@ def cores() -> int:
     """How many cores this process may use."""
     if hasattr(os, "process_cpu_count"):
         return os.process_cpu_count() or 1
-    return len(os.sched_getaffinity(0))
+    if hasattr(os, "sched_getaffinity"):  # neither macOS nor Windows has it
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def run_members(

@@ -6,11 +6,12 @@ of the compiler and SymPy are not safe for several threads.
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable
 from functools import wraps
 from typing import ParamSpec, TypeVar
+
+from mechc.files import in_forked_child
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -37,4 +38,4 @@ def _new_lock() -> None:
     _lock = threading.RLock()
 
 
-os.register_at_fork(after_in_child=_new_lock)
+in_forked_child(_new_lock)

@@ -14,8 +14,6 @@ from cpython.pycapsule cimport (
 from libc.math cimport INFINITY, NAN, isfinite
 from libc.stdlib cimport calloc, free
 from libc.string cimport memcpy
-from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
-
 from mechc.native._abi cimport (
     MECHC_ABI, MECHC_ALL_PARTS, MECHC_CAPSULE, MECHC_PART_COLLOCATION, MECHC_PART_DERIVATIVES,
     MECHC_PART_DRIVER, MECHC_PART_EXPLICIT, MECHC_PART_IMPLICIT, MECHC_PART_OUTPUTS, MECHC_PART_SERIES, MECHC_PART_SWEEPS, mechc_given, mechc_join, mechc_joined, mechc_model, mechc_options,
@@ -25,6 +23,9 @@ from mechc.native._abi cimport (
 from mechc.native._inputs cimport Inputs, address_of, mechc_inputs
 from mechc.native._pieces cimport LOOK, next_piece, seconds_now, with_stack
 from mechc.native._run cimport Run
+from mechc.native._shared_object cimport (
+    mechc_close_shared, mechc_find_shared, mechc_open_shared, shared_error
+)
 
 
 cdef extern from "abi/call.h":
@@ -125,18 +126,18 @@ cdef const char *PART = "mechc.part"
 cdef const int *data_of(path, const char *symbol) except NULL:
     """What a shared object has under this name, a struct that begins with its ABI."""
     cdef bytes name = fsencode(path)
-    cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
+    cdef void *library = mechc_open_shared(name)
     cdef const int *abi = NULL
     if library != NULL:
-        abi = <const int *>dlsym(library, symbol)
+        abi = <const int *>mechc_find_shared(library, symbol)
     if abi == NULL:
-        why = dlerror().decode(errors="replace")
+        why = shared_error()
     elif abi[0] != MECHC_ABI:
         why = f"it was compiled for ABI {abi[0]}, this mechc needs ABI {MECHC_ABI}"
     else:
         return abi
     if library != NULL:
-        dlclose(library)  # else the name would refer to this file even after it is replaced
+        mechc_close_shared(library)  # else the name would refer to this file even after it is replaced
     raise ImportError(f"{path} cannot be loaded: {why}")
 
 

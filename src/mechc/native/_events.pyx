@@ -6,8 +6,6 @@ from os import fsencode
 import numpy as np
 
 from libc.string cimport memcpy
-from posix.dlfcn cimport RTLD_LOCAL, RTLD_NOW, dlclose, dlerror, dlopen, dlsym
-
 from mechc.native._abi cimport (
     MECHC_PART_DRIVER, MECHC_PART_OUTPUTS, MECHC_RUNNING, mechc_options, mechc_trajectory,
     mechc_unit
@@ -16,6 +14,9 @@ from mechc.native._driver cimport Scene
 from mechc.native._inputs cimport Inputs, address_of
 from mechc.native._pieces cimport with_stack
 from mechc.native._run cimport Run
+from mechc.native._shared_object cimport (
+    mechc_close_shared, mechc_find_shared, mechc_open_shared, shared_error
+)
 
 
 cdef extern from "abi/codes.h":
@@ -115,16 +116,16 @@ cdef class EventFunctions:
     def __init__(self, path, str source):
         self.source = source
         cdef bytes name = fsencode(path)
-        cdef void *library = dlopen(name, RTLD_NOW | RTLD_LOCAL)
+        cdef void *library = mechc_open_shared(name)
         self.unit = NULL
         if library != NULL:
-            self.unit = <const mechc_event_unit *>dlsym(library, b"mechc_events")
+            self.unit = <const mechc_event_unit *>mechc_find_shared(library, b"mechc_events")
         if self.unit != NULL and self.unit.abi == MECHC_EVENTS_ABI:
             return
-        why = "it has another ABI" if self.unit != NULL else dlerror().decode(errors="replace")
+        why = "it has another ABI" if self.unit != NULL else shared_error()
         self.unit = NULL
         if library != NULL:
-            dlclose(library)
+            mechc_close_shared(library)
         raise ImportError(f"{path} cannot be loaded: {why}")
 
     def __len__(self):

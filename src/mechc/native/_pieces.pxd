@@ -1,11 +1,14 @@
 """Long work in pieces between which signals are handled, on a stack that is large enough."""
 
 from cpython.exc cimport PyErr_CheckSignals
-from posix.time cimport CLOCK_MONOTONIC, clock_gettime, timespec
 
 from mechc.native._abi cimport (
     mechc_begin_on_stack, mechc_end_on_stack, mechc_on_stack, mechc_wait_on_stack
 )
+
+cdef extern from "abi/clock.h":
+    double seconds_now "mechc_seconds"() noexcept nogil
+
 
 cdef extern from *:
     """
@@ -20,12 +23,6 @@ cdef extern from *:
     const ptrdiff_t LARGEST_PIECE "MECHC_LARGEST_PIECE"
     const ptrdiff_t LONG "MECHC_LONG"
     const size_t LONG_STACK "MECHC_LONG_STACK"
-
-
-cdef inline double seconds_now() noexcept nogil:
-    cdef timespec now
-    clock_gettime(CLOCK_MONOTONIC, &now)
-    return now.tv_sec + 1e-9 * now.tv_nsec
 
 
 cdef inline ptrdiff_t next_piece(ptrdiff_t piece, double seconds) noexcept nogil:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from secrets import token_hex
 
 from mechc.errors import MechcError
+from mechc.files import sync
 
 
 @contextmanager
@@ -40,15 +40,6 @@ def write_text(path: Path, text: str) -> None:
     """Write a text file; see :func:`replacing`."""
     with replacing(path) as part:
         part.write_text(text, "utf-8")
-
-
-def sync(path: Path) -> None:
-    """Wait until a file, or the entries of a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

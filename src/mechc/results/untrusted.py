@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import MechcError
+from mechc.files import READ
 from mechc.system.parameters import Array
 
 if TYPE_CHECKING:
@@ -35,9 +36,8 @@ def read_regular(path: Path, most: int) -> bytes:
     FileNotFoundError
         If there is none.
     """
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
     try:
-        descriptor = os.open(path, flags)
+        descriptor = os.open(path, READ)
     except FileNotFoundError:
         raise
     except OSError as error:

@@ -28,6 +28,15 @@ def test_speeds_without_a_row_are_free():
     assert find_blocks(rows((1, 2), (1, 2)), 4)[1:] == (Block((), (0,)), Block((), (3,)))
 
 
+def test_a_wheel_on_the_ground_is_settled_before_its_slip():
+    """Whipple's bicycle: the front wheel's height is the only row of coordinates, and leaves two of
+    roll, steer and pitch open.  The slips know nothing of which of these the height may settle."""
+    slip = [(1, 3, 4, 6), (3, 4), (2, 3, 4, 5, 6, 7), (0, 2, 3, 4, 5, 6, 7)]
+    assert find_blocks(rows((0, 2, 6), *slip), 8, of_speeds=4) == (
+        Block((0,), (0, 2, 6)), Block((2,), (3, 4)), Block((1,), (1,)), Block((3, 4), (5, 7)),
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("entries", [
     rows((0, 1, 2, 3), (0, 1, 2, 3)),  # a five-bar leaves two speeds open at once
     rows((0, 1, 2, 3), (0, 1, 2, 3), (0, 1, 2, 3)),  # a loop in space

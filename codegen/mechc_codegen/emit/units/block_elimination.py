@@ -11,6 +11,8 @@ matrix of each block, G_b with J_b G_b = 1:
 G_b is the inverse of a square block.  Of one with a speed more, J_b leaves one direction n_b, in
 three dimensions the cross product of its rows, and G_b v is the x with J_b x = v and m.x = 0, for
 m = n_b weighted by the mass that each speed moves; no speed is chosen that could be a bad one.
+A single row that leaves two directions has them with the speed that it moves most, which is chosen
+in every lane.
 """
 
 from __future__ import annotations
@@ -90,7 +92,7 @@ class BlockElimination:
         yield (
             "factor_blocks", "rmask",
             given + "const real *mass, const real *weight, real *kept, real *directions, "
-            "real *momenta, real *own, real *lengths", self._factors(),
+            "real *momenta, real *own, real *lengths, rmask *clear", self._factors(),
         )  # fmt: skip
         known = given + "const real *kept, "
         yield "solve_blocks", "void", known + "const real *values, real *x", self._solution()
@@ -137,13 +139,16 @@ class BlockElimination:
             ]
             text.put(f"lengths[{row}]", " + ".join(f"{a} * {b}" for a, b in each), 2 * len(each))
         for number, block in enumerate(self.form.blocks):
-            if block.free:
+            if block.free == 2:
+                self._open_row(text, number, free)
+            elif block.free:
                 self._free_block(text, number, free)
-                free += 1
             else:
                 self._square_block(text, number)
+            free += block.free
         for number, direction in enumerate(self._directions(text)):
             self._momentum(text, number, direction)
+        self._clear(text)
         text.add("return safe;")
         return text
 
@@ -183,18 +188,59 @@ class BlockElimination:
         if len(block.rows) == 2:
             r, s = block.rows
             weights = " * ".join(f"weight[{k}]" for k in block.speeds)
-            text.ask(f"{square} * ({weights})", f"lengths[{r}] * lengths[{s}]", 4)
+            area = text.let(f"area{n}", f"{square} * ({weights})", 3)
+            text.ask(area, f"lengths[{r}] * lengths[{s}]", 1)
         inverse = text.let(f"inverse{n}", f"1.0 / {square}", 1)
         for row, column in zip(block.rows, _right_inverse(entries, weighted), strict=True):
             for speed, (value, operations) in zip(block.speeds, column, strict=True):
                 text.put(self._kept(number, speed, row), f"({value}) * {inverse}", operations + 1)
 
+    def _open_row(self, text: _Text, number: int, free: int) -> None:
+        """The same of one row with three speeds; both directions have the one that counts most."""
+        (row,), speeds = self.form.blocks[number].rows, self.form.blocks[number].speeds
+        a, n = [self._entry(row, speed) for speed in speeds], f"_{number}"
+        moved = [text.let(f"v{n}_{k}", f"{a[k]} * weight[{s}]", 1) for k, s in enumerate(speeds)]
+        part = [text.let(f"part{n}_{k}", f"{a[k]} * {moved[k]}", 1) for k in range(3)]
+        most = [f"R_MASK({part[i]} >= {part[j]})" for i, j in ((0, 1), (0, 2), (1, 2))]
+        first = f"const rmask first{n} = {most[0]} & {most[1]}"
+        text.add(f"{first}, second{n} = ~first{n} & {most[2]};", 6)
+        for which, ways in enumerate(_open_directions(a)):
+            squares = list[str]()
+            for k, (one, two, three) in enumerate(zip(*ways, strict=True)):
+                value = f"R_SELECT(first{n}, {one}, R_SELECT(second{n}, {two}, {three}))"
+                own = text.let(f"n{n}_{3 * which + k}", value, 2)
+                squares.append(f"{own} * {own} * mass[{speeds[k] * (self.size + 1)}]")
+            text.put(f"own[{free + which}]", " + ".join(squares), 6)
+        inverse = text.let(f"inverse{n}", f"1.0 / ({' + '.join(part)})", 3)
+        for speed, value in zip(speeds, moved, strict=True):
+            text.put(self._kept(number, speed, row), f"{value} * {inverse}", 1)
+
+    def _clear(self, text: _Text) -> None:
+        """Is every critical configuration far?  There columns of a square block are parallel, or
+        the rows of another one are, or a row vanishes."""
+        text.put("*clear", "safe")
+        configuration = range(len(self.form.jacobian) - self.form.of_speeds)
+        for number, block in enumerate(self.form.blocks):
+            each = [f"lengths[{row}]" for row in block.rows]
+            if len(block.rows) == 2:
+                area = f"area_{number}" if block.free else " * ".join(each)
+                square = f"({' + '.join(each)}) * ({' + '.join(each)})"
+                self._ask_clear(text, f"4.0 * {area}", square)
+            elif each and block.rows[0] in configuration:
+                for other in (row for row in configuration if row != block.rows[0]):
+                    self._ask_clear(text, each[0], f"lengths[{other}]")
+
+    def _ask_clear(self, text: _Text, square: str, of: str) -> None:
+        text.add(f"*clear &= R_MASK({square} > MECHC_CLEAR_SINE * ({of}));", 5)
+
     def _directions(self, text: _Text) -> Iterator[dict[int, str]]:
         """The entries of each free direction."""
-        free = [number for number, block in enumerate(self.form.blocks) if block.free]
-        for which, number in enumerate(free):
+        blocks = enumerate(self.form.blocks)
+        free = [(number, k) for number, block in blocks for k in range(block.free)]
+        for which, (number, place) in enumerate(free):
             speeds = self.form.blocks[number].speeds
-            found = {speed: f"n_{number}_{k}" for k, speed in enumerate(speeds)}
+            own = len(speeds) * place
+            found = {speed: f"n_{number}_{own + k}" for k, speed in enumerate(speeds)}
             self._propagate(text, number + 1, f"d{which}", found, {})
             for speed in range(self.size):
                 text.put(f"directions[{which * self.size + speed}]", found.get(speed, "R(0.0)"))
@@ -313,6 +359,19 @@ def _complement(rows: list[list[str]]) -> list[tuple[str, int]]:
 def _cross(a: Sequence[str], b: Sequence[str]) -> list[tuple[str, int]]:
     turns = ((1, 2), (2, 0), (0, 1))
     return [(f"{a[i]} * {b[j]} - {a[j]} * {b[i]}", 2) for i, j in turns]
+
+
+def _open_directions(a: Sequence[str]) -> Iterator[list[tuple[str, str, str]]]:
+    """Two directions in which a row does not change, where its first, second or third speed counts
+    most: with that one each of the others in turn."""
+    for which in (0, 1):
+        ways = list[tuple[str, str, str]]()
+        for most in range(3):
+            other = [k for k in range(3) if k != most][which]
+            entry = {most: f"-{a[other]}", other: a[most]}
+            x, y, z = (entry.get(k, "R(0.0)") for k in range(3))
+            ways.append((x, y, z))
+        yield ways
 
 
 def _right_inverse(rows: list[list[str]], m: list[str]) -> list[list[tuple[str, int]]]:

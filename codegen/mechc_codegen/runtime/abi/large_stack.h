@@ -3,7 +3,6 @@
 #pragma once
 
 #include <pthread.h>
-#include <semaphore.h>
 #include <stddef.h>
 #include <time.h>
 #include "codes.h"
@@ -12,14 +11,19 @@ typedef struct {
     void (*work)(void *);
     void *data;
     pthread_t thread;
-    sem_t done;
+    pthread_mutex_t lock;
+    pthread_cond_t ended;
+    int done;
 } mechc_on_stack;
 
 static inline void *mechc_run_on_stack(void *given)
 {
     mechc_on_stack *job = (mechc_on_stack *)given;
     job->work(job->data);
-    sem_post(&job->done);
+    pthread_mutex_lock(&job->lock);
+    job->done = 1;
+    pthread_cond_signal(&job->ended);
+    pthread_mutex_unlock(&job->lock);
     return 0;
 }
 
@@ -36,35 +40,48 @@ static inline size_t mechc_stack_needed(int width)
     return width < MECHC_WIDE ? (size_t)512 << 10 : mechc_stack_of(width);
 }
 
+static inline void mechc_forget_on_stack(mechc_on_stack *job)
+{
+    pthread_cond_destroy(&job->ended);
+    pthread_mutex_destroy(&job->lock);
+}
+
 /* Begin work(data), with a stack of so many bytes, of which only what is touched takes memory; 0 if
  * there is none.  The job is ended, and until then stays where it is. */
 static inline int mechc_begin_on_stack(mechc_on_stack *job, size_t bytes, void (*work)(void *),
                                        void *data)
 {
     pthread_attr_t attributes;
-    job->work = work, job->data = data;
+    job->work = work, job->data = data, job->done = 0;
     if (pthread_attr_init(&attributes)) return 0;
-    sem_init(&job->done, 0, 0);
+    pthread_mutex_init(&job->lock, 0);
+    pthread_cond_init(&job->ended, 0);
     const int made = !pthread_attr_setstacksize(&attributes, bytes)
                   && !pthread_create(&job->thread, &attributes, mechc_run_on_stack, job);
     pthread_attr_destroy(&attributes);
+    if (!made) mechc_forget_on_stack(job);
     return made;
 }
 
-/* Wait for so many seconds at most, below one, or until a signal comes; 1 where the work is done. */
+/* Wait for so many seconds at most, below one; 1 where the work is done. */
 static inline int mechc_wait_on_stack(mechc_on_stack *job, double seconds)
 {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
     until.tv_nsec += (long)(1e9 * seconds);
     if (until.tv_nsec >= 1000000000L) until.tv_sec++, until.tv_nsec -= 1000000000L;
-    return !sem_timedwait(&job->done, &until);
+    pthread_mutex_lock(&job->lock);
+    int late = 0;
+    while (!job->done && !late) late = pthread_cond_timedwait(&job->ended, &job->lock, &until);
+    const int done = job->done;
+    pthread_mutex_unlock(&job->lock);
+    return done;
 }
 
 static inline void mechc_end_on_stack(mechc_on_stack *job)
 {
     pthread_join(job->thread, 0);
-    sem_destroy(&job->done);
+    mechc_forget_on_stack(job);
 }
 
 /* The whole of it; 0 if there is no stack. */

@@ -16,3 +16,10 @@
 #define MECHC_UNIT_PARTS MECHC_ALL_PARTS
 #endif
 #define MECHC_HAS(part) ((MECHC_UNIT_PARTS & MECHC_PART_##part) != 0)
+
+/* What is found by name in a shared object. */
+#ifdef _WIN32
+#define MECHC_SHOWN __declspec(dllexport)
+#else
+#define MECHC_SHOWN __attribute__((visibility("default")))
+#endif

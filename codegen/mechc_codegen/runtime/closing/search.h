@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
-#include <time.h>
+#include "abi/clock.h"
 #include "closing/descent.h"
 #include "closing/order.h"
 
@@ -122,21 +122,14 @@ static void mechc_close_tell(const mechc_closing *job, mechc_closer *closer)
     job->miss[member] = sqrt(mechc_square(closer->gaps, job->closure.breadth[MECHC_GAPS]));
 }
 
-static double mechc_close_clock(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 /* Search for some seconds; 0: no member is left.  Any number of threads may, a closer each. */
 static int mechc_close_go_on(mechc_closing *job, mechc_closer *closer, double seconds)
 {
-    const double end = mechc_close_clock() + seconds;
+    const double end = mechc_seconds() + seconds;
     while (!__atomic_load_n(&job->stop, __ATOMIC_RELAXED)) {
         if (closer->active) {
             mechc_close_round(job, closer);
-            if (mechc_close_clock() > end) return 1;
+            if (mechc_seconds() > end) return 1;
         } else if (closer->phase == MECHC_PHASE_NONE || !mechc_close_next_phase(job, closer)) {
             if (closer->phase != MECHC_PHASE_NONE) {
                 mechc_close_order(job, closer);

@@ -23,6 +23,8 @@
  * eliminated block by block: see loops/blocks.h. */
 #define MECHC_SAFE_SINE 0.1
 #define MECHC_SAFE_LENGTH 1e-3
+/* Above these squares no critical configuration is near: 0.2 squared, as MECHC_LOCKSTEP_LOW. */
+#define MECHC_CLEAR_SINE 0.04
 
 /* The parts of a stage are in line.  Of a scene with long equations they are compiled once: a call
  * costs little beside them, and each copy as long to compile as all the rest. */

@@ -170,6 +170,33 @@ MECHC_INLINE real FN(conditioning)(const FN(place) *place)
     return R_SQRT(FN(conditioning_at)(place));
 }
 
+/* How far a critical configuration is, squared.  Where rows are eliminated block by block, the sines of
+ * the blocks tell: these are angles, which change by no more than links turn, and do not ask how heavy
+ * those are.  Elsewhere the conditioning of all rows. */
+MECHC_INLINE real FN(regularity_at)(const FN(place) *place)
+{
+#if MECHC_ROW_BLOCKS > 0
+    const rmask clear = place->rows.clear;
+    if (!R_ANY(~clear)) return R(MECHC_SAFE_SINE);
+    return R_SELECT(clear, R(MECHC_SAFE_SINE), FN(conditioning_at)(place));
+#else
+    return FN(conditioning_at)(place);
+#endif
+}
+
+#if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
+/* Of the only configuration row, beside which there are velocity constraints. */
+MECHC_INLINE real FN(conditioning_of_row)(const FN(place) *place)
+{
+    real square = R(0.0);
+    for (int k = 0; k < MECHC_NU; k++) {
+        const real entry = place->jacobian[k];
+        square += entry * entry / place->mass[k * MECHC_NU + k];
+    }
+    return R_SQRT(square / FN(larger)(square, place->ordinary_length));
+}
+#endif
+
 /* J x */
 MECHC_INLINE void FN(rates_of_rows)(const FN(place) *place, const real *x, real *rates)
 {

@@ -32,9 +32,10 @@ MECHC_INLINE mechc_mask mechc_lockstep_may_pass(const mechc_lockstep *a)
 {
     mechc_mask far = {0};
     if (!mechc_any(a->watched)) return far;
+    const mechc_vector least = mechc_lesser(a->met, a->conditioning * a->conditioning);
     for (int i = 0; i < MECHC_NQ; i++) {
         const mechc_vector moved = a->end[i] - a->y[i], scale = MECHC_LEAST_NODES * a->scale[i];
-        far |= moved * moved > a->met * (scale * scale);
+        far |= moved * moved > least * (scale * scale);
     }
     return far & a->watched;
 }
@@ -51,9 +52,11 @@ MECHC_INLINE mechc_mask mechc_lockstep_judge(const mechc_lockstep_method *method
     const mechc_vector smallest = (16.0 * 2.220446049250313e-16) * mechc_choose(t > left, t, left);
     a->error = method->error(a);
     const mechc_mask good = a->error <= 1.0, finite = a->error < HUGE_VAL;
+    const double least = MECHC_NC > MECHC_NH ? MECHC_LOCKSTEP_LOW : MECHC_NARROW;
     const mechc_mask small = ~a->last & (mechc_size_of(a->h) < smallest);
     const mechc_mask regular = a->closed & (sum < HUGE_VAL)
                                   & (a->met >= MECHC_LOCKSTEP_LOW * MECHC_LOCKSTEP_LOW)
+                                  & (a->conditioning >= least)
                                   & ~mechc_lockstep_may_pass(a);
     *leaves = ~finite | small | (good & ~regular);
     return good & ~*leaves;

@@ -24,7 +24,8 @@ typedef struct {
     mechc_vector rates[MECHC_MOST_RATES][MECHC_NX]; /* the first are those of y */
     mechc_vector floor[MECHC_NX], of_scale, of_size; /* tolerated: a number, of the scale, of |y| */
     mechc_vector first, least, least_time; /* conditioning: at y; the least at a step's end, when */
-    mechc_vector met, conditioning;        /* in this step, squared; at its end */
+    mechc_vector met; /* in this step: least distance of the rows from dependent ones, squared */
+    mechc_vector conditioning; /* at its end */
     mechc_vector error, factor;            /* of this step: its error squared; of the step size */
     mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
     mechc_mask refused, last, closed;

@@ -12,8 +12,8 @@
 
 #define MECHC_LOCKSTEP_CLOSINGS 4
 
-/* Rates of a state, and the square of how well conditioned the rows are there unless they are known to
- * be regular; turns, near: see mechc_vector_locate_near. */
+/* Rates of a state, and the square of how far the rows are from dependent ones there unless they are
+ * known to be; turns, near: see mechc_vector_locate_near. */
 MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc_vector t,
                                                   const mechc_vector *state, mechc_vector *turns,
                                                   int near, int regular, mechc_vector *rates)
@@ -22,8 +22,8 @@ MECHC_INLINE mechc_vector mechc_lockstep_rates_at(const mechc_lockstep *a, mechc
     mechc_vector_locate_near(t, state, &a->given, &place, turns, near, regular);
     mechc_vector_coordinate_rates_of(t, state, state + MECHC_NQ, &a->given, rates);
     mechc_vector_accelerate(t, state, state + MECHC_NQ, &a->given, &place, rates + MECHC_NQ, 0);
-#if MECHC_NH > 0
-    if (!regular) return mechc_vector_conditioning_at(&place);
+#if MECHC_NC > 0
+    if (!regular) return mechc_vector_regularity_at(&place);
 #endif
     return mechc_spread(1.0);
 }
@@ -34,7 +34,7 @@ MECHC_ONCE void mechc_lockstep_rates(const mechc_lockstep *a, mechc_vector t,
     mechc_lockstep_rates_at(a, t, state, 0, 0, 1, rates);
 }
 
-/* Likewise, and how well conditioned the rows are there. */
+/* Likewise, and how far the rows are from dependent ones there. */
 MECHC_ONCE void mechc_lockstep_watched_rates(mechc_lockstep *a, mechc_vector t,
                                              const mechc_vector *state, mechc_vector *rates)
 {
@@ -65,6 +65,19 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 #endif
 }
 
+/* The monitor's conditioning at the ends. */
+MECHC_INLINE mechc_vector mechc_lockstep_conditioning(const mechc_vector_place *place)
+{
+#if MECHC_NH > 0 && MECHC_NC > MECHC_NH
+    return mechc_vector_conditioning_of_row(place);
+#elif MECHC_NH > 0
+    return mechc_vector_conditioning(place);
+#else
+    (void)place;
+    return mechc_spread(1.0);
+#endif
+}
+
 /* The ends on the constraints, and their rates. */
 MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_vector *rates)
 {
@@ -74,11 +87,9 @@ MECHC_ONCE void mechc_lockstep_project(mechc_lockstep *a, mechc_vector t, mechc_
     mechc_vector_steady(&place, u);
     mechc_vector_coordinate_rates_of(t, a->end, u, &a->given, rates);
     mechc_vector_accelerate(t, a->end, u, &a->given, &place, rates + MECHC_NQ, 0);
-#if MECHC_NH > 0
-    a->conditioning = mechc_vector_conditioning(&place);
-    a->met = mechc_lesser(a->conditioning * a->conditioning, a->met);
-#else
-    a->conditioning = mechc_spread(1.0);
+    a->conditioning = mechc_lockstep_conditioning(&place);
+#if MECHC_NC > 0
+    a->met = mechc_lesser(mechc_vector_regularity_at(&place), a->met);
 #endif
 }
 

@@ -34,7 +34,7 @@ MECHC_INLINE int mechc_pair_lanes_stage(void *owner, int i, mechc_vector t, mech
         mechc_lockstep_project(a, t, rates);
         return MECHC_RUNNING;
     }
-    if (MECHC_NH > 0 && mechc_pair_lanes_watch(i))
+    if (MECHC_NC > 0 && mechc_pair_lanes_watch(i))
         mechc_lockstep_watched_rates(a, t, state, rates);
     else
         mechc_lockstep_rates(a, t, state, rates);

@@ -1,14 +1,19 @@
 /* Which runs may continue side by side: those of one method, far from critical configurations. */
 #pragma once
 
+#include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "run/method.h"
+#include "singularities/monitor.h"
 
-#define MECHC_LOCKSTEP_LOW 0.2   /* conditioning below which a run continues alone */
+/* Conditioning, or in blocks sine and share, below which a run continues alone. */
+#define MECHC_LOCKSTEP_LOW 0.2
 #define MECHC_LOCKSTEP_BACK 0.25 /* and above which it comes back */
 
+/* The monitor is told of the configuration rows alone. */
+#define MECHC_LOCKSTEP_ROWS (MECHC_NC == MECHC_NH || (MECHC_NH <= 1 && MECHC_LINKS == 0))
 /* Larger states and their stages leave the first cache. */
-#define MECHC_LOCKSTEP (MECHC_NX <= 32 && MECHC_NC == MECHC_NH)
+#define MECHC_LOCKSTEP (MECHC_NX <= 32 && MECHC_LOCKSTEP_ROWS)
 
 /* Does the run continue by the method asked for, or by the one that this leaves it to alone? */
 MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
@@ -18,6 +23,20 @@ MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
     return run->current == run->method && ((int)run->method->number == run->number || alone);
 }
 
+/* Are the rows at the run's state that far from dependent ones? */
+MECHC_STATIC int mechc_is_regular(const mechc_integration *run, double low)
+{
+    if (MECHC_NC == MECHC_NH && run->monitor.first >= low) return 1;
+#if MECHC_NC > MECHC_NH || MECHC_ROW_BLOCKS > 0
+    mechc_scalar_place place;
+    if (run->monitor.first < (MECHC_NC > MECHC_NH ? low : MECHC_NARROW)) return 0;
+    mechc_locate(run->head.t, run->y, &run->given, &place);
+    return mechc_scalar_regularity_at(&place) >= low * low;
+#else
+    return 0;
+#endif
+}
+
 MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
 {
     const mechc_method *asked = run->methods[run->number];
@@ -25,7 +44,7 @@ MECHC_STATIC int mechc_fits_lockstep(const mechc_integration *run)
     const int alone = run->alone || monitor->tries || monitor->wanted != 0.0;
     if (!MECHC_LOCKSTEP || alone || run->limits || !asked->in_lockstep) return 0;
     if (!mechc_keeps_method(run)) return 0;
-    return MECHC_NH == 0 || (monitor->rank == MECHC_NH && monitor->first >= MECHC_LOCKSTEP_LOW);
+    return (MECHC_NH == 0 || monitor->rank == MECHC_NH) && mechc_is_regular(run, MECHC_LOCKSTEP_LOW);
 }
 
 /* After an accepted step of a run by itself. */
@@ -33,5 +52,8 @@ MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
 {
     run->last_step = run->last_factor = 0.0;
     if (run->current->stays_alone && run->current->stays_alone(run)) return;
-    if (MECHC_NH == 0 || run->monitor.first > MECHC_LOCKSTEP_BACK) run->alone = 0;
+    const mechc_monitor *monitor = &run->monitor;
+    const int low = MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;
+    if (!run->alone || (low && !monitor->leaving)) return;
+    if (mechc_is_regular(run, MECHC_LOCKSTEP_BACK)) run->alone = 0;
 }

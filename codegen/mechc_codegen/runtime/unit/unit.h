@@ -100,8 +100,8 @@ __attribute__((visibility("hidden"))) const mechc_unit MECHC_JOIN(mechc_unit_, M
 };
 
 #if MECHC_UNIT_PARTS != MECHC_ALL_PARTS /* found by name in a shared object of its own */
-extern const mechc_part mechc_part_of_unit;
-__attribute__((visibility("default"))) const mechc_part mechc_part_of_unit = {
+extern MECHC_SHOWN const mechc_part mechc_part_of_unit;
+MECHC_SHOWN const mechc_part mechc_part_of_unit = {
     MECHC_ABI, MECHC_UNIT_PARTS, &MECHC_JOIN(mechc_unit_, MECHC_UNIT),
 };
 #endif

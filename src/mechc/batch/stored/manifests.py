@@ -9,7 +9,8 @@ from pathlib import Path
 
 from mechc.batch.layout import Layout, check_chunk, chunk_files, digest, stored_digest
 from mechc.errors import MechcError
-from mechc.results.durable import sync, write_text
+from mechc.files import sync
+from mechc.results.durable import write_text
 from mechc.results.untrusted import read_json
 from mechc.system.parameters import Array
 

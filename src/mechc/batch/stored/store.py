@@ -7,7 +7,6 @@ disk.  The manifests are checked when a folder is opened and when a call resumes
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
 import shutil
@@ -36,6 +35,7 @@ from mechc.batch.spec import Assembly, Columns, Compute, Recipe, checked_recipe,
 from mechc.batch.stored import manifests
 from mechc.compilation.find import system_of
 from mechc.errors import MechcError, MissingPackageError
+from mechc.files import MAKE, lock
 from mechc.inputs.signals import PARTS, Signal
 from mechc.results.durable import replacing, write_text
 from mechc.results.files import reference_in
@@ -228,13 +228,12 @@ def _locked(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         refuse_links(folder)
-        flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-        lock = os.open(folder / LOCK, flags, 0o666)
+        descriptor = os.open(folder / LOCK, MAKE, 0o666)
     except OSError as error:
         raise MechcError(f"cannot write into {folder}: {error.strerror}") from None
-    with open(lock, "rb") as file:
+    with open(descriptor, "rb") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(file.fileno(), wait=False)
         except OSError:
             raise MechcError(f"another call is writing into {folder}") from None
         yield

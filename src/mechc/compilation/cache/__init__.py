@@ -32,6 +32,7 @@ from mechc.compilation.cache.security import (
 from mechc.compilation.cache.security import cache_folder as cache_folder
 from mechc.compilation.cache.size import keep_within, note_use
 from mechc.errors import CacheError, CompilerError
+from mechc.files import READ, owned_by_another, unlink_open, writable_by_others
 
 SHARED_OBJECT, SEAL = "scene.so", "scene.seal"
 _PART, _NOTE = r"\.[a-z0-9]+", ".note"
@@ -147,7 +148,7 @@ def clear() -> int:
         with locked(lock):
             for folder in (root / key, *root.glob(f".new-{key}-*")):
                 shutil.rmtree(folder, ignore_errors=True)
-            lock.unlink()
+            unlink_open(lock)
     (root / f"compiler{_NOTE}").unlink(missing_ok=True)
     return len(found)
 
@@ -231,11 +232,10 @@ def _seal(name: str, content: bytes) -> str:
 
 def _content(path: Path) -> bytes:
     """A file that the user owns and nobody else can write; links are refused."""
-    flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
-    with open(os.open(path, flags), "rb") as file:
+    with open(os.open(path, READ), "rb") as file:
         status = os.fstat(file.fileno())
-        others = status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
-        if not stat.S_ISREG(status.st_mode) or status.st_uid != os.getuid() or others:
+        foreign = owned_by_another(status) or writable_by_others(status)
+        if not stat.S_ISREG(status.st_mode) or foreign:
             raise PermissionError(errno.EPERM, "not a file of the user's alone", str(path))
         return file.read()
 

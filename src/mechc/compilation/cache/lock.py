@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from mechc.files import MAKE, in_forked_child, lock, unlock
 
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 _open: set[int] = set()
@@ -21,7 +22,7 @@ def _close_in_child() -> None:
     _open.clear()
 
 
-os.register_at_fork(after_in_child=_close_in_child)
+in_forked_child(_close_in_child)
 
 
 @contextmanager
@@ -31,10 +32,10 @@ def locked(path: Path) -> Iterator[bool]:
     Some network file systems have none.  There, two processes may do the same work at once.
     """
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+        descriptor = os.open(path, MAKE, 0o600)
         _open.add(descriptor)
         try:
-            held = _lock(descriptor)
+            held = _lock(descriptor, wait=True)
             if not _names(path, descriptor):
                 continue  # it was removed, and another process may hold the new one
             yield held
@@ -46,17 +47,17 @@ def locked(path: Path) -> Iterator[bool]:
 @contextmanager
 def locked_if_free(path: Path) -> Iterator[bool]:
     """Holds the lock of this file if nobody else does at the moment; whether it does."""
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+    descriptor = os.open(path, MAKE, 0o600)
     _open.add(descriptor)
     try:
-        yield _lock(descriptor, fcntl.LOCK_NB) and _names(path, descriptor)
+        yield _lock(descriptor, wait=False) and _names(path, descriptor)
     finally:
         _release(descriptor)
 
 
-def _lock(descriptor: int, how: int = 0) -> bool:
+def _lock(descriptor: int, *, wait: bool) -> bool:
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | how)
+        lock(descriptor, wait=wait)
     except BlockingIOError:
         return False
     except OSError as error:
@@ -71,7 +72,7 @@ def _release(descriptor: int) -> None:
     if descriptor in _open:
         _open.discard(descriptor)
         with suppress(OSError):
-            fcntl.flock(descriptor, fcntl.LOCK_UN)
+            unlock(descriptor)
         os.close(descriptor)
 
 

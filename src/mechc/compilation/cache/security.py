@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import atexit
-import grp
 import os
-import pwd
 import shutil
 import stat
 import tempfile
@@ -13,6 +11,7 @@ import warnings
 from pathlib import Path
 
 from mechc.errors import CacheError, CacheWarning
+from mechc.files import ON_WINDOWS, owned_by_another, writable_by_others
 
 _temporary: dict[int, Path] = {}
 
@@ -112,14 +111,19 @@ def refuse_foreign(folder: Path) -> None:
     status = folder.lstat()
     if not stat.S_ISDIR(status.st_mode):
         raise CacheError(f"{folder} is not a folder; remove it or set MECHC_CACHE_DIR")
-    if status.st_uid != os.getuid():
+    if owned_by_another(status):
         raise CacheError(f"{folder} belongs to another user; set MECHC_CACHE_DIR to one of yours")
-    if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    if writable_by_others(status):
         raise CacheError(f"{folder} can be written by others: chmod 700 it, or set MECHC_CACHE_DIR")
 
 
 def refuse_open_parents(folder: Path) -> None:
-    """Who can write a folder above can replace this one, unless it is sticky."""
+    """Who can write a folder above can replace this one, unless it is sticky.
+
+    Windows keeps the folders of a user from others by lists of access rights: nothing is checked.
+    """
+    if ON_WINDOWS:
+        return
     for parent in folder.parents:
         if not parent.exists():
             continue
@@ -131,7 +135,7 @@ def refuse_open_parents(folder: Path) -> None:
                 f"{parent}, above the cache folder {folder}, can be written by others, who could "
                 "put their code there: chmod go-w it, or set MECHC_CACHE_DIR"
             )
-        if status.st_uid not in (0, os.getuid()):
+        if status.st_uid != 0 and owned_by_another(status):
             raise CacheError(
                 f"{parent}, above the cache folder {folder}, belongs to another user; set "
                 "MECHC_CACHE_DIR to a folder that you own"
@@ -140,6 +144,9 @@ def refuse_open_parents(folder: Path) -> None:
 
 def _private_group(group: int) -> bool:
     """Whether it is the user's private group, which many systems make for every user."""
+    import grp  # Windows has neither
+    import pwd
+
     try:
         told, user = grp.getgrgid(group), pwd.getpwuid(os.getuid())
     except KeyError:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from mechc.compilation.cache.lock import locked_if_free
 from mechc.errors import CacheError
+from mechc.files import unlink_open
 
 LARGEST = 2**30  # bytes, by default
 _LATELY = 3600.0  # s between two records of uses
@@ -83,7 +84,7 @@ def _remove(root: Path, key: str, unless_entry: bool = False) -> bool:
             for unfinished in root.glob(f".new-{key}-*"):
                 if time.time() - unfinished.stat().st_mtime > _ABANDONED:
                     shutil.rmtree(unfinished, ignore_errors=True)
-            lock.unlink(missing_ok=True)
+            unlink_open(lock)
     except OSError:
         return False
     return not (root / key).exists()

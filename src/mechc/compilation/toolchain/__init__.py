@@ -10,6 +10,7 @@ import shlex
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
@@ -21,6 +22,7 @@ from mechc.compilation.toolchain import zig_cache
 from mechc.compilation.toolchain.found import installed_compiler
 from mechc.compilation.toolchain.found import packaged_compiler as packaged_compiler
 from mechc.errors import CompilerError
+from mechc.files import ON_WINDOWS, in_forked_child
 
 _OWN_PROGRAM = re.compile(r"(.+-)?(gcc|clang)(-[\d.]+)?|zig")  # not ccache, not a script
 _STEERING = ("COMPILER_PATH", "GCC_EXEC_PREFIX", "CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH")
@@ -28,9 +30,10 @@ _HEADERS = ("CPATH", "C_INCLUDE_PATH")  # those that name folders of headers
 _MOST_HEADERS = 5000  # of which the content is hashed; of more, size and time
 LONGEST = 1800.0  # s that a compiler may take for one file; a large scene takes minutes
 _LONGEST_VERSION = 60.0
+_ANYWHERE = () if ON_WINDOWS else ("-fPIC",)  # code of Windows may lie at any address
 # How linkers end that map their output into memory, as zig's does, where the disk is full; zig
 # itself ends so when its linker has.
-_UNMAPPED = (-signal.SIGBUS, -signal.SIGABRT)
+_UNMAPPED = () if sys.platform == "win32" else (-signal.SIGBUS, -signal.SIGABRT)
 
 
 def find_compiler() -> list[str] | None:
@@ -49,7 +52,7 @@ def find_compiler() -> list[str] | None:
 
 def _chosen(command: str) -> list[str]:
     try:
-        words = shlex.split(command)
+        words = shlex.split(command.replace(os.sep, "/"))
     except ValueError as error:
         raise CompilerError(f"CC = {command!r} cannot be read: {error}") from None
     if shutil.which(words[0]) is None:
@@ -141,7 +144,7 @@ def compile_all(
     def one(source: tuple[str, Sequence[str]]) -> Path:
         name, flags = source
         target = folder / f"{name}.o"
-        told = [*command, *flags, "-fPIC", *paths, "-c", str(folder / name), "-o", str(target)]
+        told = [*command, *flags, *_ANYWHERE, *paths, "-c", str(folder / name), "-o", str(target)]
         _run(told, folder, target)
         return target
 
@@ -158,7 +161,7 @@ def compile_shared(
 ) -> None:
     """Compile and link one source into a shared object, in one run of the compiler."""
     paths = [f"-I{path}" for path in includes]
-    command = [*compiler(), *flags, "-fPIC", "-shared", *paths, str(folder / source)]
+    command = [*compiler(), *flags, *_ANYWHERE, "-shared", *paths, str(folder / source)]
     _run([*command, "-lm", "-o", str(target)], folder, target)
 
 
@@ -183,7 +186,7 @@ def _stop_running() -> None:
         _end(process)
 
 
-os.register_at_fork(after_in_child=_running.clear)  # they belong to the parent
+in_forked_child(_running.clear)  # they belong to the parent
 
 
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
@@ -231,8 +234,9 @@ def _rest(process: subprocess.Popen[str]) -> str:
 
 def _end(process: subprocess.Popen[str]) -> None:
     """End it, and its children."""
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
+    if sys.platform != "win32":  # which has no groups of processes
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(process.pid, signal.SIGKILL)
     process.kill()
 
 

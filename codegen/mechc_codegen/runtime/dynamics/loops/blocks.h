@@ -36,6 +36,7 @@ typedef struct {
     FN(mass_factors) reduced;                                     /* n^T M n */
     real longest;    /* squared length of the longest row, speeds weighted by the mass each moves */
     rmask apart;     /* the lanes in which rows are eliminated block by block */
+    rmask clear;     /* of these, those far from all critical configurations */
     int together;    /* some other lane needs the factors */
     FN(factors) factors;
 } FN(solver);
@@ -77,10 +78,11 @@ MECHC_INLINE void FN(prepare_rows)(const real *jacobian, const real *mass, real 
     (void)regular;
     for (int k = 0; k < MECHC_NU; k++) weight[k] = FN(rough_inverse)(mass[k * MECHC_NU + k]);
     f->apart = FN(factor_blocks)(jacobian, mass, weight, f->kept, f->directions, f->momenta, own,
-                                 lengths)
+                                 lengths, &f->clear)
              & R_MASK(rank >= (double)MECHC_NC);
     f->apart &= FN(long_rows)(lengths, ordinary, f);
     f->apart &= FN(reduce_mass)(own, f);
+    f->clear &= f->apart;
     f->together = R_ANY(~f->apart);
     if (__builtin_expect(f->together, 0)) FN(factor_together)(jacobian, mass, rank, &f->factors);
 }

@@ -87,7 +87,7 @@ MECHC_INLINE void mechc_gauss_lanes_weigh(mechc_gauss_lanes *g)
     }
     const double digits = 0.125 * (MECHC_NC > 2 ? 5e-14 : 4e-15);
     const mechc_vector noise =
-        (MECHC_NH > 0 ? digits / MECHC_LOCKSTEP_LOW : 2.5 * digits) * turn * most;
+        (MECHC_NC > 0 ? digits / MECHC_LOCKSTEP_LOW : 2.5 * digits) * turn * most;
     g->floor = noise * noise;
     g->part = MECHC_GAUSS_SAFETY / MECHC_UNKNOWNS * loosest;
 }
@@ -171,7 +171,7 @@ MECHC_ONCE void mechc_gauss_lanes_first(mechc_gauss_lanes *g, mechc_vector t, in
 {
     mechc_lockstep *a = &g->lanes;
     const mechc_vector met =
-        mechc_lockstep_rates_at(a, t, state, g->turns[stage], 0, MECHC_NH == 0, rates);
+        mechc_lockstep_rates_at(a, t, state, g->turns[stage], 0, MECHC_NC == 0, rates);
     a->met = mechc_lesser(met, a->met);
 }
 

@@ -1,0 +1,101 @@
+"""Open files and locks where operating systems differ: Windows lacks some of what POSIX has."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+ON_WINDOWS = sys.platform == "win32"
+_PRIVATE = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)  # not for child processes
+# A file itself, not a link, and without waiting for the other end of a pipe.  Windows has no such
+# flags: there pipes have no names in folders, and links need an administrator's right.
+_PLAIN = _PRIVATE | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+READ = os.O_RDONLY | _PLAIN
+MAKE = os.O_RDWR | os.O_CREAT | _PLAIN
+
+
+if sys.platform == "win32":
+    import msvcrt
+    import time
+
+    def lock(descriptor: int, *, wait: bool) -> None:
+        """Hold the lock of an open file until it is closed.
+
+        Raises
+        ------
+        OSError
+            If it cannot be locked; BlockingIOError if another process holds it, unless this waits.
+        """
+        while True:
+            os.lseek(descriptor, 0, os.SEEK_SET)
+            try:
+                msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+                return
+            except PermissionError as held:
+                if not wait:
+                    raise BlockingIOError(held.errno, held.strerror) from None
+                time.sleep(_BETWEEN_TRIES)
+
+    def unlock(descriptor: int) -> None:
+        """Release it."""
+        os.lseek(descriptor, 0, os.SEEK_SET)
+        msvcrt.locking(descriptor, msvcrt.LK_UNLCK, 1)
+
+    _BETWEEN_TRIES = 0.05  # s; Windows' own call gives up after 10 s
+
+else:
+    import fcntl
+
+    def lock(descriptor: int, *, wait: bool) -> None:
+        """Hold the lock of an open file until it is closed.
+
+        Raises
+        ------
+        OSError
+            If it cannot be locked; BlockingIOError if another process holds it, unless this waits.
+        """
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+
+    def unlock(descriptor: int) -> None:
+        """Release it."""
+        fcntl.flock(descriptor, fcntl.LOCK_UN)
+
+
+def in_forked_child(function: Callable[[], Any]) -> None:
+    """Call it in every process that is forked from this one; Windows has none."""
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=function)
+
+
+def unlink_open(path: Path) -> None:
+    """Remove a file that is open here; Windows keeps it."""
+    if not ON_WINDOWS:
+        path.unlink(missing_ok=True)
+
+
+def sync(path: Path) -> None:
+    """Wait until a file, or the entries of a folder, are on the disk.
+
+    Windows opens no folders, and syncs what is open for writing.
+    """
+    if ON_WINDOWS and path.is_dir():
+        return
+    descriptor = os.open(path, (os.O_RDWR if ON_WINDOWS else os.O_RDONLY) | _PRIVATE)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def owned_by_another(status: os.stat_result) -> bool:
+    """Whether a file belongs to another user; Windows does not tell that in a file's status."""
+    return hasattr(os, "getuid") and status.st_uid != os.getuid()
+
+
+def writable_by_others(status: os.stat_result) -> bool:
+    """Whether others may write a file; Windows has lists of access rights, which this is not."""
+    return not ON_WINDOWS and bool(status.st_mode & (stat.S_IWGRP | stat.S_IWOTH))

@@ -20,9 +20,9 @@ TEMPLATE = Path(__file__).resolve().parent / "templates" / "report.html"
 NEVER_RUN = "not run"
 GUIDE = (
     "A ratio is the time of the best peer over mechc's, at the error in the head of the column,"
-    " along each method's lower envelope of time over error: first with the best of mechc's methods,"
-    " then with its default one, both one trajectory at a time; a batch integrates many at once,"
-    " and the time of one of them is compared with the best of all peers. Derivation and"
+    " along each method's lower envelope of time over error: first with the best of mechc's"
+    " methods, then with its default one, both one trajectory at a time; a batch integrates many at"
+    " once, and the time of one of them is compared with the best of all peers. Derivation and"
     " compilation are apart."
 )
 Results = Mapping[str, Any]

@@ -2,12 +2,10 @@
 
 import os
 import runpy
-import shlex
-import shutil
 import sys
-import sysconfig
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 from setuptools import Extension, find_packages, setup
 from setuptools.command.build_ext import build_ext
@@ -17,8 +15,7 @@ CODEGEN = Path(__file__).resolve().parent / "codegen"
 RUNTIME = CODEGEN / "mechc_codegen" / "runtime"
 SCENES = "mechc._scenes."
 SHIPPED = ("four_bar",)
-FOUND = "src/mechc/compilation/toolchain/found.py"  # mechc cannot be imported yet
-FOR_ANY_PROCESSOR = "-mcpu=baseline"  # zig compiles for this one, unless it is told
+COMPILER = SimpleNamespace(**runpy.run_path("packaging/mechc_compiler.py"))
 SHARED = sorted(map(str, Path("src/mechc/native").glob("*.pxd")))  # by the extensions
 NO_DEBUG_INFORMATION = "-g0"  # Python's own flags may ask for it: four fifths of a wheel
 
@@ -31,10 +28,15 @@ class BuildScenes(build_ext):
     """
 
     def run(self):
-        os.environ.update(replacing(os.environ))
+        os.environ.update(COMPILER.replacing(os.environ, self.plat_name))
+        if self.plat_name in COMPILER.WINDOWS:
+            self.compiler = self.compiler or COMPILER.GNU_ON_WINDOWS
         super().run()
 
     def build_extensions(self):
+        if self.plat_name in COMPILER.WINDOWS:
+            unused = Path(self.build_temp).resolve() / "import.lib"
+            self.compiler.set_executables(**COMPILER.executables(os.environ, unused))
         sys.path.insert(0, str(CODEGEN))
         from Cython.Build import cythonize
 
@@ -88,24 +90,6 @@ class BuildScenes(build_ext):
     def is_stale(self, extension):
         target = self.get_ext_fullpath(extension.name)
         return self.force or newer_group([*extension.sources, *extension.depends], target)
-
-
-def replacing(environment):
-    """Variables for setuptools where the compiler that built Python is absent, and ``$CC`` not set.
-
-    Python's own flags are for that compiler: of them only those are taken that any other knows.
-    """
-    own = shlex.split(sysconfig.get_config_var("CC") or "")
-    if environment.get("CC", "").strip() or (own and shutil.which(own[0])):
-        return {}
-    found = runpy.run_path(FOUND)
-    packaged = found["packaged_compiler"]()
-    command = found["installed_compiler"]() or (packaged and [*packaged, FOR_ANY_PROCESSOR])
-    if not command:
-        return {}
-    flags = environment.get("CFLAGS", "-O3 -DNDEBUG -fwrapv")
-    linker = environment.get("LDSHARED", shlex.join([*command, "-shared"]))
-    return {"CC": shlex.join(command), "CFLAGS": flags, "LDSHARED": linker}
 
 
 def headers(*folders):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import runpy
+import sysconfig
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +32,7 @@ __all__ = [
     "prepare_metadata_for_build_wheel",
 ]
 
-FOUND = Path(__file__).resolve().parents[1] / "src/mechc/compilation/toolchain/found.py"
+COMPILER = Path(__file__).resolve().with_name("mechc_compiler.py")
 PACKAGED = "ziglang>=0.13"  # as in the extra `compiler`
 
 
@@ -46,6 +47,8 @@ def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
 
 
 def compiler_required() -> list[str]:
-    """The package of a C compiler, unless ``$CC`` is set or the machine has one."""
+    """The package of a C compiler, unless ``$CC`` is set or the machine has one that will do."""
     chosen = os.environ.get("CC", "").strip()
-    return [] if chosen or runpy.run_path(str(FOUND))["installed_compiler"]() else [PACKAGED]
+    if chosen or runpy.run_path(str(COMPILER))["installed"](sysconfig.get_platform()):
+        return []
+    return [PACKAGED]

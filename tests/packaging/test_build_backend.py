@@ -2,21 +2,24 @@
 
 import os
 import runpy
-import subprocess
-import sys
+import shlex
 import sysconfig
 import tomllib
 from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import setuptools
 from setuptools import build_meta
 
 from mechc.native import _tableaus
 from tests.support import ROOT
+from tests.support.built_by_setup import built_by_setup
 
 BACKEND = str(ROOT / "packaging" / "mechc_build.py")
+COMPILER = SimpleNamespace(**runpy.run_path(str(ROOT / "packaging" / "mechc_compiler.py")))
+LINUX, WINDOWS = "linux-x86_64", "win-amd64"
 
 
 @pytest.fixture
@@ -50,7 +53,7 @@ def test_a_machine_with_a_compiler_asks_for_none(alone, name):
 def test_a_user_who_sets_cc_is_given_no_other(alone, monkeypatch):
     monkeypatch.setenv("CC", "/opt/cc")
     assert required() == []
-    assert replacing(monkeypatch, {"CC": "/opt/cc"}) == {}
+    assert COMPILER.replacing({"CC": "/opt/cc"}, LINUX) == {}
 
 
 def test_wheels_and_editable_installs_ask_for_it_besides_what_setuptools_needs(alone, monkeypatch):
@@ -62,45 +65,48 @@ def test_wheels_and_editable_installs_ask_for_it_besides_what_setuptools_needs(a
     assert asked == {"wheel": ["x", *required()], "editable": ["x", *required()], "sdist": ["x"]}
 
 
-def replacing(monkeypatch, environment):
-    """What setup.py sets besides an environment."""
-    monkeypatch.chdir(ROOT)
-    monkeypatch.setattr(setuptools, "setup", lambda **_: None)
-    return runpy.run_path("setup.py")["replacing"](environment)
-
-
-def test_the_compiler_of_python_needs_no_other(alone, monkeypatch):
+def test_the_compiler_of_python_needs_no_other(alone):
     program(alone, "compiler-of-python")
     program(alone, "gcc")
-    assert replacing(monkeypatch, {}) == {}
+    assert COMPILER.replacing({}, LINUX) == {}
 
 
-def test_another_one_is_used_without_the_flags_of_pythons(alone, monkeypatch):
+def test_another_one_is_used_without_the_flags_of_pythons(alone):
     program(alone, "clang")
-    told = replacing(monkeypatch, {"CFLAGS": "-Os"})
+    told = COMPILER.replacing({"CFLAGS": "-Os"}, LINUX)
     assert told == {"CC": "clang", "CFLAGS": "-Os", "LDSHARED": "clang -shared"}
 
 
-def test_the_packaged_one_compiles_for_any_processor(alone, monkeypatch):
+def test_the_packaged_one_compiles_for_any_processor(alone):
     pytest.importorskip("ziglang")
-    told = replacing(monkeypatch, {})
+    told = COMPILER.replacing({}, LINUX)
     assert "zig cc " in told["CC"]
     assert "-mcpu=baseline" in told["CC"]
     assert told["LDSHARED"] == f"{told['CC']} -shared"
 
 
-ONE = """
-import sys, setuptools
-setup, sys.argv = setuptools.setup, ["setup.py", "-q", "build_ext"]
-sys.argv += ["--build-lib", "{folder}", "--build-temp", "{folder}/temp"]
+def test_for_windows_the_packaged_one_is_taken_whatever_else_is_there(alone, monkeypatch):
+    """setuptools would take Microsoft's; gcc, there, may be of any kind."""
+    monkeypatch.setattr(sysconfig, "get_platform", lambda: WINDOWS)
+    for name in ("gcc", "compiler-of-python"):
+        program(alone, name)
+    assert required() == [runpy.run_path(BACKEND)["PACKAGED"]]
+    monkeypatch.setenv("CC", "gcc")
+    assert required() == []
+    assert COMPILER.replacing({"CC": "gcc"}, WINDOWS) == {}
+    pytest.importorskip("ziglang")
+    told = shlex.split(COMPILER.replacing({}, WINDOWS)["CC"])
+    assert told[told.index("-target") + 1] == "x86_64-windows-gnu"
+    assert "-mcpu=baseline" in told
 
-def setup_of_one(**given):
-    name = "mechc.native._tableaus"
-    setup(**{{**given, "ext_modules": [e for e in given["ext_modules"] if e.name == name]}})
 
-setuptools.setup = setup_of_one
-exec(compile(open("setup.py").read(), "{root}/setup.py", "exec"), {{"__file__": "{root}/setup.py"}})
-"""
+def test_setuptools_class_for_windows_runs_the_command_with_these_flags():
+    """A path of Windows is one word, backslashes and all."""
+    zig = r"C:\Program Files\zig.exe"
+    told = {"CC": shlex.join([zig, "cc"]), "CFLAGS": "-O2 -g0"}
+    runs = COMPILER.executables(told, Path("aside.lib"))
+    assert runs["compiler"] == runs["compiler_so"] == [zig, "cc", "-O2", "-g0", "-DMS_WIN64"]
+    assert runs["linker_so"] == [zig, "cc", "-shared", "-Wl,--out-implib,aside.lib"]
 
 
 @pytest.mark.slow
@@ -109,11 +115,8 @@ def test_an_extension_is_built_with_no_compiler_but_the_packaged_one(tmp_path):
     nothing = tmp_path / "bin"
     nothing.mkdir()
     kept = {k: v for k, v in os.environ.items() if k not in ("CC", "CFLAGS", "LDSHARED")}
-    script = ONE.format(folder=tmp_path, root=ROOT)
-    subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, env={**kept, "PATH": str(nothing)}, check=True
-    )
-    (built,) = tmp_path.glob("mechc/native/_tableaus*")
+    environment = {**kept, "PATH": str(nothing)}
+    (built,) = built_by_setup(tmp_path, ["mechc.native._tableaus"], environment)
     assert b"clang version" in built.read_bytes()
     spec = spec_from_file_location("_tableaus", built)
     module = module_from_spec(spec)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,7 @@ from mechc_codegen.extension import build, flags
 
 from mechc.compilation import toolchain
 from mechc.compilation.parts import Pending
+from tests.support import ROOT
 
 LESS = tuple("-O1" if flag == "-O3" else flag for flag in flags.FLAGS)
 
@@ -50,3 +53,25 @@ def checking(compiler: Sequence[str], target: Path) -> list[str]:
     """What has a source checked alone; by zig's clang, which cannot, compiled to ``target``."""
     zig = Path(compiler[0]).name == "zig"
     return ["-c", "-O0", "-o", str(target)] if zig else ["-fsyntax-only"]
+
+
+_SOME = """
+import runpy, setuptools, sys
+names, setup, sys.argv = sys.argv[1].split(), setuptools.setup, ["setup.py", *sys.argv[2:]]
+
+def setup_of_some(**given):
+    setup(**{**given, "ext_modules": [e for e in given["ext_modules"] if e.name in names]})
+
+setuptools.setup = setup_of_some
+runpy.run_path("setup.py")
+"""
+
+
+def built_by_setup(
+    folder: Path, names: Sequence[str], environment: Mapping[str, str], *options: str
+) -> list[Path]:
+    """What ``setup.py`` builds, in a process and a folder of its own, of these modules."""
+    folders = ["--build-lib", str(folder / "lib"), "--build-temp", str(folder / "temp")]
+    command = [sys.executable, "-c", _SOME, " ".join(names), "-q", "build_ext", *folders, *options]
+    subprocess.run(command, cwd=ROOT, env=dict(environment), check=True)
+    return sorted(path for path in (folder / "lib").rglob("*") if path.is_file())

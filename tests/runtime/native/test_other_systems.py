@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from mechc.compilation import toolchain
-from tests.support.built_by_setup import built_by_setup
+from tests.support.compilation import built_by_setup
 from tests.support.other_systems import (
     NATIVE,
     WINDOWS,

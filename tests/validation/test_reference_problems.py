@@ -253,9 +253,7 @@ def test_andrews_mechanisms_in_lockstep(model_of, method):
         each = {name: values[k] for name, values in params.items()}
         sol = model.simulate(span, y0, each, rtol=1e-10, method=method)
         assert np.array_equal(sol.y[-1], batch.y[k])
-    if (
-        method == "dop853"
-    ):  # alone every stage is put on the constraints, by one configuration or more
+    if method == "dop853":  # alone every stage is put on the constraints
         assert batch["closure_iterations"].max() < 0.5 * batch["rhs_evaluations"].max()
 
 

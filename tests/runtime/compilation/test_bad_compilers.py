@@ -117,6 +117,24 @@ def test_ctrl_c_ends_the_compiler_and_its_children(fresh):
     assert gone(int(child.read_text()))
 
 
+def test_ctrl_c_while_the_compiler_starts_ends_it(monkeypatch):
+    """Its process exists then, and the object that ends it does not yet."""
+    begun = []
+
+    class Interrupted(subprocess.Popen):
+        def _execute_child(self, *arguments):
+            super()._execute_child(*arguments)
+            begun.append(self.pid)
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(subprocess, "Popen", Interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        toolchain.version(("sh", "-c", "sleep 1000"))
+    assert len(begun) == 1
+    assert gone(begun[0])
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
 def test_what_the_headers_of_cpath_say_is_part_of_the_compiler(tmp_path, monkeypatch):
     header = tmp_path / "include" / "sys" / "math.h"
     header.parent.mkdir(parents=True)

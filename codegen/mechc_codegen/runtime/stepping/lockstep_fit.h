@@ -26,10 +26,11 @@ MECHC_STATIC int mechc_keeps_method(const mechc_integration *run)
 /* Are the rows at the run's state that far from dependent ones? */
 MECHC_STATIC int mechc_is_regular(const mechc_integration *run, double low)
 {
-    if (MECHC_NC == MECHC_NH && run->monitor.first >= low) return 1;
+    if (MECHC_NC == 0 || (MECHC_NC == MECHC_NH && run->monitor.first >= low)) return 1;
 #if MECHC_NC > MECHC_NH || MECHC_ROW_BLOCKS > 0
     mechc_scalar_place place;
-    if (run->monitor.first < (MECHC_NC > MECHC_NH ? low : MECHC_NARROW)) return 0;
+    const double least = MECHC_NC > MECHC_NH ? low : MECHC_NARROW;
+    if (MECHC_NH > 0 && run->monitor.first < least) return 0;
     mechc_locate(run->head.t, run->y, &run->given, &place);
     return mechc_scalar_regularity_at(&place) >= low * low;
 #else
@@ -53,7 +54,7 @@ MECHC_STATIC void mechc_return_to_lockstep(mechc_integration *run)
     run->last_step = run->last_factor = 0.0;
     if (run->current->stays_alone && run->current->stays_alone(run)) return;
     const mechc_monitor *monitor = &run->monitor;
-    const int low = MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;
+    const int low = MECHC_NH > 0 && MECHC_NC == MECHC_NH && monitor->first <= MECHC_LOCKSTEP_BACK;
     if (!run->alone || (low && !monitor->leaving)) return;
     if (mechc_is_regular(run, MECHC_LOCKSTEP_BACK)) run->alone = 0;
 }

@@ -12,8 +12,8 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from typing import Any
 from mechc.compilation.toolchain import zig_cache
 from mechc.compilation.toolchain.found import installed_compiler
 from mechc.compilation.toolchain.found import packaged_compiler as packaged_compiler
+from mechc.compilation.toolchain.interrupts import interrupts_deferred
 from mechc.errors import CompilerError
 from mechc.files import ON_WINDOWS, in_forked_child
 
@@ -191,6 +192,30 @@ in_forked_child(_running.clear)  # they belong to the parent
 
 def _output(command: list[str], longest: float, **where: Any) -> subprocess.CompletedProcess[str]:
     """Run to the end, in a separate process group, which ends with it."""
+    with _started(command, **where) as process:
+        out, told = _communicated(process, command, longest)
+    return subprocess.CompletedProcess(command, process.returncode, out, told)
+
+
+@contextmanager
+def _started(command: list[str], **where: Any) -> Iterator[subprocess.Popen[str]]:
+    """A process that is ended if the block is left by an exception."""
+    process = None
+    try:
+        with interrupts_deferred():
+            process = _begun(command, **where)
+        yield process
+    except BaseException:
+        if process is not None:
+            _end(process)
+        raise
+    finally:
+        if process is not None:
+            with process:  # its pipes are closed, and it is waited for
+                _running.discard(process)
+
+
+def _begun(command: list[str], **where: Any) -> subprocess.Popen[str]:
     pipe = subprocess.PIPE
     try:
         process = subprocess.Popen(
@@ -200,12 +225,7 @@ def _output(command: list[str], longest: float, **where: Any) -> subprocess.Comp
     except OSError as error:
         raise CompilerError(f"cannot run {shlex.join(command)}: {error.strerror}") from None
     _running.add(process)
-    try:
-        with process:
-            out, told = _communicated(process, command, longest)
-    finally:
-        _running.discard(process)
-    return subprocess.CompletedProcess(command, process.returncode, out, told)
+    return process
 
 
 def _communicated(
@@ -219,9 +239,6 @@ def _communicated(
             f"the C compiler did not end within {longest:g} s and was stopped.\n"
             f"{shlex.join(command)}\n{_rest(process)}"
         ) from None
-    except BaseException:
-        _end(process)
-        raise
 
 
 def _rest(process: subprocess.Popen[str]) -> str:

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import settings
 
 from mechc.compilation import parts
-from tests.support.compilation import MadeOnRequest, compile_less_optimised
+from tests.support.compilers.compilation import MadeOnRequest, compile_less_optimised
 
 # --hypothesis-profile=thorough: ten times the random mechanisms, others at every run
 settings.register_profile("usual", deadline=None, derandomize=True, print_blob=True)

@@ -13,7 +13,7 @@ import pytest
 
 import mechc
 from tests.support import ROOT
-from tests.support.compilation import compiler_at
+from tests.support.compilers.compilation import compiler_at
 
 FREEZE_IN = ("src", "codegen", "benchmarks", "packaging", "pyproject.toml", "setup.py",
              "README.md", "LICENSE", "MANIFEST.in", "CHANGELOG.md")  # fmt: skip

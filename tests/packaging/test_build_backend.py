@@ -15,7 +15,7 @@ from setuptools import build_meta
 
 from mechc.native import _tableaus
 from tests.support import ROOT
-from tests.support.compilation import built_by_setup
+from tests.support.compilers.compilation import built_by_setup
 
 BACKEND = str(ROOT / "packaging" / "mechc_build.py")
 COMPILER = SimpleNamespace(**runpy.run_path(str(ROOT / "packaging" / "mechc_compiler.py")))

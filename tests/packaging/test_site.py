@@ -10,7 +10,7 @@ import pytest
 
 from mechc.compilation.toolchain import packaged_compiler
 from tests.support import ROOT
-from tests.support.compilation import compiler_at
+from tests.support.compilers.compilation import compiler_at
 
 pytestmark = pytest.mark.slow
 

@@ -26,7 +26,7 @@ import pytest
 import mechc
 from mechc.compilation import build, parts
 from tests.support import sympy_models
-from tests.support.compilation import MadeOnRequest
+from tests.support.compilers.compilation import MadeOnRequest
 
 MODULES = (
     *("test_kane", "test_kane2", "test_kane3", "test_kane4", "test_kane5", "test_lagrange"),

@@ -66,7 +66,7 @@ from sympy.physics.mechanics import inertia as dyadic
 import mechc
 from mechc.compilation import toolchain
 from tests.support import scenes
-from tests.support.compilation import checking
+from tests.support.compilers.compilation import checking
 
 FOUND = tuple(toolchain.find_compiler() or ("cc",))
 COMPILERS = [(c,) for c in ("gcc", "clang") if shutil.which(c)] or [FOUND]

@@ -10,7 +10,7 @@ from mechc_codegen.emit.units.instruction_sets import BASELINE
 from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 from mechc.compilation import toolchain
-from tests.support.compilation import checking
+from tests.support.compilers.compilation import checking
 
 HEADERS = sorted(path.relative_to(RUNTIME).as_posix() for path in RUNTIME.rglob("*.h"))
 GENERIC = [

@@ -32,7 +32,7 @@ from tests.compiler.emit.test_sanitizers import (
     with_broken_states,
 )
 from tests.support import scenes
-from tests.support.compilation import LESS
+from tests.support.compilers.compilation import LESS
 from tests.support.exact_values import printed
 from tests.support.pendulums import pendulum
 

@@ -67,7 +67,7 @@ import warnings
 import mechc
 from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
-from tests.support.compilation import MadeOnRequest
+from tests.support.compilers.compilation import MadeOnRequest
 from tests.support.pendulums import pendulum
 parts.Pending = MadeOnRequest
 derived = []
@@ -114,7 +114,7 @@ KANE = """
 import mechc
 from mechc.compilation import build, entries, parts
 from mechc.compilation.toolchain import processor
-from tests.support.compilation import MadeOnRequest
+from tests.support.compilers.compilation import MadeOnRequest
 from tests.support.sympy_objects import four_bar_kane
 parts.Pending = MadeOnRequest
 derived = []

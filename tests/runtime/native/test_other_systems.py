@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from mechc.compilation import toolchain
-from tests.support.compilation import built_by_setup
-from tests.support.other_systems import (
+from tests.support.compilers.compilation import built_by_setup
+from tests.support.compilers.other_systems import (
     NATIVE,
     WINDOWS,
     c_of_extensions,

@@ -101,13 +101,6 @@ MECHC_STATIC int mechc_converge_costages(const mechc_covarying *w, mechc_costage
     return 0;
 }
 
-MECHC_INLINE double mechc_sum_of_lanes(mechc_vector x)
-{
-    double sum = 0.0;
-    for (int lane = 0; lane < MECHC_LANES; lane++) sum += x[lane];
-    return sum;
-}
-
 /* By shapes, whose factors differ from stage to stage. */
 MECHC_STATIC void mechc_gather_stages(const mechc_covariation *v, const double *t,
                                       const mechc_vector *slopes)

@@ -47,15 +47,6 @@ typedef struct {
     mechc_vector basis[MECHC_NH][MECHC_VECTORS(MECHC_NH)];
 } mechc_rotated;
 
-MECHC_INLINE double mechc_sum_of_lanes(mechc_vector lanes)
-{
-    double part[MECHC_LANES];
-    memcpy(part, &lanes, sizeof part);
-    for (int half = MECHC_LANES / 2; half > 0; half /= 2)
-        for (int i = 0; i < half; i++) part[i] += part[i + half];
-    return part[0];
-}
-
 /* (x, y) <- (c x - s y, s x + c y) */
 MECHC_INLINE void mechc_rotate(mechc_vector *x, mechc_vector *y, int count, double c, double s)
 {

@@ -68,7 +68,7 @@ MECHC_INLINE void mechc_lockstep_close(mechc_lockstep *a, mechc_vector t,
 /* The monitor's conditioning at the ends. */
 MECHC_INLINE mechc_vector mechc_lockstep_conditioning(const mechc_vector_place *place)
 {
-#if MECHC_NH > 0 && MECHC_NC > MECHC_NH
+#if MECHC_NH == 1 && MECHC_NC > 1 && MECHC_LINKS == 0
     return mechc_vector_conditioning_of_row(place);
 #elif MECHC_NH > 0
     return mechc_vector_conditioning(place);

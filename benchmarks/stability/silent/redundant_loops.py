@@ -26,6 +26,7 @@ import mechc
 from ...problems.closed_loops import bennett, bricard, locomotive, parallel_cranks
 from ...problems.data import reference
 from ...problems.problem import Array
+from ...references.arithmetic import numbers
 from ...references.closed_loops import LOOPS
 from ..judge import Row, attempt, limit_of, measured, verdict
 from ..long_runs import swing
@@ -98,14 +99,14 @@ def _growth(name: str) -> float:
 
     def end(along: float, speed: float) -> Array:
         with mp.workprec(53):
-            first = [float(x) for x in loop.first]
-            slopes = loop.slopes(*first)
-            first = [first[0] - along * float(slopes[1]), first[1] + along * float(slopes[0])]
+            a, b = numbers(loop.first)
+            by_a, by_b = loop.slopes(a, b)
             run = solve_ivp(
-                lambda t, y: [float(x) for x in loop.rates([mp.mpf(x) for x in y])], (0.0, T_END),
-                [*first, speed], method="DOP853", rtol=1e-8, atol=1e-8,
+                lambda t, y: [float(x) for x in loop.rates(numbers(y))], (0.0, T_END),
+                [float(a - along * by_b), float(b + along * by_a), speed],
+                method="DOP853", rtol=1e-8, atol=1e-8,
             )  # fmt: skip
-            return vectors(np.array([float(x) for x in loop.state([*map(mp.mpf, run.y[:, -1])])]))
+            return vectors(np.array([float(x) for x in loop.state(numbers(run.y[:, -1]))]))
 
     exact = end(0.0, 0.0)
     apart = [np.abs((end(*shift) - exact) / fastest(exact)).max() for shift in np.eye(2) * SHIFT]

@@ -101,6 +101,7 @@ found("loop").addEventListener("click", setLoop);
 scrub.addEventListener("input", function () { setPlaying(false); seek(Number(scrub.value) * span); });
 scrub.addEventListener("change", rememberTime);
 window.addEventListener("hashchange", openAtHash);
+stillSystem.addEventListener("change", function () { if (stillSystem.matches) { setPlaying(false); } });
 
 // -- words for a screen reader ----------------------------------------------------------------
 function say(text) { found("said").textContent = text; }

@@ -143,7 +143,7 @@ def cell(widget: Any, browser: Any, tmp_path: Path) -> Iterator[OpenPage]:
 
 
 def press(cell: OpenPage, key: str) -> None:
-    """A key in the frame, at once: a frame that the browser has not yet focused loses a real one."""
+    """A key in the frame; one of the keyboard is lost while the frame has no focus."""
     frame = cell.page.frames[1]
     frame.dispatch_event("body", "keydown", {"key": key})
     frame.evaluate(TWO_FRAMES)

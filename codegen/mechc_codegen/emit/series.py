@@ -483,16 +483,23 @@ class SeriesWriter:
         """The products with the first and the last row come last."""
         lines = list[str]()
         for first in range(0, len(ordered), _BLOCK):
-            block = ordered[first : first + _BLOCK]
-            lines.append("{")
-            lines += [f"    real s{place} = R(0.0);" for _, place in block]
-            lines += [f"    {line}" for line in _TERMS]
-            lines += [f"        s{n} = R_FMA(one[{a}], other[{b}], s{n});" for (a, b), n in block]
-            lines.append("    }")
-            lines += [f"    sums[{place}] = s{place};" for _, place in block]
-            lines.append("}")
+            lines += self._block(ordered[first : first + _BLOCK])
         signature = "int order, const real *rows, real *sums"
         return self._function(name, signature, comment, lines)
+
+    def _block(self, block: list[tuple[tuple[int, int], int]]) -> list[str]:
+        """Sums side by side; a factor on the right that several have is loaded once."""
+        uses = Counter(b for (_, b), _ in block)
+        held = [b for b, count in uses.items() if count > 1]
+        names = {b: f"b{b}" if b in held else f"other[{b}]" for b in uses}
+        lines = [f"    real s{place} = R(0.0);" for _, place in block]
+        lines += [f"    {line}" for line in _TERMS]
+        for b in held:
+            lines += [f"        real b{b} = other[{b}];", f"        MECHC_HOLD(b{b});"]
+        lines += [f"        s{n} = R_FMA(one[{a}], {names[b]}, s{n});" for (a, b), n in block]
+        lines.append("    }")
+        lines += [f"    sums[{place}] = s{place};" for _, place in block]
+        return ["{", *lines, "}"]
 
     def _cores(self) -> str:
         """Of an even order and the next one, whose factors are the same but for one row."""

@@ -28,7 +28,6 @@ from mechc_codegen.ir.program import (
     targets_of,
 )
 
-MOST_FACTORS = 8  # integer powers up to here are products
 MOST_SUMMED = 128  # operations with sums over lower orders: rows of all lanes stay in the cache
 LINEAR = ("constant", "state", "time", "sum")
 
@@ -135,7 +134,7 @@ class Recurrences:
     def _power(self, base: Expr, exponent: Expr) -> int:
         if base is S.Exp1:
             return self.add("exp", self.of(exponent))
-        if exponent.is_Integer and abs(int(exponent)) <= MOST_FACTORS:
+        if exponent.is_Integer:  # products: what a power's recurrence divides by may vanish
             power = self._integer_power(self.of(base), abs(int(exponent)))
             one = self.of(Integer(1))
             return power if exponent > 0 else self.add("quotient", one, power)

@@ -68,6 +68,7 @@ class SeriesWriter:
         self.integrated = len(integrated)
         self.kept = dict[str, int]()
         self.sums = dict[tuple[int, int], int]()
+        self.solving = set[int]()  # the sums that M u is solved with
         self.used = set[Symbol]()
         self.depths = dict[int, int]()
         self.varying = self._varying()
@@ -100,8 +101,9 @@ class SeriesWriter:
         few = len(self.sums) <= _FEW
         lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
         lines += self._roots()
-        summing = [self._cores()] if few else [self._summing(), self._packing()]
+        summing = [self._cores()] if few else [*self._summing(), self._packing()]
         summing.append(self._ending())
+        summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
 
     def _roots(self) -> Iterator[str]:
@@ -247,17 +249,30 @@ class SeriesWriter:
 
     def _coefficients(self) -> list[str]:
         """Those that M u is made of first, where it gives the speeds."""
-        series = self.series
-        forcing = self._momenta() if series.momenta else self._forcing_coefficients()
-        solution = self._solution("d", forcing)
-        first = self.needed
-        if series.momenta:
-            first = replace(series, forcing=(), rates=(), integrals=()).needed
-        later = [number for number in self.needed if number not in first]
-        lines = [line for number in first for line in self._coefficient(number)] + solution
-        if series.momenta:
-            lines += [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
-        return lines + [line for number in later for line in self._coefficient(number)]
+        if self.series.momenta:
+            lines = self._speeds()
+            later = [number for number in self.needed if number not in self._first()]
+            return lines + [line for number in later for line in self._coefficient(number)]
+        lines = [line for number in self.needed for line in self._coefficient(number)]
+        return lines + self._solution("d", self._forcing_coefficients())
+
+    def _speeds(self) -> list[str]:
+        """From M u, which is integrated and stands in their places."""
+        lines = [line for number in self._first() for line in self._coefficient(number)]
+        lines += self._solution("d", self._momenta())
+        return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
+
+    def _first(self) -> list[int]:
+        """What M is made of, without the rates that it is integrated by."""
+        return replace(self.series, forcing=(), rates=(), integrals=()).needed
+
+    def _solving(self) -> str:
+        """The end of the last order, of which nothing but the states is asked."""
+        lines = self._speeds()
+        loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
+        loads += [f"const real s{place} = sums[{place}];" for place in sorted(self.solving)]
+        signature = "const FN(given) *given, const real *kept, const real *sums, real *row"
+        return self._function("series_solve", signature, "Speeds from M u.", loads + lines)
 
     def _coefficient(self, n: int) -> Iterator[str]:
         operation = self.series.operations[n]
@@ -370,6 +385,7 @@ class SeriesWriter:
             entry = self._entry(i, j)
             if entry is not None and self.varies(entry):
                 factor, total = self._sum_with(entry, self.nq + j)
+                self.solving.add(int(total[1:]))
                 text = f"R_FMA(-{factor}, {total}, {text})"
         return text
 
@@ -463,9 +479,18 @@ class SeriesWriter:
         numbers = {tuple(sorted(pair)): n for pair, n in self.sums.items()}
         self.sums = {pair: numbers[tuple(sorted(pair))] for pair in ordered}
 
-    def _summing(self) -> str:
+    def _summing(self) -> list[str]:
+        """Of all series; of the last order by momenta those alone that it is solved with."""
+        every = list(self.sums.items())
+        texts = [self._summed("series_sums", "Sums over lower orders.", every)]
+        if self.series.momenta:
+            last = [each for each in every if each[1] in self.solving]
+            texts.append(self._summed("series_last_sums", "Those that give M u.", last))
+        return texts
+
+    def _summed(self, name: str, comment: str, ordered: list[tuple[tuple[int, int], int]]) -> str:
         """The products with the first and the last row come last."""
-        ordered, lines = list(self.sums.items()), list[str]()
+        lines = list[str]()
         for first in range(0, len(ordered), _BLOCK):
             block = ordered[first : first + _BLOCK]
             lines.append("{")
@@ -476,7 +501,7 @@ class SeriesWriter:
             lines += [f"    sums[{place}] = s{place};" for _, place in block]
             lines.append("}")
         signature = "int order, const real *rows, real *sums"
-        return self._function("series_sums", signature, "Sums over lower orders.", lines)
+        return self._function(name, signature, comment, lines)
 
     def _cores(self) -> str:
         """Of an even order and the next one, whose factors are the same but for one row."""

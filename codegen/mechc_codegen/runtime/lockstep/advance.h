@@ -17,18 +17,21 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
                                      mechc_integration **runs, int lane, const mechc_vector *rows)
 {
     mechc_trajectory *trajectory = &runs[lane]->head.trajectory;
-    double y[MECHC_NX];
+    double y[MECHC_NX], *turns = runs[lane]->turns;
     if (!mechc_make_room(trajectory)) return 0;
     const ptrdiff_t size = trajectory->width * trajectory->dense_rows;
     double *dense = trajectory->dense + (trajectory->count - 1) * size;
     for (ptrdiff_t i = 0; i < size; i++)
         dense[i] = i < method->dense_rows * MECHC_NX ? rows[i][lane] : 0.0;
     if (size) trajectory->methods[trajectory->count - 1] = (unsigned char)method->number;
-    for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
-    const int kept = mechc_append_turned(trajectory, a->t[lane], y, runs[lane]->turns);
-    mechc_take_turns(y, runs[lane]->turns);
-    for (int i = 0; i < MECHC_NQ; i++) a->y[i][lane] = y[i];
-    return kept;
+    double *state = trajectory->y + trajectory->count * MECHC_NX;
+    for (int i = 0; i < MECHC_NX; i++) state[i] = y[i] = a->y[i][lane];
+    trajectory->t[trajectory->count++] = a->t[lane];
+    mechc_give_turns(turns, state);
+    mechc_take_turns(y, turns);
+    for (int i = 0; i < MECHC_NQ; i++) /* all lanes are loaded next, which waits for such stores */
+        if (y[i] != a->y[i][lane]) a->y[i][lane] = y[i];
+    return 1;
 }
 
 /* What each run does next, once a step of all of them is judged; 1 where one is to leave. */

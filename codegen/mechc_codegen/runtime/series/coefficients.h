@@ -41,12 +41,21 @@ MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real s
         if (MECHC_SERIES_FEW && order <= summed) FN(series_take)(&sides, order, rows, near, sums);
         for (int i = 0; i < MECHC_SERIES_INTEGRATED; i++) row[i] = rows[order][i] = factor * rates[i];
         if (order > summed) return;
+#if MECHC_SERIES_MOMENTA
+        if (order == last) {
+#if !MECHC_SERIES_FEW
+            FN(series_take_last)(&sides, order, rows, rows[order - 1], sums);
+#endif
+            FN(series_solve)(given, kept, sums, row);
+            for (int i = MECHC_NQ; i < MECHC_NX; i++) rows[order][i] = row[i];
+            return;
+        }
+#endif
         if (!MECHC_SERIES_FEW) FN(series_take)(&sides, order, rows, rows[order - 1], sums);
         if (order < summed) FN(series_prepare)(&sides, order + 1);
         FN(series_next)(R((double)order), R(mechc_inverse_of[order]),
                         order == 1 ? scale : R(0.0), given, kept, sums, row, rates);
         for (int i = MECHC_NQ; MECHC_SERIES_FEW && i < MECHC_SERIES; i++) rows[order][i] = row[i];
-        if (order == last) return;
         FN(series_put)(&sides, order, row);
     }
 }

@@ -100,10 +100,19 @@ class SeriesWriter:
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         few = len(self.sums) <= _FEW
         lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
+        lines += self._roots()
         summing = [self._cores()] if few else [*self._summing(), self._packing()]
         summing.append(self._ending())
         summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
+
+    def _roots(self) -> Iterator[str]:
+        """The rows of roots and powers, whose sign tells their branch."""
+        kinds = {n: self.series.operations[n].kind for n in self.needed if self.varies(n)}
+        places = [str(self.row(n)) for n, kind in kinds.items() if kind in ("root", "power")]
+        yield f"#define MECHC_SERIES_ROOTS {len(places)}"
+        if places:
+            yield f"#define MECHC_SERIES_ROOT_PLACES {', '.join(places)} /* in a row */"
 
     # -- pieces -----------------------------------------------------------------------------
 

@@ -8,6 +8,7 @@ lower orders alone, so that they are independent of each other; everything else 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -27,6 +28,8 @@ _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SC
 #define MECHC_SCENE_SERIES_SCALAR
 #endif"""
 _BLOCK = 16  # sums that run side by side
+_DEFINITION = re.compile(r"const real (\w+) =")
+_NAME = re.compile(r"[A-Za-z_]\w*")
 _FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
 _CORE_TERMS = (
     "for (int j = 3; j < order - 2; j++) {",
@@ -561,4 +564,15 @@ class SeriesWriter:
         if "given" in signature:
             used = [(s, place) for s, place in self.places.items() if s in self.used]
             loads = [f"const real {s.name} = {place};" for s, place in used]
-        return definition(comment, name, signature, [*loads, *body], "MECHC_INLINE")
+        return definition(comment, name, signature, _used([*loads, *body]), "MECHC_INLINE")
+
+
+def _used(body: list[str]) -> list[str]:
+    """Without the values that no later line reads: of angles the sines alone are asked for."""
+    kept, read = list[str](), set[str]()
+    for line in reversed(body):
+        name = _DEFINITION.match(line)
+        if name is None or name[1] in read:
+            kept.append(line)
+            read.update(_NAME.findall(line[name.end() if name else 0 :]))
+    return kept[::-1]

@@ -121,7 +121,8 @@ MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *o
         if (!mechc_close_start(run, options)) return 0;
     }
     mechc_take_turns(run->y, run->turns);
-    const int moved = memcmp(run->y, options->y0, MECHC_NQ * sizeof(double)) != 0;
+    int moved = 0;
+    for (int i = 0; i < MECHC_NQ; i++) moved |= run->y[i] != options->y0[i];
     if (moved || !closes) mechc_give_options(run, options);
     return 1;
 }

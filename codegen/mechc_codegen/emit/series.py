@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from sympy import Expr, Symbol
 
@@ -60,11 +61,16 @@ class SeriesWriter:
         self.places = {s: f"p[{i}]" for i, s in enumerate(symbols.parameters)}
         self.places |= {s: f"k[{i}]" for i, s in enumerate(functions.constants)}
         self.nq, self.nu = len(symbols.q), len(symbols.u)
-        self.rows: dict[Row, int] = {(n, ""): n for n in range(self.nq + self.nu)}
+        self.needed = series.needed
+        self.integrals = [each for each in series.integrals if each[0] in self.needed]
+        integrated = [*range(self.nq + self.nu), *(n for n, _ in self.integrals)]
+        self.rows: dict[Row, int] = {(n, ""): place for place, n in enumerate(integrated)}
+        self.integrated = len(integrated)
         self.kept = dict[str, int]()
         self.sums = dict[tuple[int, int], int]()
+        self.solving = set[int]()  # the sums that M u is solved with
         self.used = set[Symbol]()
-        self.needed = series.needed
+        self.depths = dict[int, int]()
         self.varying = self._varying()
 
     def _varying(self) -> set[int]:
@@ -81,17 +87,22 @@ class SeriesWriter:
 
     def _unaccelerated(self, i: int) -> bool:
         coupled = any(self._entry(i, j) is not None for j in range(self.nu) if j != i)
-        return not coupled and self.series.is_number(self.series.forcing[i], 0)
+        own = self.series.mass[i * self.nu + i]
+        steady = not self.series.momenta or self.series.is_constant(own)
+        return not coupled and steady and self.series.is_number(self.series.forcing[i], 0)
 
     def text(self) -> str:
         """Sizes and functions."""
         following = self._following()
         starting = self._starting()
         sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
+        sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         few = len(self.sums) <= _FEW
         lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
-        summing = [self._cores(), self._ending()] if few else [self._summing(), self._packing()]
+        summing = [self._cores()] if few else [*self._summing(), self._packing()]
+        summing.append(self._ending())
+        summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
 
     # -- pieces -----------------------------------------------------------------------------
@@ -134,9 +145,12 @@ class SeriesWriter:
     def _starting(self) -> str:
         self.used = set()
         body = [line for number in self.needed for line in self._value(number)]
-        body += self._factors() + self._solution("v", self._forcing_values())
+        body += self._factors()
+        if not self.series.momenta:
+            body += self._solution("v", self._forcing_values())
         body += [f"kept[{place}] = {name};" for name, place in self.kept.items()]
-        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in self._own_rows()]
+        own = self._rows_after(self.nq + self.nu)
+        body += [f"row[{place}] = {self._start_of(*of)};" for of, place in own]
         body += self._rates("v")
         signature = (
             "real t, const real *q, const real *u, const FN(given) *given, real *kept, real *row, "
@@ -144,8 +158,8 @@ class SeriesWriter:
         )
         return self._function("series_start", signature, "Order 0 of a motion.", body)
 
-    def _own_rows(self) -> list[tuple[Row, int]]:
-        return [(of, place) for of, place in self.rows.items() if place >= self.nq + self.nu]
+    def _rows_after(self, first: int) -> list[tuple[Row, int]]:
+        return [(of, place) for of, place in self.rows.items() if place >= first]
 
     def _start_of(self, number: int, weight: str) -> str:
         if weight:
@@ -196,7 +210,7 @@ class SeriesWriter:
         for factor, name in zip(factors, names, strict=True):
             number = self.constant(factor)
             if not text:
-                text = name if factor == 1 else f"{number} * {name}"
+                text = {1: name, -1: f"-{name}"}.get(factor, f"{number} * {name}")
             else:
                 text = f"R_FMA({number}, {name}, {text})"
         return text
@@ -205,9 +219,9 @@ class SeriesWriter:
 
     def _following(self) -> str:
         self.used = set()
-        body = [line for number in self.needed for line in self._coefficient(number)]
-        body += self._solution("d", self._forcing_coefficients())
-        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in self._own_rows()]
+        body = self._coefficients()
+        own = self._rows_after(self.integrated)
+        body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
         body += self._rates("d")
         self._arrange()
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
@@ -224,17 +238,45 @@ class SeriesWriter:
             return f"b{-1 - number}"
         return f"order * d{number}" if weight else f"d{number}"
 
+    def _coefficients(self) -> list[str]:
+        """Those that M u is made of first, where it gives the speeds."""
+        if self.series.momenta:
+            lines = self._speeds()
+            later = [number for number in self.needed if number not in self._first()]
+            return lines + [line for number in later for line in self._coefficient(number)]
+        lines = [line for number in self.needed for line in self._coefficient(number)]
+        return lines + self._solution("d", self._forcing_coefficients())
+
+    def _speeds(self) -> list[str]:
+        """From M u, which is integrated and stands in their places."""
+        lines = [line for number in self._first() for line in self._coefficient(number)]
+        lines += self._solution("d", self._momenta())
+        return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
+
+    def _first(self) -> list[int]:
+        """What M is made of, without the rates that it is integrated by."""
+        return replace(self.series, forcing=(), rates=(), integrals=()).needed
+
+    def _solving(self) -> str:
+        """The end of the last order, of which nothing but the states is asked."""
+        lines = self._speeds()
+        loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
+        loads += [f"const real s{place} = sums[{place}];" for place in sorted(self.solving)]
+        signature = "const FN(given) *given, const real *kept, const real *sums, real *row"
+        return self._function("series_solve", signature, "Speeds from M u.", loads + lines)
+
     def _coefficient(self, n: int) -> Iterator[str]:
         operation = self.series.operations[n]
         if not self.varies(n):
+            return
+        if (n, "") in self.rows and self.rows[n, ""] < self.integrated:
+            yield f"const real d{n} = row[{self.rows[n, '']}];"
             return
         yield f"const real d{n} = {self._recurrence(n, operation)};"
 
     def _recurrence(self, n: int, operation: Operation) -> str:
         args = operation.args
         match operation.kind:
-            case "state":
-                return f"row[{n}]"
             case "time":
                 return "time"
             case "sum":
@@ -269,7 +311,18 @@ class SeriesWriter:
         total = self.sum(self.row(a), self.row(b))
         if a == b:
             return f"R_FMA({self.value(a)} + {self.value(a)}, d{a}, {total})"
+        a, b = sorted((a, b), key=self.depth)  # what is known last is multiplied last
         return f"R_FMA({self.value(a)}, d{b}, R_FMA({self.value(b)}, d{a}, {total}))"
+
+    def depth(self, number: int) -> int:
+        """How many values an operation's coefficient waits for, one after the other."""
+        if number not in self.depths:
+            operation, nx = self.series.operations[number], self.nq + self.nu
+            solved = self.series.momenta and self.nq <= number < nx
+            known = self.rows.get((number, ""), self.integrated) < self.integrated
+            found = 1 + max(map(self.depth, () if known else operation.args), default=0)
+            self.depths[number] = found + self.nu * solved
+        return self.depths[number]
 
     def _quotient(self, n: int, a: int, b: int) -> str:
         if not self.varies(b):
@@ -308,6 +361,35 @@ class SeriesWriter:
                 total = self.sum(self.row(entry), self.row(-1 - j))
                 text = f"R_FMA(-d{entry}, {self.keep(f'a{j}')}, {text} - {total})"
         return text
+
+    def _momenta(self) -> list[str]:
+        """Of M u, which the row holds, less the products with what M gains."""
+        return [self._momentum(i) for i in range(self.nu)]
+
+    def _momentum(self, i: int) -> str:
+        text = f"row[{self.nq + i}]"
+        for j in range(self.nu):
+            entry = self._entry(i, j)
+            if entry is not None and self.varies(entry):
+                text = f"R_FMA(-d{entry}, {self.value(self.nq + j)}, {text})"
+        for j in range(self.nu):
+            entry = self._entry(i, j)
+            if entry is not None and self.varies(entry):
+                factor, total = self._sum_with(entry, self.nq + j)
+                self.solving.add(int(total[1:]))
+                text = f"R_FMA(-{factor}, {total}, {text})"
+        return text
+
+    def _sum_with(self, number: int, place: int) -> tuple[str, str]:
+        """A factor and a sum: of a multiple of one series those of the series itself."""
+        operation = self.series.operations[number]
+        if operation.kind == "sum":
+            pairs = zip(operation.factors, operation.args, strict=True)
+            varying = [(factor, a) for factor, a in pairs if self.varies(a)]
+            if len(varying) == 1:
+                ((factor, a),) = varying
+                return f"({self.constant(factor)})", self.sum(self.row(a), place)
+        return "R(1.0)", self.sum(self.row(number), place)
 
     def _pattern(self) -> list[list[int]]:
         """For each row of L the columns where it is not zero: M = L D L^T."""
@@ -354,13 +436,20 @@ class SeriesWriter:
     def _rates(self, kind: str) -> list[str]:
         """q' and u'."""
         rates = [self._rate(kind, i) for i in range(self.nq)]
-        rates += [f"{'b' if kind == 'd' else 'a'}{i}" for i in range(self.nu)]
+        if self.series.momenta:
+            rates += [self._of_order(kind, number) for number in self.series.forcing]
+        else:
+            rates += [f"{'b' if kind == 'd' else 'a'}{i}" for i in range(self.nu)]
+        rates += [self._of_order(kind, rate) for _, rate in self.integrals]
         return [f"rates[{i}] = {rate};" for i, rate in enumerate(rates)]
 
     def _rate(self, kind: str, i: int) -> str:
         if not self.series.rates:
             return f"u[{i}]" if kind == "v" else f"row[{self.nq + i}]"
-        number = self.series.rates[i]
+        return self._of_order(kind, self.series.rates[i])
+
+    def _of_order(self, kind: str, number: int) -> str:
+        """Of order 0, or of the order at hand."""
         if kind == "v":
             return self.start(number)
         return f"d{number}" if self.varies(number) else "R(0.0)"
@@ -381,9 +470,18 @@ class SeriesWriter:
         numbers = {tuple(sorted(pair)): n for pair, n in self.sums.items()}
         self.sums = {pair: numbers[tuple(sorted(pair))] for pair in ordered}
 
-    def _summing(self) -> str:
+    def _summing(self) -> list[str]:
+        """Of all series; of the last order by momenta those alone that it is solved with."""
+        every = list(self.sums.items())
+        texts = [self._summed("series_sums", "Sums over lower orders.", every)]
+        if self.series.momenta:
+            last = [each for each in every if each[1] in self.solving]
+            texts.append(self._summed("series_last_sums", "Those that give M u.", last))
+        return texts
+
+    def _summed(self, name: str, comment: str, ordered: list[tuple[tuple[int, int], int]]) -> str:
         """The products with the first and the last row come last."""
-        ordered, lines = list(self.sums.items()), list[str]()
+        lines = list[str]()
         for first in range(0, len(ordered), _BLOCK):
             block = ordered[first : first + _BLOCK]
             lines.append("{")
@@ -394,7 +492,7 @@ class SeriesWriter:
             lines += [f"    sums[{place}] = s{place};" for _, place in block]
             lines.append("}")
         signature = "int order, const real *rows, real *sums"
-        return self._function("series_sums", signature, "Sums over lower orders.", lines)
+        return self._function(name, signature, comment, lines)
 
     def _cores(self) -> str:
         """Of an even order and the next one, whose factors are the same but for one row."""
@@ -436,7 +534,7 @@ class SeriesWriter:
                 places = [pair[side] for pair in pairs[first : first + 8]]
                 values = ", ".join(f"row[{n}]" for n in places + places[-1:] * (8 - len(places)))
                 lines.append(f"MECHC_SPREAD({values}, {name} + {first});")
-        text = self._ending() + self._function(
+        text = self._function(
             "series_spread", "const real *row, real *left, real *right",
             "What each sum multiplies, side by side.", lines,
         )  # fmt: skip

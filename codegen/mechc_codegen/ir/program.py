@@ -88,12 +88,18 @@ class Operation:
 @dataclass(frozen=True)
 class Series:
     """The operations of M u' = F and q' one by one, each with a recurrence of its Taylor
-    coefficients, and the numbers of their entries; no ``rates``: q' is u."""
+    coefficients, and the numbers of their entries; no ``rates``: q' is u.
+
+    ``integrals``: sines and cosines that are integrated as states are, each with the number of its
+    rate.  ``momenta``: the entries of ``forcing`` are those of (M u)', not of M u'.
+    """
 
     operations: tuple[Operation, ...]
     mass: tuple[int, ...]
     forcing: tuple[int, ...]
     rates: tuple[int, ...] = ()
+    integrals: tuple[tuple[int, int], ...] = ()
+    momenta: bool = False
 
     @property
     def ends(self) -> tuple[int, ...]:
@@ -102,13 +108,15 @@ class Series:
     @property
     def needed(self) -> list[int]:
         """The operations that the entries are made of, in order."""
-        found = set(self.ends)
-        for number in reversed(range(len(self.operations))):
-            operation = self.operations[number]
-            if number in found:
-                found.update(operation.args)
-                if operation.kind in ("sine", "cosine"):  # each needs the other
-                    found.add(number + (1 if operation.kind == "sine" else -1))
+        rates, found, left = dict(self.integrals), set[int](), list(self.ends)
+        while left:
+            number = left.pop()
+            if number not in found:
+                found.add(number)
+                left += self.operations[number].args
+                left += [rates[number]] if number in rates else []
+                if self.operations[number].kind in ("sine", "cosine"):  # each needs the other
+                    left.append(number + (1 if self.operations[number].kind == "sine" else -1))
         return sorted(found)
 
     def is_constant(self, number: int) -> bool:

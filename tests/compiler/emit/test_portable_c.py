@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import platform
 import shutil
 import subprocess
 from pathlib import Path
@@ -21,6 +22,7 @@ from mechc_codegen.extension.flags import RUNTIME, STRICT
 
 import mechc
 from mechc.compilation import toolchain
+from mechc.compilation.toolchain.found import installed_compiler
 from tests.compiler.emit.test_sanitizers import (
     MAIN,
     METHOD_NUMBERS,
@@ -185,3 +187,32 @@ def test_what_is_compiled_into_the_runtime_compiles_for_windows(tmp_path: Path) 
     if WINE is not None:
         env = {**os.environ, "WINEPREFIX": str(tmp_path / "wine"), "WINEDEBUG": "-all"}
         subprocess.run([WINE, "thread.exe"], cwd=tmp_path, env=env, check=True)
+
+
+# -- for this machine ---------------------------------------------------------------------------
+
+FEATURES = """
+#include <stdio.h>
+#include "abi/processor.h"
+int main(int count, char **names)
+{
+    for (int i = 1; i < count; i++)
+        if (mechc_processor_has(names[i])) puts(names[i]);
+}
+"""
+HERE = [found for found in (installed_compiler(), PACKAGED) if found]
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="of x86-64 processors")
+@pytest.mark.parametrize("command", HERE, ids=[Path(found[-1]).name for found in HERE])
+def test_a_program_knows_the_instructions_of_its_processor_whoever_compiled_it(
+    command: list[str], tmp_path: Path
+) -> None:
+    """Those that the system tells; with zig's libraries the compiler's own answer is "none"."""
+    source, program = tmp_path / "features.c", tmp_path / "features"
+    source.write_text(FEATURES, "utf-8")
+    subprocess.run([*command, f"-I{RUNTIME}", str(source), "-o", str(program)], check=True)
+    names = ["avx2", "fma", "avx512f", "avx512dq", "avx512vl", "no_such"]
+    done = subprocess.run([str(program), *names], capture_output=True, text=True, check=True)
+    flags = Path("/proc/cpuinfo").read_text("utf-8").split("flags")[1].split("\n")[0].split()
+    assert done.stdout.split() == [name for name in names if name in flags]

@@ -153,7 +153,7 @@ def default_lines(functions: SceneFunctions) -> Iterable[str]:
 def _choice(each: InstructionSet) -> str:
     wanted = f'!strcmp(instruction_set, "{each.name}")'
     features = [f[2:] for f in each.flags if f.startswith("-m") and "=" not in f]
-    supported = " && ".join(f'__builtin_cpu_supports("{f}")' for f in features) or "1"
+    supported = " && ".join(f'mechc_processor_has("{f}")' for f in features) or "1"
     return (
         f"    if ((!instruction_set || {wanted})\n        && {supported})\n"
         f"        return &mechc_unit_{each.name};"

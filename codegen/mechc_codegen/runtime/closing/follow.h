@@ -21,6 +21,9 @@
 #define MECHC_FOLLOW_TURN 0.95  /* the least cosine between the tangents at its ends */
 #define MECHC_FOLLOW_STRETCH 4.0 /* steps that a cubic is extrapolated over */
 #define MECHC_FOLLOW_TINY 2e-6  /* rad or lengths: a step that may pass a change point */
+/* Rounding enters a slope beside a crossing over the square of the distance, a cubic through two
+ * places errs by its fourth power: both are least at the sixth root of the rounding. */
+#define MECHC_FOLLOW_ASIDE 2.5e-3 /* rad or lengths */
 #define MECHC_FOLLOW_LEAST 1e-13 /* a shorter step ends at a limit */
 #define MECHC_FOLLOW_SINGULAR 1e-6 /* pivots, of the largest, at which nothing begins */
 #define MECHC_FOLLOW_STEPS 2000 /* between two values asked for */
@@ -53,6 +56,7 @@ typedef struct {
 
 typedef struct {
     mechc_follow_place at, before, trial; /* `before`: where a step earlier it was; s NaN: nowhere */
+    mechc_follow_place low, high;         /* on both sides of a crossing */
     double *y, *gap, *gradient, *matrix, *right;
     int *row; /* independent rows of the gradient */
     const double *p;
@@ -69,12 +73,12 @@ static int mechc_follower_make(const mechc_following *job, mechc_follower *one)
     const mechc_measured measured = {&job->closure, job->rows, job->columns, job->unknowns + 1,
                                      job->unknown,  job->kind, job->alike};
     double *next = one->memory =
-        calloc(6 * nq + (size_t)job->closure.width + gap + gradient + matrix + 2 * n + gap + 1,
+        calloc(10 * nq + (size_t)job->closure.width + gap + gradient + matrix + 2 * n + gap + 1,
                sizeof(double));
     one->row = calloc((size_t)job->rows + 1, sizeof(int));
     if (!next || !one->row || !mechc_measure_make(&one->measure, &measured)) return 0;
-    mechc_follow_place *places[] = {&one->at, &one->before, &one->trial};
-    for (int i = 0; i < 3; i++) {
+    mechc_follow_place *places[] = {&one->at, &one->before, &one->trial, &one->low, &one->high};
+    for (int i = 0; i < 5; i++) {
         places[i]->q = next, next += nq;
         places[i]->slope = next, next += nq;
     }
@@ -206,12 +210,11 @@ static int mechc_follow_correct(const mechc_following *job, mechc_follower *one)
     return 0;
 }
 
-/* q and, where wanted, its slope at a value of the driven coordinate, by the cubic through the
- * last two places; by the tangent where there is one place only. */
-static void mechc_follow_cubic(const mechc_following *job, const mechc_follower *one, double s,
-                               double *q, double *slope)
+/* q and, where wanted, its slope at a value of the driven coordinate, by the cubic through two
+ * places; by the tangent where there is one place only. */
+static void mechc_follow_cubic(const mechc_following *job, const mechc_follow_place *a,
+                               const mechc_follow_place *b, double s, double *q, double *slope)
 {
-    const mechc_follow_place *a = &one->before, *b = &one->at;
     const double width = b->s - a->s, x = s - b->s, z = x / width;
     const int cubic = fabs(z) <= MECHC_FOLLOW_STRETCH;
     for (int i = 0; i < job->closure.coordinates; i++) {
@@ -230,10 +233,11 @@ static void mechc_follow_cubic(const mechc_following *job, const mechc_follower 
     }
 }
 
-/* The cosine of the angle between the tangents at the ends of the step tried. */
-static double mechc_follow_cosine(const mechc_following *job, const mechc_follower *one)
+/* The cosine of the angle between the tangents at a place and at the trial. */
+static double mechc_follow_cosine(const mechc_following *job, const mechc_follower *one,
+                                  const mechc_follow_place *from)
 {
-    const double *a = one->at.slope, *b = one->trial.slope;
+    const double *a = from->slope, *b = one->trial.slope;
     const double driven = mechc_follow_unit(job, one, job->unknowns);
     double both = 1.0 / (driven * driven), first = both, second = both;
     for (int k = 0; k < job->unknowns; k++) {
@@ -260,11 +264,11 @@ static int mechc_follow_step(const mechc_following *job, mechc_follower *one, do
     const double unit = mechc_follow_unit(job, one, job->unknowns);
     mechc_follow_place *trial = &one->trial;
     trial->s = s;
-    mechc_follow_cubic(job, one, s, trial->q, NULL);
+    mechc_follow_cubic(job, &one->before, &one->at, s, trial->q, NULL);
     if (!mechc_follow_correct(job, one) || !mechc_follow_tangent(job, one, trial, 0)) return 0;
     const int crossed = trial->sign != one->at.sign;
     if (crossed && fabs(s - one->at.s) > MECHC_FOLLOW_TINY * unit) return 0;
-    if (!(mechc_follow_cosine(job, one) >= MECHC_FOLLOW_TURN)) return 0;
+    if (!(mechc_follow_cosine(job, one, &one->at) >= MECHC_FOLLOW_TURN)) return 0;
     const mechc_follow_place before = one->before;
     one->before = one->at;
     one->at = one->trial;
@@ -304,6 +308,38 @@ static int mechc_follow_to(mechc_following *job, mechc_follower *one, ptrdiff_t 
     return 0;
 }
 
+/* A place of the curve at a distance from one beside a crossing, on its side; 0: none is found. */
+static int mechc_follow_aside(const mechc_following *job, mechc_follower *one,
+                              mechc_follow_place *from, double distance,
+                              mechc_follow_place *found)
+{
+    mechc_follow_place *trial = &one->trial;
+    mechc_follow_ask(job, one, from);
+    if (!mechc_follow_tangent(job, one, from, 0)) return 0; /* its sign, by the rows of now */
+    trial->s = from->s + distance;
+    mechc_follow_cubic(job, from, from, trial->s, trial->q, NULL);
+    if (!mechc_follow_correct(job, one) || !mechc_follow_tangent(job, one, trial, 0)) return 0;
+    if (trial->sign != from->sign) return 0;
+    if (!(mechc_follow_cosine(job, one, from) >= MECHC_FOLLOW_TURN)) return 0;
+    const mechc_follow_place unused = *found;
+    *found = *trial;
+    *trial = unused;
+    return 1;
+}
+
+/* q and its slope at a crossing, between the last two places, from others farther aside if the
+ * curve goes on there. */
+static void mechc_follow_at_crossing(const mechc_following *job, mechc_follower *one, double s,
+                                     double *q, double *slope)
+{
+    const double far = MECHC_FOLLOW_ASIDE * mechc_follow_unit(job, one, job->unknowns);
+    const double distance = one->at.s > one->before.s ? far : -far;
+    const int aside = mechc_follow_aside(job, one, &one->before, -distance, &one->low)
+                   && mechc_follow_aside(job, one, &one->at, distance, &one->high);
+    mechc_follow_cubic(job, aside ? &one->low : &one->before, aside ? &one->high : &one->at, s, q,
+                       slope);
+}
+
 static int mechc_follow_stopped(const mechc_following *job)
 {
     return __atomic_load_n(&job->stop, __ATOMIC_RELAXED);
@@ -336,7 +372,7 @@ static void mechc_follow_member(mechc_following *job, mechc_follower *one, ptrdi
             memcpy(q + i * nq, one->at.q, row);
             memcpy(ratio + i * nq, one->at.slope, row);
         } else {
-            mechc_follow_cubic(job, one, target, q + i * nq, ratio + i * nq);
+            mechc_follow_at_crossing(job, one, target, q + i * nq, ratio + i * nq);
         }
         q[i * nq + job->driven] = target;
     }

@@ -18,7 +18,8 @@ MECHC_STATIC void mechc_lockstep_take_turns(mechc_lockstep *a, mechc_integration
     double q[MECHC_NQ];
     for (int i = 0; i < MECHC_NQ; i++) q[i] = a->y[i][lane];
     mechc_take_turns(q, run->turns);
-    for (int i = 0; i < MECHC_NQ; i++) a->y[i][lane] = q[i];
+    for (int i = 0; i < MECHC_NQ; i++) /* all lanes are loaded next, which waits for such stores */
+        if (q[i] != a->y[i][lane]) a->y[i][lane] = q[i];
 }
 
 /* Keep a step that was accepted; 0 without memory. */
@@ -26,7 +27,6 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
                                      mechc_integration **runs, int lane, const mechc_vector *rows)
 {
     mechc_trajectory *trajectory = &runs[lane]->head.trajectory;
-    double y[MECHC_NX];
     if (trajectory->last_only) return mechc_lockstep_keep_last(a, lane, runs[lane]);
     if (!mechc_make_room(trajectory)) return 0;
     const ptrdiff_t size = trajectory->width * trajectory->dense_rows;
@@ -34,8 +34,11 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
     for (ptrdiff_t i = 0; i < size; i++)
         dense[i] = i < method->dense_rows * MECHC_NX ? rows[i][lane] : 0.0;
     if (size) trajectory->methods[trajectory->count - 1] = (unsigned char)method->number;
-    for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
-    return mechc_append_turned(trajectory, a->t[lane], y, runs[lane]->turns);
+    double *state = trajectory->y + trajectory->count * MECHC_NX;
+    for (int i = 0; i < MECHC_NX; i++) state[i] = a->y[i][lane];
+    trajectory->t[trajectory->count++] = a->t[lane];
+    mechc_give_turns(runs[lane]->turns, state);
+    return 1;
 }
 
 /* Is there something to do for a lane by itself? */

@@ -21,12 +21,15 @@
 #include "scene_series.h"
 
 /* The rows up to the order `last`.  Of few series the row at hand stays in registers, since the next
- * one waits for it. */
+ * one waits for it.  What is integrated has its row from the rates of the row before; of scenes that
+ * are integrated by their momenta M u these have the places of the speeds, until those follow. */
 MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real scale, int last,
                            real (*rows)[MECHC_SERIES])
 {
-    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT)], rates[MECHC_NX], near[MECHC_SERIES];
+    real kept[MECHC_AT_LEAST_ONE(MECHC_SERIES_KEPT)];
+    real rates[MECHC_SERIES_INTEGRATED], near[MECHC_SERIES];
     real sums[MECHC_AT_LEAST_ONE(MECHC_SERIES_SUMS)];
+    const int summed = last - 1 + MECHC_SERIES_MOMENTA; /* the last order that needs sums */
     FN(series_sides) sides;
     FN(series_begin)(&sides);
     for (int i = 0; i < MECHC_NX; i++) rows[0][i] = y[i];
@@ -35,14 +38,24 @@ MECHC_ONCE void FN(series)(real t, const real *y, const FN(given) *given, real s
     for (int order = 1;; order++) {
         const real factor = scale * mechc_inverse_of[order];
         real *row = MECHC_SERIES_FEW ? near : rows[order];
-        if (MECHC_SERIES_FEW && order < last) FN(series_take)(&sides, order, rows, near, sums);
-        for (int i = 0; i < MECHC_NX; i++) row[i] = rows[order][i] = factor * rates[i];
-        if (order == last) return;
+        if (MECHC_SERIES_FEW && order <= summed) FN(series_take)(&sides, order, rows, near, sums);
+        for (int i = 0; i < MECHC_SERIES_INTEGRATED; i++) row[i] = rows[order][i] = factor * rates[i];
+        if (order > summed) return;
+#if MECHC_SERIES_MOMENTA
+        if (order == last) {
+#if !MECHC_SERIES_FEW
+            FN(series_take_last)(&sides, order, rows, rows[order - 1], sums);
+#endif
+            FN(series_solve)(given, kept, sums, row);
+            for (int i = MECHC_NQ; i < MECHC_NX; i++) rows[order][i] = row[i];
+            return;
+        }
+#endif
         if (!MECHC_SERIES_FEW) FN(series_take)(&sides, order, rows, rows[order - 1], sums);
-        if (order + 1 < last) FN(series_prepare)(&sides, order + 1);
+        if (order < summed) FN(series_prepare)(&sides, order + 1);
         FN(series_next)(R((double)order), R(mechc_inverse_of[order]),
                         order == 1 ? scale : R(0.0), given, kept, sums, row, rates);
-        for (int i = MECHC_NX; MECHC_SERIES_FEW && i < MECHC_SERIES; i++) rows[order][i] = row[i];
+        for (int i = MECHC_NQ; MECHC_SERIES_FEW && i < MECHC_SERIES; i++) rows[order][i] = row[i];
         FN(series_put)(&sides, order, row);
     }
 }

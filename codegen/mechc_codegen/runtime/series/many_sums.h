@@ -33,6 +33,16 @@ MECHC_INLINE void mechc_vector_series_take(const mechc_vector_series_sides *side
     mechc_vector_series_sums(order, rows[0], sums);
 }
 
+#if MECHC_SERIES_MOMENTA
+MECHC_INLINE void mechc_vector_series_take_last(const mechc_vector_series_sides *sides, int order,
+                                                mechc_vector (*rows)[MECHC_SERIES],
+                                                const mechc_vector *last, mechc_vector *sums)
+{
+    (void)sides, (void)last;
+    mechc_vector_series_last_sums(order, rows[0], sums);
+}
+#endif
+
 MECHC_INLINE void mechc_vector_series_prepare(mechc_vector_series_sides *sides, int order)
 {
     (void)sides, (void)order;
@@ -68,6 +78,10 @@ MECHC_INLINE void mechc_scalar_series_take(const mechc_scalar_series_sides *side
     const double *first = order > 1 ? rows[1] : sides->none;
     mechc_scalar_series_ends(sides->middle[order & 1], early, first, last, sums);
 }
+
+#if MECHC_SERIES_MOMENTA
+#define mechc_scalar_series_take_last mechc_scalar_series_take /* what is not used costs little */
+#endif
 
 /* Of an order of which only the last row is not there yet. */
 MECHC_INLINE void mechc_scalar_series_prepare(mechc_scalar_series_sides *sides, int order)

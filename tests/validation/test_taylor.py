@@ -130,6 +130,47 @@ def test_every_operation_has_its_recurrence():
         np.testing.assert_allclose(end, wanted, rtol=0, atol=10 * rtol)
 
 
+def through_the_middle(start, end):
+    """The state at the end of q'' = -2q - 0.6 (1 + 2 q^2) / sqrt(1 + q^2) sign(q) - q^9."""
+    t, y = 0.0, np.array(start)
+    while t < end:
+        begun, side = t, np.sign(y[0] or y[1])
+
+        def rate(t, y, side=side):
+            corner = 0.6 * side * (1 + 2 * y[0] ** 2) / np.sqrt(1 + y[0] ** 2)
+            return [y[1], -2 * y[0] - corner - y[0] ** 9]
+
+        def middle(t, y, begun=begun, side=side):
+            return y[0] if t > begun + 1e-3 else side
+
+        middle.terminal = True
+        part = solve_ivp(rate, (t, end), y, "DOP853", rtol=3e-14, atol=1e-15, events=middle)
+        t, y = part.t[-1], part.y[:, -1] * [part.status == 0, 1.0]
+    return y
+
+
+@pytest.mark.slow
+def test_roots_that_touch_zero_and_steps_far_beyond_the_series():
+    """sqrt(q^2 + q^4 + f) has a corner where f = 0, while its series goes on smoothly, and beside a
+    small f a radius of convergence of 1e-10; the recurrence of a power divides by q."""
+    q, f = dynamicsymbols("q"), Symbol("f")
+    law = -2 * q - 0.6 * (q + 2 * q**3) / sqrt(q**2 + q**4 + f) - q**9
+    model = mechc.compile(bead_with(law, default=0.0), outputs=())
+    states = np.stack([np.linspace(-1.2, 1.1, 11), np.linspace(0.8, -1.0, 11)], axis=-1)
+    for rtol in (1e-6, 1e-9, 1e-12):
+        batch = model.simulate_batch(5.0, states, rtol=rtol, method="taylor")
+        for member, start in enumerate(states):
+            sol = model.simulate(5.0, start, rtol=rtol, method="taylor")
+            wanted = through_the_middle(start, 5.0)
+            np.testing.assert_allclose(sol.y[-1], wanted, rtol=0, atol=max(30 * rtol, 1e-10))
+            np.testing.assert_array_equal(batch.y[member], sol.y[-1])
+    start, bound = [0.0, 1.0], {"rtol": 1e-12, "first_step": 0.1, "method": "taylor"}
+    one = model.simulate(0.5, start, {"f": 1e-20}, **bound)
+    together = model.simulate_batch(0.5, [start] * 3, {"f": 1e-20}, **bound)
+    np.testing.assert_allclose(one.y[-1], through_the_middle(start, 0.5), rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(together.y, one.y[[-1] * 3])
+
+
 def test_scenes_without_a_series_are_refused():
     with pytest.raises(ValueOutOfBoundsError, match="needs a small scene without constraints"):
         mechc.load("four_bar").simulate(1.0, np.zeros(6), method="taylor")

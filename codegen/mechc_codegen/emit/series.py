@@ -8,6 +8,7 @@ lower orders alone, so that they are independent of each other; everything else 
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -27,6 +28,8 @@ _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SC
 #define MECHC_SCENE_SERIES_SCALAR
 #endif"""
 _BLOCK = 16  # sums that run side by side
+_DEFINITION = re.compile(r"const real (\w+) =")
+_NAME = re.compile(r"[A-Za-z_]\w*")
 _FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
 _CORE_TERMS = (
     "for (int j = 3; j < order - 2; j++) {",
@@ -100,10 +103,19 @@ class SeriesWriter:
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
         few = len(self.sums) <= _FEW
         lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
+        lines += self._roots()
         summing = [self._cores()] if few else [*self._summing(), self._packing()]
         summing.append(self._ending())
         summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
+
+    def _roots(self) -> Iterator[str]:
+        """The rows of roots and powers, whose sign tells their branch."""
+        kinds = {n: self.series.operations[n].kind for n in self.needed if self.varies(n)}
+        places = [str(self.row(n)) for n, kind in kinds.items() if kind in ("root", "power")]
+        yield f"#define MECHC_SERIES_ROOTS {len(places)}"
+        if places:
+            yield f"#define MECHC_SERIES_ROOT_PLACES {', '.join(places)} /* in a row */"
 
     # -- pieces -----------------------------------------------------------------------------
 
@@ -483,16 +495,23 @@ class SeriesWriter:
         """The products with the first and the last row come last."""
         lines = list[str]()
         for first in range(0, len(ordered), _BLOCK):
-            block = ordered[first : first + _BLOCK]
-            lines.append("{")
-            lines += [f"    real s{place} = R(0.0);" for _, place in block]
-            lines += [f"    {line}" for line in _TERMS]
-            lines += [f"        s{n} = R_FMA(one[{a}], other[{b}], s{n});" for (a, b), n in block]
-            lines.append("    }")
-            lines += [f"    sums[{place}] = s{place};" for _, place in block]
-            lines.append("}")
+            lines += self._block(ordered[first : first + _BLOCK])
         signature = "int order, const real *rows, real *sums"
         return self._function(name, signature, comment, lines)
+
+    def _block(self, block: list[tuple[tuple[int, int], int]]) -> list[str]:
+        """Sums side by side; a factor on the right that several have is loaded once."""
+        uses = Counter(b for (_, b), _ in block)
+        held = [b for b, count in uses.items() if count > 1]
+        names = {b: f"b{b}" if b in held else f"other[{b}]" for b in uses}
+        lines = [f"    real s{place} = R(0.0);" for _, place in block]
+        lines += [f"    {line}" for line in _TERMS]
+        for b in held:
+            lines += [f"        real b{b} = other[{b}];", f"        MECHC_HOLD(b{b});"]
+        lines += [f"        s{n} = R_FMA(one[{a}], {names[b]}, s{n});" for (a, b), n in block]
+        lines.append("    }")
+        lines += [f"    sums[{place}] = s{place};" for _, place in block]
+        return ["{", *lines, "}"]
 
     def _cores(self) -> str:
         """Of an even order and the next one, whose factors are the same but for one row."""
@@ -545,4 +564,15 @@ class SeriesWriter:
         if "given" in signature:
             used = [(s, place) for s, place in self.places.items() if s in self.used]
             loads = [f"const real {s.name} = {place};" for s, place in used]
-        return definition(comment, name, signature, [*loads, *body], "MECHC_INLINE")
+        return definition(comment, name, signature, _used([*loads, *body]), "MECHC_INLINE")
+
+
+def _used(body: list[str]) -> list[str]:
+    """Without the values that no later line reads: of angles the sines alone are asked for."""
+    kept, read = list[str](), set[str]()
+    for line in reversed(body):
+        name = _DEFINITION.match(line)
+        if name is None or name[1] in read:
+            kept.append(line)
+            read.update(_NAME.findall(line[name.end() if name else 0 :]))
+    return kept[::-1]

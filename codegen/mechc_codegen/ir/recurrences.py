@@ -14,8 +14,6 @@ from sympy import Add, Expr, Integer, Mul, Pow, Rational, S, Symbol, cos, exp, l
 
 from mechc_codegen.ir.program import Assign, Operation, OperationKind, SineCosine, Statement
 
-MOST_FACTORS = 8  # integer powers up to here are products
-
 
 class NotAnalyticError(Exception):
     """An operation without a recurrence here."""
@@ -162,7 +160,7 @@ class Recurrences:
     def _power(self, base: Expr, exponent: Expr) -> int:
         if base is S.Exp1:
             return self.add("exp", self.of(exponent))
-        if exponent.is_Integer and abs(int(exponent)) <= MOST_FACTORS:
+        if exponent.is_Integer:  # products: what a power's recurrence divides by may vanish
             power = self._integer_power(self.of(base), abs(int(exponent)))
             one = self.of(Integer(1))
             return power if exponent > 0 else self.add("quotient", one, power)

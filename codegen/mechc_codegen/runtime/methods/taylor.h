@@ -14,14 +14,19 @@
 #include "run/method.h"
 #include "run/rates.h"
 #include "simd/bind_scalar.h"
+#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
+#include "series/first_zero.h"
 #include "stepping/control.h"
 
 typedef struct {
     double rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     double t, scale, sizes[MECHC_TAYLOR_JUDGED]; /* of the rows */
     int order, made;
+    double to_zero;   /* of the step that ends just past a root's zero, else infinite */
+    double past_zero; /* the time there, else NaN */
+    double over_zero; /* step of the pair from there */
 } mechc_taylor_work;
 
 MECHC_STATIC mechc_taylor_work *mechc_taylor_of(const mechc_integration *run)
@@ -29,45 +34,112 @@ MECHC_STATIC mechc_taylor_work *mechc_taylor_of(const mechc_integration *run)
     return run->work[MECHC_TAYLOR];
 }
 
+MECHC_STATIC void mechc_taylor_enter(mechc_integration *run)
+{
+    mechc_taylor_work *w = mechc_taylor_of(run);
+    w->made = 0;
+    w->to_zero = HUGE_VAL;
+    w->past_zero = NAN;
+}
+
 MECHC_STATIC void mechc_taylor_make(mechc_integration *run)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
     w->order = mechc_taylor_rows(run);
-    w->made = 0;
+    mechc_taylor_enter(run);
 }
 
-MECHC_STATIC void mechc_taylor_enter(mechc_integration *run) { mechc_taylor_of(run)->made = 0; }
-
-/* The series at the state; kept until the state is another. */
-MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
+/* The series in units of a step, and how large its last terms are; 0 where these overflow. */
+MECHC_STATIC int mechc_taylor_expand_by(mechc_integration *run, mechc_taylor_work *w, double step)
 {
     double weights[MECHC_NX], floor[MECHC_NX];
-    const double t = run->head.t, asked = run->method->share * run->rtol;
+    const double asked = run->method->share * run->rtol;
     const int given = run->has_tolerances;
-    if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return;
-    w->scale = run->direction * run->step;
-    mechc_scalar_series(t, run->y, &run->given, w->scale, w->order, w->rows);
-    for (int i = 0; i < MECHC_NX; i++) {
+    int finite = 1;
+    w->scale = run->direction * step;
+    mechc_scalar_series(run->head.t, run->y, &run->given, w->scale, w->order, w->rows);
+    for (int i = 0; i < MECHC_NX; i++)
         floor[i] = given ? run->method->share * run->tolerance[i] : 0.0;
-        MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
-    }
     mechc_scalar_taylor_weights(run->y, run->scale, floor, given ? 0.0 : asked,
                                 given ? asked : 0.0, weights);
     mechc_scalar_taylor_sizes(w->rows, w->order, weights, w->sizes);
+    for (int k = 0; k < MECHC_TAYLOR_JUDGED; k++) finite &= w->sizes[k] < HUGE_VAL;
+    run->head.stats.rhs_evaluations += w->order;
+    return finite;
+}
+
+/* The series at the state; kept until the state is another.  Far beyond its radius of convergence
+ * terms overflow, and tell nothing of a step. */
+MECHC_STATIC void mechc_taylor_expand(mechc_integration *run, mechc_taylor_work *w)
+{
+    const double t = run->head.t, least = mechc_smallest_step(run);
+    double step = run->step;
+    if (w->made && w->t == t && !memcmp(w->rows[0], run->y, sizeof run->y)) return;
+    while (!mechc_taylor_expand_by(run, w, step) && step > least) step *= 1e-3;
+    for (int i = 0; i < MECHC_NX; i++) MECHC_RATE(run, 0)[i] = w->rows[1][i] / w->scale;
     w->t = t;
     w->made = 1;
-    run->head.stats.rhs_evaluations += w->order;
+}
+
+/* End the step just past the first zero of a root, if there is one in it: see series/branches.h. */
+MECHC_STATIC void mechc_taylor_keep_branches(mechc_integration *run, mechc_taylor_work *w)
+{
+#if MECHC_SERIES_ROOTS
+    const double size = fabs(w->scale), part = run->step / size, left = fabs(run->t1 - w->t);
+    w->to_zero = HUGE_VAL;
+    if (mechc_scalar_branches_kept(w->rows, w->order, part) > 0.0) return;
+    const double past = mechc_just_past(w->t, w->scale, part);
+    int zero;
+    const double end = mechc_branches_end(w->rows[0], 1, w->order, part, past, &zero);
+    if (!(end < part)) return;
+    w->over_zero = run->step;
+    run->step = end * size;
+    if (zero) w->to_zero = run->step;
+    if (left > run->step && left <= 1.01 * run->step) run->step *= 0.5; /* not lengthened to the end */
+#else
+    (void)run, (void)w;
+#endif
+}
+
+/* From just past a zero, where the recurrences divide by next to nothing, the explicit pair takes a
+ * step: its rates are those of the new branch. */
+MECHC_STATIC void mechc_taylor_leave_zero(mechc_integration *run, mechc_taylor_work *w)
+{
+    mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
+    run->current = run->methods[MECHC_DOP853];
+    run->step = run->monitor.wanted = w->over_zero;
+    w->over_zero *= 0.2; /* if that is too long */
+}
+
+/* Did the step end just past a zero? */
+MECHC_STATIC void mechc_taylor_accept(mechc_integration *run, double h)
+{
+    mechc_taylor_work *w = mechc_taylor_of(run);
+    w->past_zero = NAN;
+    if (fabs(h) < w->to_zero) return;
+    w->past_zero = run->head.t + (h + run->time_compensation);
+    run->alone = 1;
+}
+
+MECHC_STATIC int mechc_taylor_stays_alone(const mechc_integration *run)
+{
+    return mechc_taylor_of(run)->past_zero == run->head.t;
 }
 
 /* Lengthen or shorten the step to what the series allows. */
 MECHC_STATIC void mechc_taylor_plan(mechc_integration *run)
 {
     mechc_taylor_work *w = mechc_taylor_of(run);
+    if (w->past_zero == run->head.t) {
+        mechc_taylor_leave_zero(run, w);
+        return;
+    }
     mechc_taylor_expand(run, w);
     const int grows = !run->refused && run->head.stats.steps > 0;
     const double most = grows ? run->current->growth * run->step : run->step;
     const double reach = fabs(w->scale) * mechc_scalar_taylor_reach(w->sizes, w->order);
     run->step = reach < most ? reach : most;
+    mechc_taylor_keep_branches(run, w);
 }
 
 MECHC_STATIC int mechc_taylor_step(mechc_integration *run, double h, double *end)
@@ -114,6 +186,8 @@ static const mechc_method mechc_taylor = {
     .enter = mechc_taylor_enter,
     .together = mechc_taylor_together,
     .plan = mechc_taylor_plan,
+    .accept = mechc_taylor_accept,
+    .stays_alone = mechc_taylor_stays_alone,
     .step = mechc_taylor_step,
     .error = mechc_taylor_error,
     .factor = mechc_taylor_factor,

@@ -11,8 +11,10 @@
 #include "methods/traits.h"
 #include "dynamics/scalar_stage.h"
 #include "simd/bind_vector.h"
+#include "series/branches.h"
 #include "series/step.h"
 #include "simd/unbind.h"
+#include "series/first_zero.h"
 #include "run/integration.h"
 
 #if MECHC_LOCKSTEP
@@ -21,6 +23,7 @@ typedef struct {
     mechc_vector rows[MECHC_TAYLOR_MOST + 1][MECHC_SERIES];
     mechc_vector scale, sizes[MECHC_TAYLOR_JUDGED];
     mechc_mask first; /* the first step is not lengthened */
+    mechc_mask leaves; /* those that continue alone, from where they are */
     int order; /* of all runs, whose tolerance is one */
 } mechc_taylor_lanes;
 
@@ -47,7 +50,31 @@ MECHC_INLINE void mechc_taylor_lanes_expand(mechc_taylor_lanes *own, mechc_vecto
     mechc_vector_series(a->t, a->y, &a->given, own->scale, own->order, own->rows);
     mechc_vector_taylor_weights(a->y, a->scale, a->floor, a->of_scale, a->of_size, weights);
     mechc_vector_taylor_sizes(own->rows, own->order, weights, own->sizes);
+    own->leaves = ~(own->sizes[0] < HUGE_VAL);
+    for (int k = 1; k < MECHC_TAYLOR_JUDGED; k++) own->leaves |= ~(own->sizes[k] < HUGE_VAL);
     a->evaluations += own->order;
+}
+
+/* The lanes leave in whose step a root changes its branch. */
+MECHC_INLINE void mechc_taylor_lanes_watch(mechc_taylor_lanes *own)
+{
+#if MECHC_SERIES_ROOTS
+    mechc_lockstep *a = &own->lanes;
+    const mechc_vector size = mechc_size_of(own->scale), part = a->step / size;
+    const mechc_vector kept = mechc_vector_branches_kept(own->rows, own->order, part);
+    if (!mechc_any(~(kept > 0.0))) return;
+    for (int lane = 0; lane < MECHC_LANES; lane++) {
+        const double *rows = (const double *)own->rows + lane;
+        if (kept[lane] > 0.0) continue;
+        const double past = mechc_just_past(a->t[lane], own->scale[lane], part[lane]);
+        int zero;
+        const double end =
+            mechc_branches_end(rows, MECHC_LANES, own->order, part[lane], past, &zero);
+        own->leaves[lane] |= -(int64_t)(end < part[lane]);
+    }
+#else
+    (void)own;
+#endif
 }
 
 MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
@@ -60,6 +87,8 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
     const mechc_vector reach =
         mechc_size_of(own->scale) * mechc_vector_taylor_reach(own->sizes, own->order);
     a->step = mechc_choose(reach < most, reach, most);
+    mechc_taylor_lanes_watch(own);
+    a->step = mechc_choose(own->leaves, before, a->step);
     mechc_lockstep_next_step(a);
     mechc_vector_taylor_end(own->rows, own->order, a->h / own->scale, a->compensation,
                             a->next_compensation, a->end);
@@ -70,9 +99,10 @@ MECHC_ONCE void mechc_taylor_lanes_step(mechc_lockstep *a)
 /* Planned for; runs without a finite end continue alone. */
 MECHC_INLINE mechc_vector mechc_taylor_lanes_error(mechc_lockstep *a)
 {
+    const mechc_mask leaves = ((const mechc_taylor_lanes *)a)->leaves;
     mechc_vector sum = mechc_size_of(a->end[0]);
     for (int i = 1; i < MECHC_NX; i++) sum += mechc_size_of(a->end[i]);
-    return mechc_choose(sum < HUGE_VAL, mechc_spread(0.25), mechc_spread(HUGE_VAL));
+    return mechc_choose((sum < HUGE_VAL) & ~leaves, mechc_spread(0.25), mechc_spread(HUGE_VAL));
 }
 
 MECHC_INLINE mechc_vector mechc_taylor_lanes_factor(mechc_vector error)

@@ -62,6 +62,13 @@ MECHC_INLINE mechc_vector mechc_fused(mechc_vector a, mechc_vector b, mechc_vect
 #endif
 }
 
+/* Keeps a number in its register, where there are 32: gcc would load it again for each of its uses. */
+#if defined __AVX512F__ && defined __GNUC__
+#define MECHC_HOLD(x) __asm__("" : "+v"(x))
+#else
+#define MECHC_HOLD(x) ((void)0)
+#endif
+
 MECHC_INLINE mechc_vector mechc_each(double (*f)(double), mechc_vector x)
 {
     mechc_vector y = x;

@@ -189,6 +189,7 @@ MECHC_STATIC int mechc_attempt(mechc_integration *run)
     if (mechc_scalar_stopped(&run->given)) return MECHC_INTERRUPTED;
     if (!mechc_is_loaded(run->current) && !mechc_use_loaded(run)) return run->head.status;
     const int last = mechc_next_step(run, &h);
+    if (!mechc_is_loaded(run->current) && !mechc_use_loaded(run)) return run->head.status;
     if (run->monitor.bends && run->current->reach) {
         mechc_leave_to_pair(run, h);
         return MECHC_RUNNING;

@@ -267,6 +267,9 @@ def _collect(
     try:
         for first, found, whole in compute(recipe.ranges(size), report):
             for name, values in found.items():
+                if len(values) == recipe.count:
+                    arrays[name] = np.array(values)  # a copy: y0 may be the caller's
+                    continue
                 if name not in arrays:
                     arrays[name] = _empty(values, recipe.count)
                 arrays[name][first : first + len(values)] = values

@@ -47,6 +47,8 @@ cdef extern from "abi/model.h":
         const mechc_method *const *methods
         const int *stop
         const mechc_step_limits *limits
+        double allowed
+        int last_only
 
     ctypedef struct mechc_stats:
         long steps, rejected, rhs_evaluations, closure_iterations

@@ -197,6 +197,7 @@ cdef class Runs:
         chosen.first_step, chosen.max_step = options["first_step"], options["max_step"]
         chosen.max_steps, chosen.method = options["max_steps"], options["method"]
         chosen.dense, chosen.may_stiffen = options["dense"], options["may_stiffen"]
+        chosen.last_only = not chosen.dense
         chosen.on_change_point = options["on_change_point"]
         chosen.stop = &self.batch.stop
 

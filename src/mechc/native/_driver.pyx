@@ -430,6 +430,7 @@ cdef class Scene:
         options.methods = self.unit.methods
         options.stop = &run.stop
         options.limits = NULL
+        options.allowed, options.last_only = 0.0, 0
         if limits is not None:
             run.limit_times, run.longest = limits
             if run.limit_times.shape[0] != run.longest.shape[0] + 1:

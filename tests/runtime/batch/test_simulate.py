@@ -57,6 +57,18 @@ def test_a_member_is_the_run_that_simulate_makes_to_the_last_bit(model, drawn, b
         assert batch["rhs_evaluations"][member] == sol.stats["rhs_evaluations"]
 
 
+def test_the_end_alone_is_the_same_after_many_turns(model, method):
+    """Where nothing else is asked for no other state is kept; turns are taken out on the way."""
+    params = {"l_3": np.linspace(2.9, 3.1, 9)}
+    start = mechc.Assembly({"theta_0": np.linspace(1.0, 2.0, 9)}, {"omega_0": 45.0})
+    batch = model.simulate_batch(2.0, start, params, method=method, threads=1)
+    assert np.abs(batch.y[:, 0]).min() > 9 * 2 * np.pi
+    for member in range(9):
+        sol = model.simulate(2.0, batch["y0"][member], one(params, member), method=method)
+        assert np.array_equal(sol.y[-1], batch.y[member])
+        assert batch["steps"][member] == sol.stats["steps"]
+
+
 @pytest.mark.parametrize("method", ["auto", "dop853", "radau5"])
 def test_every_method_is_the_same_in_a_batch(model, regular, method):
     params, start = regular

@@ -7,7 +7,7 @@
 #include "run.h"
 #include "variation.h"
 
-#define MECHC_ABI 14
+#define MECHC_ABI 15
 #define MECHC_CAPSULE "mechc.model.9"
 
 /* Arrays of states are walked with a stride in doubles; stride 0 repeats one row. */

@@ -32,6 +32,9 @@ typedef struct {
     const mechc_method *const *methods; /* by their numbers, or NULL: those of the unit */
     const int *stop; /* set by another thread: give up the step under way; NULL: never */
     const mechc_step_limits *limits; /* kept by the caller as long as the run; NULL: none */
+    double allowed; /* 0, or y0 is moved onto the constraints first: by a gap, or by a residual of the
+                       speeds over the fastest, that is larger it is refused */
+    int last_only;  /* of the accepted states only the last is kept; not with dense output */
 } mechc_options;
 
 typedef struct {
@@ -57,6 +60,7 @@ typedef struct {
     double *crossings;
     double dropped[2]; /* times of states that are no longer kept, the last one first */
     int dropped_count;
+    int last_only; /* see mechc_options */
 } mechc_trajectory;
 
 /* The head of a run; private state follows it. */

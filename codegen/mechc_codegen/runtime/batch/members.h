@@ -109,21 +109,11 @@ static const mechc_inputs *mechc_batch_whole(const mechc_batch *batch, const mec
     return mechc_slot_inputs_in(&batch->inputs, &slot->inputs, batch->inputs.segments);
 }
 
-/* Whether the start is on the constraints but for rounding; it is moved onto them. */
-static int mechc_batch_start_state(const mechc_batch *batch, ptrdiff_t member,
-                                   const mechc_inputs *inputs, double *state)
+static int mechc_batch_is_finite(const mechc_batch *batch, const double *y0)
 {
-    const double *y0 = batch->y0 + member * batch->width;
-    const double *p = batch->p + member * batch->parameters;
-    const double allowed = batch->allowed[member];
-    double moved[2], fastest = 1.0;
-    memcpy(state, y0, (size_t)batch->width * sizeof(double));
-    for (int i = 0; i < batch->width; i++) {
-        if (!(fabs(y0[i]) < HUGE_VAL)) return 0;
-        if (i >= batch->coordinates) fastest = fmax(fastest, fabs(y0[i]));
-    }
-    batch->unit->project(batch->options.t0, state, p, inputs, moved);
-    return moved[0] <= allowed && moved[1] <= allowed * fastest;
+    int finite = 1;
+    for (int i = 0; i < batch->width; i++) finite &= fabs(y0[i]) < HUGE_VAL;
+    return finite;
 }
 
 /* States at the requested times within the steps that are kept, up to `end`; a time equal to `end`
@@ -297,25 +287,30 @@ static void mechc_batch_begin(mechc_batch *batch, ptrdiff_t member, mechc_batch_
         mechc_batch_end(batch, member, MECHC_NOT_ASSEMBLED);
         return;
     }
-    mechc_slot_inputs_of(&batch->inputs, member, &slot->inputs);
-    if (!mechc_batch_start_state(batch, member, mechc_batch_whole(batch, slot), slot->state)) {
+    options.y0 = batch->y0 + member * batch->width;
+    if (!mechc_batch_is_finite(batch, options.y0)) {
         mechc_batch_end(batch, member, MECHC_OPEN_AT_START);
         return;
     }
+    mechc_slot_inputs_of(&batch->inputs, member, &slot->inputs);
     for (int i = 0; i < batch->width; i++)
         slot->scale[i] = batch->pure[i] ? 1.0 : batch->length[member];
-    options.y0 = slot->state;
+    options.allowed = batch->allowed[member];
     options.p = batch->p + member * batch->parameters;
     options.scale = slot->scale;
     options.inputs = mechc_slot_inputs_in(&batch->inputs, &slot->inputs, 0);
-    memset(slot->run, 0, batch->unit->run_size);
     batch->unit->start(slot->run, &options);
+    slot->member = member;
+    if (slot->run->status == MECHC_OPEN_AT_START) {
+        mechc_batch_release(batch, slot, MECHC_OPEN_AT_START);
+        return;
+    }
+    options.allowed = 0.0; /* a state after an event is taken as it is */
     options.inputs = mechc_batch_whole(batch, slot);
     mechc_reducer_begin(&slot->reducer, &options);
     mechc_pieces_begin(&batch->events, &slot->pieces, &options, slot->run);
     slot->segment = batch->inputs.segments > 1 ? -1 : 0;
     if (slot->segment < 0) mechc_batch_next_segment(batch, slot);
-    slot->member = member;
     slot->reached = 0;
     slot->taken = 0;
     if (slot->run->trajectory.count < 1) /* not even the start could be kept */

@@ -104,7 +104,6 @@ static int mechc_pieces_next(mechc_pieces *pieces, mechc_run *run, double t, dou
     next.y0 = y;
     next.inputs = inputs;
     if (ends || code == MECHC_RESETS_ACCUMULATE) next.t1 = t;
-    memset(run, 0, unit->run_size);
     unit->start(run, &next);
     if (run->trajectory.count) mechc_watch_enter(&pieces->watch, t, run->trajectory.y);
     if (code == MECHC_RESETS_ACCUMULATE) return code;

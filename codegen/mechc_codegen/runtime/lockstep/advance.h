@@ -12,12 +12,22 @@
 #include "stepping/stiffness.h"
 
 #if MECHC_LOCKSTEP
-/* Keep the steps that were accepted. */
+/* Take whole turns out of a lane's coordinates. */
+MECHC_STATIC void mechc_lockstep_take_turns(mechc_lockstep *a, mechc_integration *run, int lane)
+{
+    double q[MECHC_NQ];
+    for (int i = 0; i < MECHC_NQ; i++) q[i] = a->y[i][lane];
+    mechc_take_turns(q, run->turns);
+    for (int i = 0; i < MECHC_NQ; i++) /* all lanes are loaded next, which waits for such stores */
+        if (q[i] != a->y[i][lane]) a->y[i][lane] = q[i];
+}
+
+/* Keep a step that was accepted; 0 without memory. */
 MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_lockstep *a,
                                      mechc_integration **runs, int lane, const mechc_vector *rows)
 {
     mechc_trajectory *trajectory = &runs[lane]->head.trajectory;
-    double y[MECHC_NX], *turns = runs[lane]->turns;
+    if (trajectory->last_only) return mechc_lockstep_keep_last(a, lane, runs[lane]);
     if (!mechc_make_room(trajectory)) return 0;
     const ptrdiff_t size = trajectory->width * trajectory->dense_rows;
     double *dense = trajectory->dense + (trajectory->count - 1) * size;
@@ -25,13 +35,22 @@ MECHC_STATIC int mechc_lockstep_keep(const mechc_lockstep_method *method, mechc_
         dense[i] = i < method->dense_rows * MECHC_NX ? rows[i][lane] : 0.0;
     if (size) trajectory->methods[trajectory->count - 1] = (unsigned char)method->number;
     double *state = trajectory->y + trajectory->count * MECHC_NX;
-    for (int i = 0; i < MECHC_NX; i++) state[i] = y[i] = a->y[i][lane];
+    for (int i = 0; i < MECHC_NX; i++) state[i] = a->y[i][lane];
     trajectory->t[trajectory->count++] = a->t[lane];
-    mechc_give_turns(turns, state);
-    mechc_take_turns(y, turns);
-    for (int i = 0; i < MECHC_NQ; i++) /* all lanes are loaded next, which waits for such stores */
-        if (y[i] != a->y[i][lane]) a->y[i][lane] = y[i];
+    mechc_give_turns(runs[lane]->turns, state);
     return 1;
+}
+
+/* Is there something to do for a lane by itself? */
+MECHC_INLINE int mechc_lockstep_asks(const mechc_lockstep *a, mechc_mask accepted, mechc_mask leaves)
+{
+    mechc_mask asks = a->last | (a->stiff >= MECHC_STIFF);
+#ifdef MECHC_PERIODIC
+    static const int periodic[] = {MECHC_PERIODIC};
+    for (unsigned k = 0; k < sizeof periodic / sizeof *periodic; k++)
+        asks |= mechc_size_of(a->y[periodic[k]]) > MECHC_FEW_TURNS * MECHC_TURN;
+#endif
+    return !a->last_only || mechc_any(leaves | (accepted & asks));
 }
 
 /* What each run does next, once a step of all of them is judged; 1 where one is to leave. */
@@ -46,6 +65,7 @@ MECHC_STATIC int mechc_lockstep_part(const mechc_lockstep_method *method, mechc_
         if (!accepted[lane]) continue;
         if (!mechc_lockstep_keep(method, a, runs, lane, rows)) run->head.status = MECHC_NO_MEMORY;
         else if (a->last[lane]) run->head.status = MECHC_FINISHED;
+        mechc_lockstep_take_turns(a, run, lane);
         if (run->may_stiffen && a->stiff[lane] >= MECHC_STIFF) {
             any = 1;
             if (!mechc_use_method(run, run->methods[MECHC_RADAU5]))
@@ -65,6 +85,7 @@ MECHC_INLINE int mechc_lockstep_go_on(const mechc_lockstep_method *method, mechc
     const mechc_mask accepted = mechc_lockstep_judge(method, a, &leaves);
     if (dense) method->dense(a, rows);
     mechc_lockstep_accept(method, a, accepted, leaves);
+    if (!mechc_lockstep_asks(a, accepted, leaves)) return 0;
     return mechc_lockstep_part(method, a, runs, count, accepted, leaves, rows);
 }
 
@@ -75,12 +96,14 @@ MECHC_INLINE long mechc_lockstep_advance(const mechc_lockstep_method *method, me
 {
     int dense = 0, parted = 0;
     long made = 0;
+    a->last_only = 1;
     for (int lane = 0; lane < MECHC_LANES; lane++) {
         /* idle lanes repeat the first run */
         const mechc_integration *run = runs[lane < count ? lane : 0];
         mechc_lockstep_load(a, lane, run);
         if (method->load) method->load(a, lane, run);
         dense |= run->head.trajectory.dense_rows;
+        a->last_only &= run->head.trajectory.last_only;
     }
     for (; made < steps && !parted; made++) {
         mechc_lockstep_next_step(a);

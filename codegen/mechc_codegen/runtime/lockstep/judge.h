@@ -89,6 +89,8 @@ MECHC_INLINE void mechc_lockstep_accept(const mechc_lockstep_method *method, mec
     a->steps -= accepted;
     a->rejected += 1 + accepted;
     a->time_compensation = mechc_choose(accepted, next - (t - a->t), a->time_compensation);
+    a->before[1] = mechc_choose(accepted, a->before[0], a->before[1]);
+    a->before[0] = mechc_choose(accepted, a->t, a->before[0]);
     a->t = mechc_choose(accepted, t, a->t);
     for (int i = 0; i < MECHC_NX; i++) {
         a->y[i] = mechc_choose(accepted, a->end[i], a->y[i]);

@@ -11,6 +11,7 @@
 
 #include "run/integration.h"
 #include "run/method.h"
+#include "run/trajectory.h"
 #include "singularities/monitor.h"
 #include "simd/bind_vector.h"
 #include "dynamics/given.h"
@@ -28,9 +29,12 @@ typedef struct {
     mechc_vector conditioning; /* at its end */
     mechc_vector error, factor;            /* of this step: its error squared; of the step size */
     mechc_vector last_step, last_factor;   /* of the last accepted step; 0: none */
+    mechc_vector before[2]; /* times of the two states before y */
+    mechc_mask kept;        /* steps up to the state that a run which keeps one has kept */
     mechc_mask refused, last, closed;
     mechc_mask watched; /* a change point is known: steps so long that they may pass one leave */
     mechc_mask steps, rejected, evaluations, configurations, stiff, easy;
+    int last_only; /* no run keeps states but the last */
 } mechc_lockstep;
 
 /* What a method gives to run in lockstep; its own lanes begin with a mechc_lockstep. */
@@ -80,14 +84,30 @@ MECHC_STATIC void mechc_lockstep_load(mechc_lockstep *a, int lane, const mechc_i
     a->last_factor[lane] = run->last_factor;
     a->refused[lane] = -(int64_t)(run->refused != 0);
     a->watched[lane] = -(int64_t)mechc_knows_crossing(&run->monitor);
-    a->steps[lane] = a->rejected[lane] = 0;
+    a->steps[lane] = a->kept[lane] = a->rejected[lane] = 0;
     a->evaluations[lane] = a->configurations[lane] = 0;
     a->stiff[lane] = run->stiff;
     a->easy[lane] = run->easy;
+    a->before[0][lane] = run->head.trajectory.dropped[0];
+    a->before[1][lane] = run->head.trajectory.dropped[1];
+}
+
+/* The state of a run that keeps no other, unless it is kept already; 0 without memory. */
+MECHC_STATIC int mechc_lockstep_keep_last(mechc_lockstep *a, int lane, mechc_integration *run)
+{
+    mechc_trajectory *trajectory = &run->head.trajectory;
+    const int64_t steps = a->steps[lane] - a->kept[lane];
+    double y[MECHC_NX];
+    if (!steps) return 1;
+    for (int i = 0; i < MECHC_NX; i++) y[i] = a->y[i][lane];
+    if (steps > 1) mechc_drop(trajectory, a->before[1][lane]);
+    mechc_drop(trajectory, a->before[0][lane]);
+    a->kept[lane] = a->steps[lane];
+    return mechc_append_turned(trajectory, a->t[lane], y, run->turns);
 }
 
 /* Take it out again. */
-MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_integration *run)
+MECHC_STATIC void mechc_lockstep_store(mechc_lockstep *a, int lane, mechc_integration *run)
 {
     mechc_stats *stats = &run->head.stats;
     for (int i = 0; i < MECHC_NX; i++) {
@@ -111,4 +131,6 @@ MECHC_STATIC void mechc_lockstep_store(const mechc_lockstep *a, int lane, mechc_
     stats->rejected += a->rejected[lane];
     stats->closure_iterations += a->configurations[lane];
     stats->rhs_evaluations += a->evaluations[lane];
+    run->regular = 1;
+    if (run->head.trajectory.last_only) mechc_lockstep_keep_last(a, lane, run);
 }

@@ -67,6 +67,7 @@ typedef struct {
     mechc_switches switches;
 #endif
     int alone;                 /* too near a critical configuration for lockstep with others */
+    int regular;               /* its rows are far enough for it: so it was left in lockstep */
     double last_step, last_factor; /* of the last step taken in lockstep: its length, and by which
                                       its error would have let it grow; 0: none */
 } mechc_integration;

@@ -18,7 +18,8 @@ MECHC_STATIC int mechc_grow(double **array, ptrdiff_t doubles)
 MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
 {
     if (trajectory->count < trajectory->capacity) return 1;
-    const ptrdiff_t capacity = trajectory->capacity ? 2 * trajectory->capacity : 64;
+    const ptrdiff_t first = trajectory->last_only ? 2 : 64;
+    const ptrdiff_t capacity = trajectory->capacity ? 2 * trajectory->capacity : first;
     const ptrdiff_t width = trajectory->width;
     if (!mechc_grow(&trajectory->t, capacity) || !mechc_grow(&trajectory->y, capacity * width))
         return 0;
@@ -32,8 +33,18 @@ MECHC_STATIC int mechc_make_room(mechc_trajectory *trajectory)
     return 1;
 }
 
+/* The state is not kept any more, but for its time. */
+MECHC_STATIC void mechc_drop(mechc_trajectory *trajectory, double t)
+{
+    trajectory->dropped[1] = trajectory->dropped[0];
+    trajectory->dropped[0] = t;
+    trajectory->dropped_count = trajectory->dropped_count ? 2 : 1;
+    trajectory->count = 0;
+}
+
 MECHC_STATIC int mechc_append(mechc_trajectory *trajectory, double t, const double *y)
 {
+    if (trajectory->last_only && trajectory->count) mechc_drop(trajectory, trajectory->t[0]);
     if (!mechc_make_room(trajectory)) return 0;
     trajectory->t[trajectory->count] = t;
     memcpy(trajectory->y + trajectory->count * trajectory->width, y,

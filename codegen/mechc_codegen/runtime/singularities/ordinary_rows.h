@@ -13,14 +13,14 @@
 #if MECHC_NH > 0 && MECHC_LINKS == 0 && defined MECHC_ANGLES
 /* The longest of the rows of this change, squared, and the largest sum of the entries of one. */
 MECHC_STATIC void mechc_meet_change(const mechc_scalar_place *here, const mechc_scalar_place *there,
-                                    double by, double *length, double *sum)
+                                    const double *weight, double *length, double *sum)
 {
     for (int i = 0; i < MECHC_NH; i++) {
         double square = 0.0, entries = 0.0;
         for (int j = 0; j < MECHC_NU; j++) {
             const int k = i * MECHC_NU + j;
-            const double change = (there->jacobian[k] - here->jacobian[k]) / by;
-            square += change * change / here->mass[j * MECHC_NU + j];
+            const double change = there->jacobian[k] - here->jacobian[k];
+            square += change * change * weight[j];
             entries += fabs(change);
         }
         if (square > *length && square < HUGE_VAL) *length = square;
@@ -32,18 +32,20 @@ MECHC_ONCE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar
 {
     static const int angles[] = {MECHC_ANGLES};
     const double by = 1e-3;
-    double moved[MECHC_NQ], length = 0.0, sum = 0.0;
+    double moved[MECHC_NQ], weight[MECHC_NU], length = 0.0, sum = 0.0;
     mechc_scalar_place here, there;
     mechc_scalar_locate_all(t, q, given, &here);
+    for (int j = 0; j < MECHC_NU; j++) weight[j] = 1.0 / here.mass[j * MECHC_NU + j];
     memcpy(moved, q, sizeof moved);
     for (size_t i = 0; i < sizeof angles / sizeof *angles && !mechc_scalar_stopped(given); i++) {
         moved[angles[i]] += by;
         mechc_scalar_locate_all(t, moved, given, &there);
-        mechc_meet_change(&here, &there, by, &length, &sum);
+        mechc_meet_change(&here, &there, weight, &length, &sum);
         moved[angles[i]] = q[angles[i]];
     }
-    given->k[MECHC_ORDINARY_LENGTH] = MECHC_OF_A_RADIAN * MECHC_OF_A_RADIAN * length;
-    given->k[MECHC_ORDINARY_SUM] = MECHC_OF_A_RADIAN * sum;
+    const double share = MECHC_OF_A_RADIAN / by;
+    given->k[MECHC_ORDINARY_LENGTH] = share * share * length;
+    given->k[MECHC_ORDINARY_SUM] = share * sum;
 }
 #elif MECHC_NC > 0
 MECHC_INLINE void mechc_find_ordinary_rows(double t, const double *q, mechc_scalar_given *given)

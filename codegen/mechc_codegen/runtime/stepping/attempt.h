@@ -220,6 +220,7 @@ MECHC_STATIC long mechc_advance_alone(mechc_integration *run, long steps)
 {
     mechc_run *head = &run->head;
     long made = 0;
+    run->regular = 0;
     do {
         const int most = head->stats.steps + head->stats.rejected >= run->max_steps;
         head->status = most ? MECHC_TOO_MANY_STEPS : mechc_attempt(run);

@@ -43,10 +43,20 @@ MECHC_RARE int mechc_generic_rank(const mechc_integration *run, const mechc_span
 }
 #endif
 
-/* Learn at the start which rows are redundant everywhere, and refuse a start where more are. */
-MECHC_RARE void mechc_monitor_start(mechc_integration *run)
-{
 #if MECHC_NH > 0
+/* Does the conditioning at the start show that no row is redundant?  It is that of the rows that count.
+ * Of n rows the least singular value is at most n^(1/2) 2^(n-1) times as small as what is left of the
+ * last row in an elimination. */
+MECHC_STATIC int mechc_shows_all_rows(const mechc_integration *run)
+{
+    const int of_all = MECHC_LINKS == 0 && MECHC_NC == MECHC_NH && MECHC_NH < 8
+                    && run->given.k[MECHC_ROWS_THAT_COUNT] == MECHC_NC;
+    return of_all && run->conditioning * run->conditioning > MECHC_NO_ROW;
+}
+
+/* Learn which rows are redundant everywhere, and refuse a start where more are. */
+MECHC_RARE void mechc_find_rank(mechc_integration *run)
+{
     const mechc_span span = {.given = &run->given};
     mechc_weakest weakest;
     mechc_weakest_at(run->head.t, run->y, &span, 0, &weakest);
@@ -56,6 +66,15 @@ MECHC_RARE void mechc_monitor_start(mechc_integration *run)
         if (weakest.found == 0 || mechc_generic_rank(run, &span) > weakest.found) run->head.status = MECHC_AT_CHANGE_POINT;
     }
     run->conditioning = weakest.ratio;
+}
+#endif
+
+/* The monitor begins with the start's rates known. */
+MECHC_RARE void mechc_monitor_start(mechc_integration *run)
+{
+#if MECHC_NH > 0
+    if (mechc_shows_all_rows(run)) run->monitor.rank = MECHC_NH;
+    else mechc_find_rank(run);
 #endif
     run->monitor.first = run->conditioning;
     run->monitor.ahead = NAN;

@@ -3,6 +3,7 @@
 
 #include "abi/run.h"
 #include "singularities/generic_rank.h"
+#include "dynamics/project.h"
 #include "dynamics/scalar_stage.h"
 #include "run/integration.h"
 #include "run/method.h"
@@ -44,6 +45,7 @@ MECHC_STATIC void mechc_change_inputs(mechc_integration *run, const mechc_inputs
     for (int i = 0; i < MECHC_METHODS; i++)
         if (run->work[i] && run->methods[i]->renew) run->methods[i]->renew(run);
     mechc_forget_switches(run);
+    run->regular = 0;
     run->head.status = mechc_rates_at(run, run->head.t, run->y, MECHC_RATE(run, 0));
 }
 #endif
@@ -87,13 +89,42 @@ MECHC_STATIC void mechc_take_options(mechc_integration *run, const mechc_options
     run->may_stiffen = options->may_stiffen;
     run->allowed = 1.0;
     if (options->atol) memcpy(run->tolerance, options->atol, sizeof run->tolerance);
-    memcpy(run->y, options->y0, sizeof run->y);
-    mechc_take_turns(run->y, run->turns);
-    mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
     head->t = options->t0;
     head->stats.least_singular = head->stats.critical_gap = HUGE_VAL;
     head->stats.coordinate = -1;
     head->trajectory.width = MECHC_NX;
+    head->trajectory.last_only = options->last_only;
+}
+
+MECHC_STATIC void mechc_give_options(mechc_integration *run, const mechc_options *options)
+{
+    mechc_give_at(options->t0, run->y, options->p, options->inputs, options->stop, &run->given);
+}
+
+/* Move the start onto the constraints; 0 where it is off them by more than is allowed. */
+MECHC_STATIC int mechc_close_start(mechc_integration *run, const mechc_options *options)
+{
+    double moved[2], fastest = 1.0;
+    for (int i = MECHC_NQ; i < MECHC_NX; i++) fastest = mechc_max(fastest, fabs(run->y[i]));
+    mechc_project_state(options->t0, run->y, &run->given, moved);
+    return moved[0] <= options->allowed && moved[1] <= options->allowed * fastest;
+}
+
+/* The start, and what is given there; 0 where it is refused.  Constants are made once more only where
+ * it is moved. */
+MECHC_STATIC int mechc_take_start(mechc_integration *run, const mechc_options *options)
+{
+    const int closes = MECHC_NC > 0 && options->allowed > 0.0;
+    memcpy(run->y, options->y0, sizeof run->y);
+    if (closes) {
+        mechc_give_options(run, options);
+        if (!mechc_close_start(run, options)) return 0;
+    }
+    mechc_take_turns(run->y, run->turns);
+    int moved = 0;
+    for (int i = 0; i < MECHC_NQ; i++) moved |= run->y[i] != options->y0[i];
+    if (moved || !closes) mechc_give_options(run, options);
+    return 1;
 }
 
 /* Rows of the dense output: of the method asked for, and of others that may take part. */
@@ -169,6 +200,10 @@ MECHC_RARE void mechc_integration_start(mechc_run *head, const mechc_options *op
     run->driver = driver;
     head->wanted = -1;
     mechc_take_options(run, options);
+    if (!mechc_take_start(run, options)) {
+        head->status = MECHC_OPEN_AT_START;
+        return;
+    }
     const int made = mechc_use_method(run, methods[options->method]);
     mechc_count_dense_rows(run, options->dense);
     head->status = mechc_rates_at(run, head->t, run->y, MECHC_RATE(run, 0));

@@ -5,7 +5,15 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipj, ellipk
 from sympy import Symbol, cos, exp, lambdify, log, sin, sqrt, tan
-from sympy.physics.mechanics import dynamicsymbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    dynamicsymbols,
+    inertia,
+)
 
 import mechc
 from mechc.errors import ValueOutOfBoundsError
@@ -169,6 +177,44 @@ def test_roots_that_touch_zero_and_steps_far_beyond_the_series():
     together = model.simulate_batch(0.5, [start] * 3, {"f": 1e-20}, **bound)
     np.testing.assert_allclose(one.y[-1], through_the_middle(start, 0.5), rtol=0, atol=1e-9)
     np.testing.assert_array_equal(together.y, one.y[[-1] * 3])
+
+
+def bead_on_a_turning_rod():
+    """A coordinate in M, and forces along and across the rod that follow the time."""
+    r, a, v, w = dynamicsymbols("r a v w")
+    t, ground = dynamicsymbols._t, ReferenceFrame("N")
+    rod = ground.orientnew("A", "Axis", (a, ground.z))
+    rod.set_ang_vel(ground, w * ground.z)
+    centre = Point("O")
+    centre.set_vel(ground, 0)
+    place = centre.locatenew("P", r * rod.x)
+    place.set_vel(rod, v * rod.x)
+    place.v1pt_theory(centre, ground, rod)
+    bodies = [RigidBody("rod", centre, rod, 1, (inertia(rod, 0, 0, 0.8), centre))]
+    bodies.append(Particle("bead", place, 1))
+    force = (sin(3 * t + r) - 30 * (r - 1)) * rod.x + cos(2 * t) * rod.y - 9.81 * ground.y
+    motion = KanesMethod(ground, [r, a], [v, w], [r.diff() - v, a.diff() - w])
+    motion.kanes_equations(bodies, [(place, force)])
+    return motion
+
+
+def bead_rates(t, y):
+    r, a, v, w = y
+    along = r * w**2 - 9.81 * np.sin(a) - 30 * (r - 1) + np.sin(3 * t + r)
+    across = r * (np.cos(2 * t) - 9.81 * np.cos(a)) - 2 * r * v * w
+    return [v, w, along, across / (0.8 + r**2)]
+
+
+@pytest.mark.slow
+def test_a_mass_matrix_of_coordinates():
+    """The motion by its momenta, against SciPy's integrator on equations written by hand."""
+    model, start = mechc.compile(bead_on_a_turning_rod(), outputs=()), [1.3, 0.2, 0.1, 0.4]
+    wanted = solve_ivp(bead_rates, (0, 3), start, "DOP853", rtol=3e-14, atol=1e-15).y[:, -1]
+    for rtol in (1e-6, 1e-9, 1e-12):
+        end = model.simulate(3.0, start, rtol=rtol, method="taylor").y[-1]
+        np.testing.assert_allclose(end, wanted, rtol=0, atol=20 * rtol)
+        batch = model.simulate_batch(3.0, [start] * 3, rtol=rtol, method="taylor")
+        np.testing.assert_array_equal(batch.y[1], end)
 
 
 def test_scenes_without_a_series_are_refused():

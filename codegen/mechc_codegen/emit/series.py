@@ -29,6 +29,7 @@ _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SC
 #endif"""
 _BLOCK = 16  # sums that run side by side
 _DEFINITION = re.compile(r"const real (\w+) =")
+_SUM = re.compile(r"\bs(\d+)\b")
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
 _CORE_TERMS = (
@@ -71,7 +72,7 @@ class SeriesWriter:
         self.integrated = len(integrated)
         self.kept = dict[str, int]()
         self.sums = dict[tuple[int, int], int]()
-        self.solving = set[int]()  # the sums that M u is solved with
+        self.solving = set[int]()  # the sums that the speeds follow from
         self.used = set[Symbol]()
         self.depths = dict[int, int]()
         self.varying = self._varying()
@@ -263,6 +264,7 @@ class SeriesWriter:
         """From M u, which is integrated and stands in their places."""
         lines = [line for number in self._first() for line in self._coefficient(number)]
         lines += self._solution("d", self._momenta())
+        self.solving = {int(n) for line in lines for n in _SUM.findall(line)}
         return lines + [f"row[{self.nq + i}] = b{i};" for i in range(self.nu)]
 
     def _first(self) -> list[int]:
@@ -388,7 +390,6 @@ class SeriesWriter:
             entry = self._entry(i, j)
             if entry is not None and self.varies(entry):
                 factor, total = self._sum_with(entry, self.nq + j)
-                self.solving.add(int(total[1:]))
                 text = f"R_FMA(-{factor}, {total}, {text})"
         return text
 

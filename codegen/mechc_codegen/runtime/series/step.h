@@ -41,6 +41,15 @@ MECHC_INLINE void FN(taylor_sizes)(real (*rows)[MECHC_SERIES], int order, const 
     }
 }
 
+/* A rough power takes 1 + f for 2^f, six per cent too long a step at most, which at order 24 is four
+ * times the error: corrected to half a per cent. */
+MECHC_INLINE real FN(taylor_corrected)(real power)
+{
+    const real part =
+        R_FROM_BITS((R_BITS(power) & INT64_C(0x000fffffffffffff)) | INT64_C(0x3ff0000000000000)) - 1.0;
+    return power * (1.0 - 0.2288 * (part * (1.0 - part)));
+}
+
 /* The step, in units of the series' scale, at whose end none of the last terms is above what is
  * tolerated. */
 MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
@@ -50,7 +59,7 @@ MECHC_INLINE real FN(taylor_reach)(const real *sizes, int order)
         const real each = FN(rough_power)(sizes[k], -0.5 * mechc_inverse_of[order - k]);
         reach = R_SELECT(R_MASK(each < reach), each, reach);
     }
-    return reach;
+    return FN(taylor_corrected)(reach);
 }
 
 /* The series without its first row, over s; rows of even and of odd order are summed side by side. */

@@ -49,6 +49,31 @@ def test_a_second_weak_row_is_followed_behind_the_first(windows, method, rtol):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("method", ["dop853", "gauss8"])
+@pytest.mark.parametrize(
+    ("gap", "angle", "speed"),
+    [
+        (-2.38e-10, 1.3662538804729476, -0.25138442230999125),
+        (-1.472e-9, 2.242278299587178, -2.695507476623075),
+        (1.94930527e-4, 1.0118410103164521, 1.090834221184939),
+        (-1.191175633e-3, 1.9857911252960534, -0.8793652468990896),
+    ],
+)
+def test_a_change_point_beside_a_near_miss_is_not_left_to_rounding(
+    windows, method, gap, angle, speed
+):
+    """The first window misses its change point, the second is a rhombus: its coupler stays level
+    and its rods parallel, as far as the run goes."""
+    params = {"g_1": round(1 + gap, 12), "g_2": round(2 + gap, 12)}
+    upright = {"q_1": -angle, "q_2": angle - np.pi, "q_3": 0.0, "q_4": angle - np.pi}
+    start = windows.assemble({"q_0": angle}, speeds={"u_0": speed}, params=params, guess=upright)
+    sol = windows.simulate(3.0, start, params, rtol=1e-8, method=method, max_steps=5000)
+    angles = np.array([window_misses.absolute(y)[:5] for y in sol.y])
+    assert np.abs(np.exp(1j * angles[:, 3]) - 1).max() < 1e-5
+    assert np.abs(np.exp(1j * angles[:, 4]) - np.exp(1j * angles[:, 2])).max() < 1e-5
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "rtol", "grounds", "angles", "speed", "t_end", "exact"),
     [

@@ -21,6 +21,9 @@ typedef struct {
 /* How much of the second-order terms those of higher order may be where branches are told apart. */
 #define MECHC_HIGHER_TERMS 0.2
 
+/* Second-order terms of so many units of rounding tell the sides of q* apart. */
+#define MECHC_BY_ROUNDING 100.0
+
 /* The eigenvector of a form of rank 2 whose other eigenvalue is given: the largest column of
  * Q (Q - other).  0 where there is none. */
 MECHC_STATIC int mechc_vector_of_form(const double *form, double other, double *vector)
@@ -62,18 +65,30 @@ MECHC_STATIC int mechc_hyperbola_at(double t, const mechc_scalar_given *given,
         && mechc_vector_of_form(form, out->value[0], out->vector[1]);
 }
 
-/* The branch of q, 1 or -1; 0 where q is off the hyperbola by more than higher terms may be. */
-MECHC_STATIC int mechc_branch_of(double t, const double *q, const mechc_scalar_given *given,
-                                 const mechc_critical *c, const mechc_hyperbola *at)
+/* x along the two vectors, times their values; 0 where q is off the hyperbola by more than higher
+ * terms may be, or so near q* that rounding decides. */
+MECHC_STATIC int mechc_along_vectors(double t, const double *q, const mechc_scalar_given *given,
+                                     const mechc_critical *c, const mechc_hyperbola *at,
+                                     double *along)
 {
     double pull[MECHC_NU], part[2];
     mechc_pull(t, q, given, 0, 0.0, c->normal, pull);
     for (int j = 0; j < MECHC_NU; j++) pull[j] /= c->speeds[j];
-    for (int k = 0; k < 2; k++)
-        part[k] = pow(mechc_dot(pull, at->vector[k], MECHC_NU), 2) / at->value[k];
-    const double off = fabs(part[0] + part[1] + 2.0 * c->gap);
-    if (!(off <= MECHC_HIGHER_TERMS * (fabs(part[0]) + fabs(part[1])))) return 0;
-    return mechc_dot(pull, at->vector[0], MECHC_NU) > 0.0 ? 1 : -1;
+    for (int k = 0; k < 2; k++) {
+        along[k] = mechc_dot(pull, at->vector[k], MECHC_NU);
+        part[k] = pow(along[k], 2) / at->value[k];
+    }
+    const double off = fabs(part[0] + part[1] + 2.0 * c->gap), size = fabs(part[0]) + fabs(part[1]);
+    return off <= MECHC_HIGHER_TERMS * size && size > MECHC_BY_ROUNDING * c->rounding;
+}
+
+/* The branch of q, 1 or -1; 0 where it is not known. */
+MECHC_STATIC int mechc_branch_of(double t, const double *q, const mechc_scalar_given *given,
+                                 const mechc_critical *c, const mechc_hyperbola *at)
+{
+    double along[2];
+    if (!mechc_along_vectors(t, q, given, c, at, along)) return 0;
+    return along[0] > 0.0 ? 1 : -1;
 }
 
 /* Did the step lead from one branch of a near miss to the other? */
@@ -88,6 +103,24 @@ MECHC_STATIC int mechc_changes_branch(const mechc_span *span, const mechc_critic
         const int here = path->open[i] ? 0 : mechc_branch_of(t, path->q[i], span->given, c, &at);
         if (here * branch < 0) return 1;
         if (here) branch = here;
+    }
+    return 0;
+}
+
+/* The same at a change point, where the curves are lines: on the other side of q* both components of
+ * x have changed their signs, on another branch one of them. */
+MECHC_STATIC int mechc_turns_aside(const mechc_span *span, const mechc_critical *c)
+{
+    const mechc_path *path = span->path;
+    mechc_hyperbola at;
+    double along[2], before[2] = {0.0, 0.0};
+    if (!mechc_hyperbola_at(span->t, span->given, c, &at)) return 0;
+    for (int i = 0; i < path->count && !mechc_scalar_stopped(span->given); i++) {
+        const double t = span->t + path->fraction[i] * span->h;
+        if (path->open[i] || !mechc_along_vectors(t, path->q[i], span->given, c, &at, along))
+            continue;
+        if ((along[0] * before[0] < 0.0) != (along[1] * before[1] < 0.0)) return 1;
+        memcpy(before, along, sizeof before);
     }
     return 0;
 }

@@ -183,21 +183,21 @@ MECHC_STATIC int mechc_is_of_curves(double t, const mechc_scalar_given *given,
     return mechc_solve(form, zero, MECHC_NU, 1e-5) <= 2;
 }
 
-/* Newton's method from q for the critical configuration of one direction of those `at` q, counted by
- * falling singular value; 1 where it converged within the reach given (in mass-weighted speeds). */
+/* Newton's method from q for a critical configuration whose normal is near the one given, in the
+ * basis `at` q; 1 where it converged within the reach given (in mass-weighted speeds). */
 MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_scalar_given *given,
-                                      const mechc_weakest *at, int which, double reach,
+                                      const mechc_weakest *at, const double *normal, double reach,
                                       mechc_critical *c)
 {
     const int rank = at->rank;
     double a[(MECHC_NU + MECHC_NH + 1) * (MECHC_NU + MECHC_NH + 1)];
-    double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0;
+    double b[MECHC_NU + MECHC_NH + 1], travelled = 0.0, last = HUGE_VAL;
     mechc_scalar_place place;
     memcpy(c->q, q, sizeof c->q);
     for (int iteration = 0; iteration < 12; iteration++) {
         mechc_place_at(t, c->q, given, &place);
         if (iteration == 0) {
-            memcpy(c->normal, at->basis + which * MECHC_NH, sizeof c->normal);
+            memcpy(c->normal, normal, sizeof c->normal);
             c->gap = 0.0;
             for (int j = 0; j < MECHC_NU; j++)
                 c->speeds[j] = sqrt(place.mass[j * MECHC_NU + j]);
@@ -207,7 +207,8 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
         mechc_solve(a, b, MECHC_NU + rank + 1, 1e-9);
         double square = 0.0;
         for (int j = 0; j < MECHC_NU; j++) square += pow(b[j] * c->speeds[j], 2);
-        travelled += sqrt(square);
+        const double moved_by = sqrt(square);
+        travelled += moved_by;
         if (!(travelled <= reach)) return 0;
         double moved[MECHC_NQ];
         mechc_displace(t, c->q, given, b, moved);
@@ -216,7 +217,9 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
             for (int i = 0; i < MECHC_NH; i++)
                 c->normal[i] += b[MECHC_NU + r] * at->basis[r * MECHC_NH + i];
         c->gap += length * b[MECHC_NU + rank];
-        if (sqrt(square) <= 1e-10 * reach) {
+        const int by_rounding = moved_by <= 1e-6 * reach && moved_by >= 0.5 * last;
+        last = moved_by;
+        if (by_rounding || moved_by <= 1e-10 * reach) {
             mechc_measure_gap(t, given, c);
             c->curves = MECHC_NU - rank < 2 || mechc_is_of_curves(t, given, c);
             return 1;
@@ -229,7 +232,7 @@ MECHC_ONCE int mechc_find_critical_of(double t, const double *q, const mechc_sca
 MECHC_STATIC int mechc_find_critical(double t, const double *q, const mechc_scalar_given *given,
                                      const mechc_weakest *at, double reach, mechc_critical *c)
 {
-    return mechc_find_critical_of(t, q, given, at, at->rank - 1, reach, c);
+    return mechc_find_critical_of(t, q, given, at, at->left, reach, c);
 }
 
 /* Is the critical configuration found before, but for whole turns of angles, one here too?  Then it

@@ -234,6 +234,50 @@ MECHC_STATIC int mechc_find_near(const mechc_span *span, const double *q, const 
     return 1;
 }
 
+#if MECHC_NH > 2
+/* Row i's part in the span of the weak directions, as a unit vector; 0 where it has none.  Directions
+ * of several loops mix in the singular vectors, but each loop's normal has parts in its own rows. */
+MECHC_STATIC int mechc_weak_part(const mechc_weakest *at, int i, double *normal)
+{
+    double square = 0.0;
+    for (int j = 0; j < MECHC_NH; j++) normal[j] = 0.0;
+    for (int k = at->rank - 1; k >= 0 && at->values[k] <= MECHC_CLEAR * at->largest; k--) {
+        const double *left = at->basis + k * MECHC_NH;
+        for (int j = 0; j < MECHC_NH; j++) normal[j] += left[i] * left[j];
+        square += left[i] * left[i];
+    }
+    for (int j = 0; j < MECHC_NH; j++) normal[j] /= sqrt(square);
+    return square > 0.0;
+}
+
+/* Loops beside each other may be critical together: one bends at its near miss while another passes
+ * its change point.  What is passed besides the weakest direction's near miss. */
+MECHC_ONCE void mechc_examine_others(const mechc_span *span, mechc_monitor *monitor, double reach,
+                                     mechc_decision *out)
+{
+    double normal[MECHC_NH];
+    mechc_weakest at;
+    mechc_critical found;
+    mechc_weakest_at(span->t, monitor->q, span, monitor->rank, &at);
+    if (at.rank < 2 || at.values[at.rank - 2] > MECHC_CLEAR * at.largest) return;
+    for (int i = 0; i < MECHC_NH && !mechc_scalar_stopped(span->given); i++) {
+        if (!mechc_weak_part(&at, i, normal)
+            || !mechc_find_critical_of(span->t, monitor->q, span->given, &at, normal, reach, &found)
+            || !mechc_is_critical(span, span->t, &found) || !found.curves) continue;
+        const int crossing = mechc_judge(&found) == MECHC_CROSSING;
+        const int between = crossing && mechc_lies_between(span, &found);
+        const int aside = crossing ? mechc_turns_aside(span, &found)
+                                   : mechc_changes_branch(span, &found);
+        if (!between && !aside) continue;
+        memcpy(out->q, found.q, sizeof out->q);
+        out->gap = found.gap;
+        out->fraction = mechc_nearest(span, &found);
+        mechc_examine_crossing(span, monitor, &found, between, aside ? !between : between, 0, out);
+        return;
+    }
+}
+#endif
+
 /* Judge a step with a poor conditioning. */
 MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, mechc_decision *out)
 {
@@ -287,6 +331,9 @@ MECHC_ONCE void mechc_examine(const mechc_span *span, mechc_monitor *monitor, me
     default:
         if (turned) mechc_retry(out, turned > 0 ? 0.3 : 0.5, 0);
         else if (mechc_changes_branch(span, &critical)) mechc_retry(out, 0.3, 0);
+#if MECHC_NH > 2
+        else mechc_examine_others(span, monitor, reach, out);
+#endif
         break;
     }
 }

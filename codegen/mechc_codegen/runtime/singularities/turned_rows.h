@@ -165,7 +165,8 @@ MECHC_STATIC mechc_verdict mechc_judge_row(const mechc_span *span, const mechc_s
     const double t = span->t + node->fraction * span->h;
     mechc_critical found;
     const int is_one =
-        mechc_find_critical_of(t, node->q, span->given, &node->weakest, k, reach, &found)
+        mechc_find_critical_of(t, node->q, span->given, &node->weakest,
+                               node->weakest.basis + k * MECHC_NH, reach, &found)
         && mechc_is_critical(span, t, &found);
     if (is_one && !found.curves) return MECHC_CROSSING;
     if (is_one) tally->gap = found.gap;

@@ -17,8 +17,8 @@ from mechc_codegen.description.request import DEFAULT_REQUEST, OutputRequest
 from mechc_codegen.emit.definition import argument_names, definition, plain_words
 from mechc_codegen.emit.functions import SceneFunction, SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
-from mechc_codegen.emit.series import series_text
 from mechc_codegen.emit.tables import lookups, table_text
+from mechc_codegen.emit.taylor.series import series_text
 from mechc_codegen.emit.units.block_elimination import BlockElimination
 from mechc_codegen.emit.units.instruction_sets import InstructionSet
 from mechc_codegen.emit.units.scene_files import model_source, sizes_header, template

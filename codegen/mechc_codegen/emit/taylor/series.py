@@ -9,7 +9,6 @@ lower orders alone, so that they are independent of each other; everything else 
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -18,6 +17,7 @@ from sympy import Expr, Symbol
 from mechc_codegen.emit.definition import definition
 from mechc_codegen.emit.functions import SceneFunctions
 from mechc_codegen.emit.printer import RealPrinter
+from mechc_codegen.emit.taylor.sums import Pair, are_few, arranged, sums_text
 from mechc_codegen.ir.program import Operation, Series
 
 Row = tuple[int, str]  # an operation's number, and "" or "j" where coefficient j is times j
@@ -27,22 +27,9 @@ _ONCE = """#if R_VECTOR ? !defined MECHC_SCENE_SERIES_VECTOR : !defined MECHC_SC
 #else
 #define MECHC_SCENE_SERIES_SCALAR
 #endif"""
-_BLOCK = 16  # sums that run side by side
 _DEFINITION = re.compile(r"const real (\w+) =")
 _SUM = re.compile(r"\bs(\d+)\b")
 _NAME = re.compile(r"[A-Za-z_]\w*")
-_FEW = 4  # sums that are added up one by one: see runtime/series/few_sums.h
-_CORE_TERMS = (
-    "for (int j = 3; j < order - 2; j++) {",
-    "    const real *one = rows + j * MECHC_SERIES;",
-    "    const real *other = rows + (order - j) * MECHC_SERIES;",
-)
-_TERMS = (
-    "for (int n = 2; n <= order; n++) {",
-    "    const int j = n < order - 1 ? n : n < order ? 1 : order - 1;",
-    "    const real *one = rows + j * MECHC_SERIES;",
-    "    const real *other = rows + (order - j) * MECHC_SERIES;",
-)
 
 
 def series_text(functions: SceneFunctions) -> str:
@@ -71,7 +58,7 @@ class SeriesWriter:
         self.rows: dict[Row, int] = {(n, ""): place for place, n in enumerate(integrated)}
         self.integrated = len(integrated)
         self.kept = dict[str, int]()
-        self.sums = dict[tuple[int, int], int]()
+        self.sums = dict[Pair, int]()
         self.solving = set[int]()  # the sums that the speeds follow from
         self.used = set[Symbol]()
         self.depths = dict[int, int]()
@@ -102,11 +89,9 @@ class SeriesWriter:
         sizes = {"": len(self.rows), "_SUMS": len(self.sums), "_KEPT": len(self.kept)}
         sizes |= {"_INTEGRATED": self.integrated, "_MOMENTA": int(self.series.momenta)}
         lines = [f"#define MECHC_SERIES{name} {size}" for name, size in sizes.items()]
-        few = len(self.sums) <= _FEW
-        lines.append(f"#define MECHC_SERIES_FEW {int(few)}")
+        lines.append(f"#define MECHC_SERIES_FEW {int(are_few(self.sums))}")
         lines += self._roots()
-        summing = [self._cores()] if few else [*self._summing(), self._packing()]
-        summing.append(self._ending())
+        summing = sums_text(self.sums, self.solving if self.series.momenta else None)
         summing += [self._solving()] if self.series.momenta else []
         return "\n".join([_ONCE, *lines, "", starting, *summing, following, "#endif"])
 
@@ -236,7 +221,7 @@ class SeriesWriter:
         own = self._rows_after(self.integrated)
         body += [f"row[{place}] = {self._next_of(*of)};" for of, place in own]
         body += self._rates("d")
-        self._arrange()
+        self.sums = arranged(self.sums)
         loads = [f"const real {name} = kept[{place}];" for name, place in self.kept.items()]
         loads += [f"const real s{place} = sums[{place}];" for place in self.sums.values()]
         signature = (
@@ -466,99 +451,6 @@ class SeriesWriter:
         if kind == "v":
             return self.start(number)
         return f"d{number}" if self.varies(number) else "R(0.0)"
-
-    # -- sums -------------------------------------------------------------------------------
-
-    def _arrange(self) -> None:
-        """Order and sides of the sums: those that share a series stand together with it on the
-        left, so that it is loaded once."""
-        left = set(self.sums)
-        ordered = list[tuple[int, int]]()
-        while left:
-            shared = Counter(place for pair in left for place in set(pair))
-            most = max(shared, key=lambda place: (shared[place], -place))
-            found = sorted(pair for pair in left if most in pair)
-            ordered += [(most, b if a == most else a) for a, b in found]
-            left.difference_update(found)
-        numbers = {tuple(sorted(pair)): n for pair, n in self.sums.items()}
-        self.sums = {pair: numbers[tuple(sorted(pair))] for pair in ordered}
-
-    def _summing(self) -> list[str]:
-        """Of all series; of the last order by momenta those alone that it is solved with."""
-        every = list(self.sums.items())
-        texts = [self._summed("series_sums", "Sums over lower orders.", every)]
-        if self.series.momenta:
-            last = [each for each in every if each[1] in self.solving]
-            texts.append(self._summed("series_last_sums", "Those that give M u.", last))
-        return texts
-
-    def _summed(self, name: str, comment: str, ordered: list[tuple[tuple[int, int], int]]) -> str:
-        """The products with the first and the last row come last."""
-        lines = list[str]()
-        for first in range(0, len(ordered), _BLOCK):
-            lines += self._block(ordered[first : first + _BLOCK])
-        signature = "int order, const real *rows, real *sums"
-        return self._function(name, signature, comment, lines)
-
-    def _block(self, block: list[tuple[tuple[int, int], int]]) -> list[str]:
-        """Sums side by side; a factor on the right that several have is loaded once."""
-        uses = Counter(b for (_, b), _ in block)
-        held = [b for b, count in uses.items() if count > 1]
-        names = {b: f"b{b}" if b in held else f"other[{b}]" for b in uses}
-        lines = [f"    real s{place} = R(0.0);" for _, place in block]
-        lines += [f"    {line}" for line in _TERMS]
-        for b in held:
-            lines += [f"        real b{b} = other[{b}];", f"        MECHC_HOLD(b{b});"]
-        lines += [f"        s{n} = R_FMA(one[{a}], {names[b]}, s{n});" for (a, b), n in block]
-        lines.append("    }")
-        lines += [f"    sums[{place}] = s{place};" for _, place in block]
-        return ["{", *lines, "}"]
-
-    def _cores(self) -> str:
-        """Of an even order and the next one, whose factors are the same but for one row."""
-        lines = list(self._core_lines()) if self.sums else []
-        return self._function(
-            "series_cores", "int order, const real *rows, real *cores, real *next",
-            "Sums over lower orders without the first two and the last two.", lines,
-        )  # fmt: skip
-
-    def _core_lines(self) -> Iterator[str]:
-        """The factors on the right are at hand for two orders, one after the other."""
-        sums, right = self.sums.items(), sorted({b for _, b in self.sums})
-        yield "const real *last = rows + (order - 2) * MECHC_SERIES;"
-        yield from (f"real s{n} = R(0.0), t{n} = R(0.0);" for _, n in sums)
-        yield from (f"real b{b} = last[{b}];" for b in right)
-        yield from _CORE_TERMS
-        yield from (f"    t{n} = R_FMA(one[{a}], b{b}, t{n});" for (a, b), n in sums)
-        yield from (f"    b{b} = other[{b}];" for b in right)
-        yield from (f"    s{n} = R_FMA(one[{a}], b{b}, s{n});" for (a, b), n in sums)
-        yield "}"
-        yield from (f"cores[{n}] = s{n};" for _, n in sums)
-        yield from (f"next[{n}] = R_FMA(last[{a}], b{b}, t{n});" for (a, b), n in sums)
-
-    def _ending(self) -> str:
-        lines = []
-        for (a, b), n in self.sums.items():
-            inner = f"R_FMA(early[{a}], last[{b}], middle[{n}])"
-            lines.append(f"sums[{n}] = R_FMA(last[{a}], first[{b}], {inner});")
-        return self._function(
-            "series_ends", "const real *middle, const real *early, const real *first, "
-            "const real *last, real *sums", "Products of two rows added to the sums.", lines,
-        )  # fmt: skip
-
-    def _packing(self) -> str:
-        pairs = sorted(self.sums, key=self.sums.__getitem__)
-        lines = list[str]()
-        for side, name in enumerate(("left", "right")):
-            for first in range(0, len(pairs), 8):
-                places = [pair[side] for pair in pairs[first : first + 8]]
-                values = ", ".join(f"row[{n}]" for n in places + places[-1:] * (8 - len(places)))
-                lines.append(f"MECHC_SPREAD({values}, {name} + {first});")
-        text = self._function(
-            "series_spread", "const real *row, real *left, real *right",
-            "What each sum multiplies, side by side.", lines,
-        )  # fmt: skip
-        return f"#if !R_VECTOR\n{text}#endif\n"
 
     def _function(self, name: str, signature: str, comment: str, body: list[str]) -> str:
         loads = list[str]()

@@ -1,0 +1,1 @@
+"""The Taylor coefficients of a motion."""

@@ -126,6 +126,12 @@ setup(
             depends=[*SHARED, *headers("abi")],
         ),
         Extension(
+            "mechc.native._steps",
+            ["src/mechc/native/_steps.pyx"],
+            include_dirs=[str(RUNTIME)],
+            depends=[*SHARED, *headers("abi")],
+        ),
+        Extension(
             "mechc.native._inputs",
             ["src/mechc/native/_inputs.pyx"],
             include_dirs=[str(RUNTIME)],

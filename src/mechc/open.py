@@ -14,9 +14,9 @@ from mechc.errors import CompilerError, MechcError, MissingInputError, MissingPa
 from mechc.model import Model
 from mechc.results.solution import Solution
 from mechc.results.untrusted import mapping_of, printable, short, text_of
-from mechc.simulation.contact.recorded import RecordedRun
+from mechc.simulation.contact.recorded import steps_of
 from mechc.simulation.events.event import EventRecord
-from mechc.simulation.segments import Segments, Until
+from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import LARGEST_TRAJECTORY, Policy
 from mechc.simulation.status import CODES, ChangePoint, Status
 from mechc.system.parameters import Array
@@ -176,7 +176,7 @@ def _again(model: Model, recipe: dict[str, Any], t: Array, max_bytes: float) -> 
         )
     sol.policy = told._replace(dense=True, atol=sol.policy.atol)
     sol.status = _status(mapping_of(recipe["status"], "its status"))
-    if not np.array_equal(sol._run.states()[0], t):
+    if not np.array_equal(sol.record.times(), t):
         sol._times = t
     sol.events = tuple(_event_record(model, *told) for told in recipe["events"])
     titles = recipe.get("event_titles", ())  # files of earlier versions have none
@@ -202,7 +202,7 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
         piece = model.simulate(span, state, np.array(p, float), **policy)
         if words:
             told = [text_of(word, "a contact") for word in words]
-            piece._run = _in_contact(piece, told, steps)
+            piece.record = _in_contact(piece, told, steps)
         sol = piece if sol is None else sol.followed_by(piece)
         policy["first_step"] = None
         made = int(piece.stats["steps"] + piece.stats["rejected"])
@@ -213,16 +213,20 @@ def _pieces_again(model: Model, recipe: dict[str, Any], policy: dict[str, Any]) 
     return sol
 
 
-def _in_contact(piece: Solution, words: list[str], steps: list[Any]) -> Segments:
-    """The run of a part, in contact where its steps are given."""
-    whole = Segments()
-    for end, told in steps:
-        kept = RecordedRun(piece.system, piece.params, mapping_of(told, "its contacts"))
-        run = Until(kept, float(end)) if end < kept.t else kept
-        whole.add(run, contacts=tuple(words))
-    if not steps:
-        whole.add(piece._run, contacts=tuple(words))
-    return whole
+def _in_contact(part: Solution, words: list[str], given: list[Any]) -> Record:
+    """The record of a part, in contact where its steps are given."""
+    contacts = tuple(words)
+    if not given:
+        return Record([
+            Piece(piece.steps, piece.params, contacts=contacts, cut=piece.cut)
+            for piece in part.record.pieces
+        ])  # fmt: skip
+    pieces = []
+    for end, told in given:
+        steps = steps_of(part.system, part.params, mapping_of(told, "its contacts"))
+        cut = float(end) if end < steps.ends()[0][1] else None
+        pieces.append(Piece(steps, part.params, contacts=contacts, cut=cut))
+    return Record(pieces)
 
 
 def _pickled(sol: Solution) -> tuple[Any, ...]:

@@ -29,14 +29,12 @@ class SegmentedRun:
     ) -> None:  # fmt: skip
         self.compiled_run, self._times, self._inputs, self.whole = run, times, inputs, whole
         self._segment, self._stops = -1, stops
-        run.read_with(whole)
         if len(times) > 2:
             self._next()
 
     def _next(self) -> None:
         self._segment += 1
-        _, y = self.compiled_run.tail(1)
-        inputs = self._inputs(self._segment, y[-1])
+        inputs = self._inputs(self._segment, self.compiled_run.state())
         self.compiled_run.extend(self._times[self._segment + 1], inputs)
 
     @property
@@ -57,8 +55,15 @@ class SegmentedRun:
         return int(self.compiled_run.count)
 
     @property
-    def crossings(self) -> int:
-        return int(self.compiled_run.crossings)
+    def met_critical(self) -> bool:
+        return bool(self.compiled_run.met_critical)
+
+    @property
+    def steps(self) -> Any:
+        """What it has recorded, read with the inputs of the whole span."""
+        steps = self.compiled_run.steps
+        steps.read_with(self.whole)
+        return steps
 
     def advance(self, steps: int) -> int:
         """At most so many attempted steps."""
@@ -93,55 +98,3 @@ class SegmentedRun:
 
     def stats(self) -> dict[str, Any]:
         return dict(self.compiled_run.stats())
-
-    def states(self) -> tuple[Array, Array]:
-        t, y = self.compiled_run.states()
-        return t, y
-
-    def tail(self, count: int) -> tuple[Array, Array]:
-        t, y = self.compiled_run.tail(count)
-        return t, y
-
-    def times(self, first: int) -> Array:
-        found: Array = self.compiled_run.times(first)
-        return found
-
-    def methods(self) -> Array:
-        found: Array = self.compiled_run.methods()
-        return found
-
-    def vary(
-        self,
-        first: int,
-        last: int,
-        directions: Array,
-        start: Array,
-        rates: int = 0,
-        restart: bool = False,
-        project: bool = False,
-        shapes: Any = None,
-    ) -> tuple[Array, Array]:
-        ends, taken = self.compiled_run.vary(
-            first, last, directions, start, rates, restart, project, shapes
-        )
-        return ends, taken
-
-    def covary(
-        self, first: int, last: int, covector: Array, sources: Array | None = None,
-        shapes: Any = None, gathered: Array | None = None,
-    ) -> tuple[Array, Array]:  # fmt: skip
-        at, gradient = self.compiled_run.covary(first, last, covector, sources, shapes, gathered)
-        return at, gradient
-
-    def project_columns(
-        self, t: Array, y: Array, directions: Array, columns: Array, shapes: Any = None
-    ) -> None:
-        self.compiled_run.project_columns(t, y, directions, columns, shapes)
-
-    def change_points(self) -> tuple[Array, Array, Array]:
-        t, q, gap = self.compiled_run.change_points()
-        return t, q, gap
-
-    def interpolate(self, t: Array) -> Array:
-        found: Array = self.compiled_run.interpolate(t)
-        return found

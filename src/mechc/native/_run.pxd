@@ -14,11 +14,10 @@ cdef class Run:
     cdef object p
     cdef const double[::1] limit_times, longest  # those of the limits
     cdef mechc_step_limits limits
-    cdef Inputs inputs, whole  # of the end of the run; of all of it
+    cdef Inputs inputs  # of the end of the run
     cdef ptrdiff_t piece  # attempted steps until the next check of the clock
     cdef ptrdiff_t most  # accepted states that are kept
 
-    cdef ptrdiff_t at_once(self, int columns)
     cdef begin(self, const mechc_options *options, double max_bytes)
     cpdef void forget(self)
     cdef void _keep_last_state(self)

@@ -105,6 +105,12 @@ class NumpyRun:
             self.manifold = self.manifold.with_inputs(inputs)
             self.status = self._stage(self.t, self.y, 0)
 
+    met_critical = False
+
+    def state(self) -> Array:
+        """The last accepted state (nq + nu,)."""
+        return self._states[-1].copy()
+
     def read_with(self, inputs: Any) -> None:
         """The inputs that :meth:`interpolate` takes, of the whole run."""
         self.whole = self.manifold.with_inputs(inputs)
@@ -280,6 +286,16 @@ class NumpyRun:
         rows[2] = rows[0] - h * self.rates[STAGES] - rows[1]
         rows[3:] = h * (self.pair.dense @ self.rates)
         return rows
+
+    @property
+    def steps(self) -> NumpyRun:
+        """Its own."""
+        return self
+
+    def ends(self) -> tuple[Array, Array]:
+        """The first and last time (2,) and the states there (2, nq + nu)."""
+        last = [0, -1]
+        return np.array(self._times)[last], np.array(self._states)[last]
 
     @property
     def count(self) -> int:

@@ -137,7 +137,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
     policy = sol.policy.asked()
     if policy["atol"] is not None:
         policy["atol"] = policy["atol"].tolist()
-    y0, driven = sol._run.states()[1][0], sol.system.driven
+    y0, driven = sol.record.ends()[1][0], sol.system.driven
     return {
         "format": FORMAT,
         **sol.system.reference.to_json(),
@@ -151,7 +151,7 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
         "jumps": [[part.t0, part.y0.tolist()] for part in sol.segments[1:]],
         "values": _values_of(sol),
         "inputs": {} if driven is None else driven.told,
-        "contacts": contacts_of(sol._run),
+        "contacts": contacts_of(sol.record),
         "events": [[record.t.tolist(), record.y.tolist()] for record in sol.events],
         "event_titles": list(sol.event_titles),
     }
@@ -159,9 +159,8 @@ def recipe_of(sol: Trajectory) -> dict[str, Any]:
 
 def _values_of(sol: Trajectory) -> list[list[float]]:
     """The parameters of each smooth part, where resets have changed them."""
-    parts = [part.params for part in sol.segments]
-    changed = any(own is not sol.params for own in parts)
-    return [own.tolist() for own in parts] if changed else []
+    changed = sol.record.changes_params
+    return [part.params.tolist() for part in sol.segments] if changed else []
 
 
 def read(path: Path) -> tuple[dict[str, Any], Array, Array]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.errors import MechcError
-from mechc.simulation.segments import Segments
+from mechc.simulation.record import Piece, Record
 from mechc.simulation.settings import refuse_without_derivatives
 from mechc.simulation.simulate import continued
 from mechc.simulation.trajectory import Trajectory
@@ -65,7 +65,7 @@ class Solution(Trajectory):
         """With copies of its arrays; the run itself never changes."""
         other = copy(self)
         other.params = self.params.copy()
-        for name in ("_record", "energy", "work", "closure", "velocity_closure"):
+        for name in ("_reported", "energy", "work", "closure", "velocity_closure"):
             other.__dict__.pop(name, None)
         return other
 
@@ -106,15 +106,18 @@ class Solution(Trajectory):
 
     def followed_by(self, after: Solution) -> Solution:
         """This motion and one that begins where it ends, with a jump between them, as one."""
-        chain = Segments(self._run)
         same = np.array_equal(after.params, self.params)
-        chain.add(after._run, jump=True, values=None if same else after.params)
+        params = self.params if same else after.params
+        added = [
+            Piece(piece.steps, params, jumps=not k, contacts=piece.contacts, cut=piece.cut)
+            for k, piece in enumerate(after.record.pieces)
+        ]
         whole = copy(after)
         whole.params = self.params
-        cached = ("_record", "span", "change_points", "energy", "work", "_conserves_energy")
+        cached = ("_reported", "span", "change_points", "energy", "work", "_conserves_energy")
         for name in (*cached, "closure", "velocity_closure"):
             whole.__dict__.pop(name, None)
-        whole._run = chain
+        whole.record = Record([*self.record.pieces, *added])
         return whole
 
     # -- derivatives ---------------------------------------------------------------------------
@@ -137,7 +140,7 @@ class Solution(Trajectory):
     @property
     def _given_or_own(self) -> tuple[Any, Any]:
         """The start and the parameters as they were given; those of a part of a motion its own."""
-        return self._given or (self._run.states()[1][0], self.params)
+        return self._given or (self.record.ends()[1][0], self.params)
 
     @property
     def sensitivity(self) -> Sensitivity:

@@ -18,7 +18,7 @@ from mechc.sensitivities.columns import Columns
 from mechc.simulation.events.event import Event, evaluated
 from mechc.simulation.events.expressions import ResetExpressions
 from mechc.simulation.events.resets import changed_state
-from mechc.simulation.segments import Segments
+from mechc.simulation.record import Record
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -106,11 +106,11 @@ class Jump:
     causes: tuple[int, ...]
 
 
-def jump_of(run: Segments, number: int) -> Jump:
-    """That with which a piece of a run begins."""
-    t, after = run.pieces[number].states()
-    before = run.pieces[number - 1].states()[1]
-    return Jump(float(t[0]), before[-1], after[0], run.causes[number])
+def jump_of(record: Record, number: int) -> Jump:
+    """That with which a piece of a motion begins."""
+    piece = record.pieces[number]
+    (t, _), (after, _) = piece.steps.ends()
+    return Jump(float(t), record.pieces[number - 1].states()[1][-1], after, piece.causes)
 
 
 def through_reset(sol: Trajectory, jump: Jump, columns: Columns, found: Array) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,9 +22,8 @@ from mechc.sensitivities.run import ended_columns, without_closure
 from mechc.sensitivities.samples import check_steps
 from mechc.sensitivities.start import start_columns
 from mechc.sensitivities.steps import NAMES, checked_run, refuse_contact
-from mechc.simulation.checkpoints import Checkpointed, ends_of
 from mechc.simulation.events.event import Event
-from mechc.simulation.segments import Segments, Until
+from mechc.simulation.record import Piece
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.names import name_of
 from mechc.system.parameters import Array
@@ -98,12 +97,12 @@ def gradient_of_run(
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of`, :func:`start_columns` and :func:`linear_output` say.
     """
-    refuse_contact(sol._run)
+    refuse_contact(sol.record)
     system = sol.system
     names = list(system.parameters) if by is None else list(by)
     columns = columns_of(system, names, sol.params, params)
-    t, y = ends_of(sol._run)
-    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
+    t, y = sol.record.ends()
+    start, notes = start_columns(system, columns, y0, sol.record, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     raw = _raw(columns)
     way = Backwards(
@@ -111,11 +110,10 @@ def gradient_of_run(
         columns.names if columns.samples else (),
     )  # fmt: skip
     _begin(way, end)
-    for run, stop in reversed(_parts(sol._run, sol._stop)):
-        if isinstance(run, Jump):
-            _back_over(way, run, _weights(integral))
-        else:
-            _back(way, run() if callable(run) else run, stop, _weights(integral))
+    for number, piece in reversed([*enumerate(sol.record.pieces)]):
+        _back(way, piece, _weights(integral))
+        if piece.jumps:
+            _back_over(way, jump_of(sol.record, number), _weights(integral))
     total = start.T @ way.covector + _along(columns).T @ (way.gathered + way.integrated)
     for _, bad, said in ended_columns(sol, columns):
         total[bad] = np.nan
@@ -156,22 +154,6 @@ def _weights(given: Any) -> dict[str, float]:
     return {name_of(given): 1.0}
 
 
-def _parts(run: Any, stop: float | None) -> list[tuple[Any, float | None]]:
-    """Compiled runs, functions that give one, and jumps, in order, each with the time within it
-    where it ends; None: its own end."""
-    if isinstance(run, Checkpointed):
-        return [(partial(run.part, number), None) for number in range(run.parts)]
-    if isinstance(run, Segments):
-        found: list[tuple[Any, float | None]] = []
-        for number, piece in enumerate(run.pieces):
-            found += [(jump_of(run, number), None)] if run.jumps[number] else []
-            found += _parts(piece, stop if piece is run.last else None)
-        return found
-    if isinstance(run, Until):
-        return _parts(run.piece, run.t if stop is None else stop)
-    return [(run, stop)]
-
-
 def _begin(way: Backwards, end: Any) -> None:
     """The covector of the end state, and the objective's value there."""
     sol = way.sol
@@ -194,8 +176,10 @@ def _add_outputs(way: Backwards, weights: Mapping[str, float], y: Array, t: floa
         way.value += weight * float(one[0])
 
 
-def _back(way: Backwards, run: Any, stop: float | None, weights: Mapping[str, float]) -> None:
-    """Over one compiled run."""
+def _back(way: Backwards, piece: Piece, weights: Mapping[str, float]) -> None:
+    """Over one piece."""
+    run: Any = piece.steps
+    stop = piece.cut
     checked_run(way.system, run, way.sol.params)
     t = run.times(0)
     last = len(t) - 1
@@ -251,7 +235,7 @@ def _back_within(
     ends, rates = run.vary(step, step + 1, every, way.start, rule.rates, shapes=shapes)
     s = np.array([(stop - t[step]) / h])
     columns = _between(rule, h, s, ends[0], ends[1], rates[0])
-    y = way.sol._run.interpolate(np.array([stop]))
+    y = run.interpolate(np.array([stop]))
     run.project_columns(np.array([stop]), y, every, columns, shapes)
     sources = _integral(way, run, t, step, step + 1, stop, weights)
     way.through(columns[0])

@@ -12,7 +12,7 @@ from mechc.sensitivities.events import Jump, jump_of, through_reset
 from mechc.sensitivities.history import Sensitivity
 from mechc.sensitivities.start import constraint_gradient, start_columns
 from mechc.sensitivities.steps import Piece, follow, refuse_contact
-from mechc.simulation.segments import Segments, Until
+from mechc.simulation.record import Record
 from mechc.simulation.trajectory import Trajectory
 from mechc.system.parameters import Array
 
@@ -28,34 +28,29 @@ def sensitivity_of_run(sol: Trajectory, names: Sequence[str], y0: Any, params: A
     UnavailableOutputError, UnknownNameError, MechcError
         As :func:`columns_of` and :func:`start_columns` say.
     """
-    refuse_contact(sol._run)
+    refuse_contact(sol.record)
     system = sol.system
     columns = columns_of(system, names, sol.params, params)
-    t, y = sol._run.states()
-    start, notes = start_columns(system, columns, y0, sol._run, sol.params)
+    t, y = sol.record.ends()
+    start, notes = start_columns(system, columns, y0, sol.record, sol.params)
     notes += without_closure(sol, columns, start, float(t[0]), y[0])
     ended: list[str] = []
-    pieces = _pieces(sol, sol._run, columns, start, ended)
+    pieces = _pieces(sol, columns, start, ended)
     notes += tuple(ended)
     notes += _past_crossings(sol, columns, pieces)
     return Sensitivity(sol, columns, pieces, notes)
 
 
-def _pieces(
-    sol: Trajectory, run: Any, columns: Columns, start: Array, notes: list[str]
-) -> list[Piece]:
-    """The pieces of a run that may consist of several."""
-    if isinstance(run, Segments):
-        found: list[Piece] = []
-        for number, part in enumerate(run.pieces):
-            if run.jumps[number]:
-                start = _after_jump(sol, jump_of(run, number), columns, start, notes)
-            found += _pieces(sol, part, columns, start, notes)
-            start = _end(part, found)
-        return found
-    if isinstance(run, Until):
-        return _pieces(sol, run.piece, columns, start, notes)
-    return [follow(sol.system, run, sol.params, columns, start)]
+def _pieces(sol: Trajectory, columns: Columns, start: Array, notes: list[str]) -> list[Piece]:
+    """The columns over the pieces of the motion."""
+    found: list[Piece] = []
+    for number, piece in enumerate(sol.record.pieces):
+        if found:
+            start = _end(sol.record, number - 1, found[-1])
+        if piece.jumps:
+            start = _after_jump(sol, jump_of(sol.record, number), columns, start, notes)
+        found.append(follow(sol.system, piece.steps, sol.params, columns, start))
+    return found
 
 
 def _after_jump(
@@ -81,12 +76,10 @@ def _after_jump(
     return np.ascontiguousarray(found)
 
 
-def _end(run: Any, pieces: Sequence[Piece]) -> Array:
-    """The columns at the end of a run, which may be within its last step."""
-    (t, y) = (each[-1:] for each in run.states())
-    last = next(p for p in reversed(pieces) if abs(p.t[0] - t[0]) <= abs(p.t[0] - p.t[-1])
-                and (p.t[0] - t[0]) * (p.t[0] - p.t[-1]) >= 0)  # fmt: skip
-    return np.ascontiguousarray(last.on_tangent_space(t, y, last.at(t))[0])
+def _end(record: Record, number: int, piece: Piece) -> Array:
+    """The columns at the end of a piece, which may be within its last step."""
+    t, y = (each[-1:] for each in record.pieces[number].states())
+    return np.ascontiguousarray(piece.on_tangent_space(t, y, piece.at(t))[0])
 
 
 # -- where there is no derivative -----------------------------------------------------------------

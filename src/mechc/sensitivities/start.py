@@ -11,7 +11,7 @@ import numpy as np
 from mechc.errors import MechcError
 from mechc.sensitivities.columns import START, Columns
 from mechc.sensitivities.steps import on_tangent_space
-from mechc.simulation.checkpoints import ends_of
+from mechc.simulation.record import Record
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -20,7 +20,7 @@ SINGULAR = 1e-7  # of the largest singular value: below, no derivative
 
 
 def start_columns(
-    system: System, columns: Columns, given: Any, run: Any, values: Array
+    system: System, columns: Columns, given: Any, record: Record, values: Array
 ) -> tuple[Array, tuple[str, ...]]:
     """S (nx, k) at the start of a run, and notes on columns that have none; ``given``: y0 as it was
     given.
@@ -33,7 +33,7 @@ def start_columns(
     MechcError
         For a coordinate or speed that was not given by itself.
     """
-    t, state = (part[0] for part in ends_of(run))
+    t, state = (part[0] for part in record.ends())
     found = np.zeros((system.scene.width, columns.count))
     notes: tuple[str, ...] = ()
     if isinstance(given, Mapping):
@@ -45,7 +45,7 @@ def start_columns(
     for column, component in own.items():
         found[component, column] = 1.0
     if system.scene.rows and (own or not isinstance(given, Mapping)):
-        moved = on_tangent_space(system, run, columns, found, values)
+        moved = on_tangent_space(system, record, columns, found, values)
         places = list(own) if isinstance(given, Mapping) else slice(None)
         found[:, places] = moved[:, places]
     return np.ascontiguousarray(found), notes

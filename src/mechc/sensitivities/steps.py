@@ -19,8 +19,7 @@ from mechc.native._codes import METHODS
 from mechc.sensitivities.columns import Columns
 from mechc.sensitivities.rules import Rule, rule_of
 from mechc.sensitivities.samples import check_steps
-from mechc.simulation.checkpoints import Checkpointed
-from mechc.simulation.segments import Segments, Until
+from mechc.simulation.record import Record
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
@@ -121,31 +120,29 @@ def follow(system: System, run: Any, values: Array, columns: Columns, start: Arr
 
 
 def on_tangent_space(
-    system: System, run: Any, columns: Columns, start: Array, values: Array
+    system: System, record: Record, columns: Columns, start: Array, values: Array
 ) -> Array:
-    """Columns (nx, k) at the start of a run, moved onto the constraints' tangent space."""
-    while isinstance(run, (Segments, Until)):
-        run = run.pieces[0] if isinstance(run, Segments) else run.piece
-    run = run.part(0) if isinstance(run, Checkpointed) else run
+    """Columns (nx, k) at the start of a motion, moved onto the constraints' tangent space."""
+    run: Any = record.pieces[0].steps
     checked_run(system, run, values)
     given = columns.directions, start
     moved: Array = run.vary(0, 0, *given, project=True, shapes=columns.shapes)[0][0]
     return moved
 
 
-def refuse_contact(run: Any) -> None:
+def refuse_contact(record: Record) -> None:
     """
     Raises
     ------
     MechcError
         For a run with friction, or in which contacts lasted, or whose parameters have changed.
     """
-    if isinstance(run, Segments) and any(values is not None for values in run.values):
+    if record.changes_params:
         raise MechcError(
             "there are no derivatives of a motion whose resets change parameters: make what they "
             "change a state whose rate is zero, mechc.compile(..., states={x: 0})"
         )
-    if isinstance(run, Segments) and any(run.contacts):
+    if record.has_contacts:
         raise MechcError(
             "there are no derivatives of a motion with friction or with contacts that last: end "
             "the run before them"

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mechc.simulation.checkpoints import Checkpointed, ends_of
-from mechc.simulation.segments import Segments, values_along
+from mechc.simulation.record import Record
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -52,37 +51,31 @@ class Power(NamedTuple):
     error: Array
 
 
-def work_along(system: System, run: Any, values: Array, times: Array, conservative: bool) -> Array:
-    """Work done between the run's start and each of these times, J (nt,).
+def work_along(system: System, record: Record, times: Array, conservative: bool) -> Array:
+    """Work done between the start of a motion and each of these times, J (nt,).
 
-    ``values``: the parameters at the start; resets may change them.
     ``times`` are in the order of the run; of two equal ones at a jump the first is before it.
     ``conservative``: only jumps change the energy.  Where a contact lasts, its work is not known
     otherwise: what the energy changes by is all the work there.
     """
-    t, y = run.states()
-    grown = np.diff(system.energy(y, values_along(run, values, t), t))
-    contact = in_contact(run, len(grown))
+    t, y = record.states()
+    grown = np.diff(system.energy(y, record.params_along(t), t))
+    contact = record.in_contact()
     jumps = (np.diff(t) == 0.0) | contact
     done = np.where(jumps, grown, 0.0)
     if conservative:
         return _at(t, np.append(0.0, np.cumsum(done)), times)[0]
     smooth = np.flatnonzero(~jumps)
-    done[smooth] = integral(system, run, values, t[smooth], t[smooth + 1])
+    done[smooth] = integral(system, record, t[smooth], t[smooth + 1])
     begun, rows = _at(t, np.append(0.0, np.cumsum(done)), times)
     between = times != t[rows]
     known = between & np.append(contact, False)[rows]
     rest = np.flatnonzero(between & ~known)
-    begun[rest] += integral(system, run, values, t[rows[rest]], times[rest])
-    along, p = run.interpolate(times[known]), values_along(run, values, times[known])
+    begun[rest] += integral(system, record, t[rows[rest]], times[rest])
+    along, p = record.interpolate(times[known]), record.params_along(times[known])
     begun[known] += system.energy(along, p, times[known])
     begun[known] -= system.energy(y[rows[known]], p, t[rows[known]])
     return begun
-
-
-def in_contact(run: Any, steps: int) -> Array:
-    """Of each step of a run whether a contact lasted in it."""
-    return run.in_contact() if isinstance(run, Segments) else np.zeros(steps, bool)
 
 
 def _at(t: Array, done: Array, times: Array) -> tuple[Array, Any]:
@@ -110,15 +103,15 @@ def conserves_energy(system: System, t: Array, y: Array, values: Array) -> bool:
     return True
 
 
-def integral(system: System, run: Any, values: Array, begin: Array, end: Array) -> Array:
+def integral(system: System, record: Record, begin: Array, end: Array) -> Array:
     """The work done in each of these intervals, which contain no jump, J (n,)."""
     middle, half = 0.5 * (begin + end), 0.5 * (end - begin)
     done = np.empty_like(middle)
     for part in _parts(len(middle), ROWS // len(NODES)):
         t = (middle[part, None] + half[part, None] * NODES).ravel()
         lengths = np.repeat(np.abs(2 * half[part]), len(NODES))
-        p = values_along(run, values, t)
-        power = power_at(system, p, t, run.interpolate(t), lengths).value
+        p = record.params_along(t)
+        power = power_at(system, p, t, record.interpolate(t), lengths).value
         done[part] = half[part] * (power.reshape(-1, len(NODES)) @ WEIGHTS)
     return done
 
@@ -163,25 +156,23 @@ def _parts(count: int, size: int = ROWS) -> Iterator[slice]:
 # -- a warning ---------------------------------------------------------------------------------
 
 
-def energy_note(
-    system: System, run: Any, values: Array, policy: Policy, stats: dict[str, Any]
-) -> tuple[str, ...]:
+def energy_note(system: System, record: Record, policy: Policy) -> tuple[str, ...]:
     """A warning where the energy of a finished run is far off."""
+    stats = record.stats
     if stats["rhs_evaluations"] < WORTH or not system.knows_energy:
         return ()
-    if in_contact(run, 0).any():
+    if policy.checkpoints is not None or any(piece.lasts for piece in record.pieces):
         return ()
     asked = max(policy.rtol, stats["rounding"], FINEST)
-    ends = ends_of(run)
-    p = values_along(run, values, ends[0])
-    if isinstance(run, Checkpointed) or _alike(system, *ends, p, NEAR * asked):
+    ends = record.ends()
+    if _alike(system, *ends, record.params_along(ends[0]), NEAR * asked):
         return ()
-    t, y = run.states()
-    p = values_along(run, values, t)
+    t, y = record.states()
+    p = record.params_along(t)
     looked_at = stats["rhs_evaluations"] >= ENOUGH or stats["examined"] > 0
     if not (looked_at and system.data.get("smooth", True)):
         return ()
-    missing, kinetic = imbalance(system, run, values), system.kinetic_energy(y, p, t).max()
+    missing, kinetic = imbalance(system, record), system.kinetic_energy(y, p, t).max()
     if not missing > explained(system, t, y, p, policy, asked):
         return ()
     return (
@@ -222,13 +213,13 @@ def explained(
     return far * float(np.abs(changed - energy[:, None]).max(axis=0).sum())
 
 
-def imbalance(system: System, run: Any, values: Array) -> float:
+def imbalance(system: System, record: Record) -> float:
     """The energy that the work does not explain, J: the larger of what is missing in some steps
     spread evenly, scaled up to all, and in those whose energies change unlike their neighbours'."""
-    t, y = run.states()
+    t, y = record.states()
     steps = np.flatnonzero(np.diff(t))  # resets are none
     begin, end = t[steps], t[steps + 1]
-    gained = np.diff(system.energy(y, values_along(run, values, t), t))[steps]
+    gained = np.diff(system.energy(y, record.params_along(t), t))[steps]
     count, most = len(gained), min(MOST_STEPS, len(gained))
     even = np.unique(np.linspace(0, count - 1, most).astype(int))
     neighbours = np.convolve(np.pad(gained, 1, mode="edge"), [0.5, 0.0, 0.5], mode="valid")
@@ -237,8 +228,8 @@ def imbalance(system: System, run: Any, values: Array) -> float:
     middle, half = 0.5 * (begin + end)[chosen], 0.5 * (end - begin)[chosen]
     inner = (middle[:, None] + half[:, None] * NODES).ravel()
     lengths = np.repeat(np.abs(2.0 * half), len(NODES))
-    p = values_along(run, values, inner)
-    power = power_at(system, p, inner, run.interpolate(inner), lengths).value
+    p = record.params_along(inner)
+    power = power_at(system, p, inner, record.interpolate(inner), lengths).value
     missing = gained[chosen] - half * (power.reshape(len(chosen), -1) @ WEIGHTS)
     spread = np.abs(np.cumsum(missing[: len(even)])).max() * count / len(even)
     return float(max(spread, np.abs(np.cumsum(missing[len(even) :])).max()))

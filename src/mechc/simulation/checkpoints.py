@@ -21,15 +21,17 @@ SHARE = 0.5  # of the memory, for the checkpoints; the rest for the steps betwee
 
 
 class Checkpoint(NamedTuple):
-    """A state of the integrator before step number ``step``."""
+    """A state of the integrator before step number ``step``; ``crossed``: change points before."""
 
     step: int
     t: float
+    y: Array
+    crossed: int
     saved: Any
 
 
 class Checkpointed:
-    """A run as :class:`mechc.simulation.segments.Segment` has it, over one that has begun.
+    """A run with checkpoints, over one that has begun.
 
     Checkpoints are multiples of 64 steps apart: what compiled code computes of several steps at
     once it computes of the same ones, whether or not a run is in parts.
@@ -37,20 +39,26 @@ class Checkpointed:
 
     def __init__(self, run: Any, max_bytes: float) -> None:
         self._run, self._max_bytes = run, max_bytes
-        self._points = [Checkpoint(0, float(run.t), run.checkpoint())]
-        self._bytes = size_of(self._points[0])
         self._length = GROUP  # steps between two checkpoints
-        self._steps = 0
+        self._made, self._bytes = 0, 0
         self._open = -1  # the part that the run holds now
-        self.first_state: Array = run.states()[1][0]
-        self._crossed: list[tuple[Array, Array, Array]] = []
+        self._crossed = run.steps.change_points()
+        self._points: list[Checkpoint] = []
         self._note()
+        self._add()
 
     def _note(self) -> None:
         """What the run tells on its way forwards."""
         self._status, self._t = int(self._run.status), float(self._run.t)
-        self._last: Array = self._run.tail(1)[1][0]
+        self._last: Array = self._run.steps.ends()[1][1]
         self._stats = dict(self._run.stats())
+
+    def _add(self) -> None:
+        point = Checkpoint(
+            self._made, self._t, self._last, len(self._crossed[0]), self._run.checkpoint()
+        )
+        self._points.append(point)
+        self._bytes += size_of(point)
 
     # -- forwards ----------------------------------------------------------------------------
 
@@ -74,16 +82,17 @@ class Checkpointed:
     def _take(self) -> None:
         """The steps that the run holds are counted, and forgotten."""
         self._note()
-        self._steps += self._run.count - 1
-        if self._run.crossings:
-            self._crossed.append(self._run.change_points())
+        self._made += self._run.count - 1
+        steps = self._run.steps
+        if steps.crossings:
+            both = zip(self._crossed, steps.change_points(), strict=True)
+            self._crossed = tuple(np.concatenate(each) for each in both)
         self._run.keep_last()
 
     def _keep(self) -> None:
         """A checkpoint, where one is due."""
-        if self._status == RUNNING and self._steps % self._length == 0:
-            self._points.append(Checkpoint(self._steps, self._t, self._run.checkpoint()))
-            self._bytes += size_of(self._points[-1])
+        if self._status == RUNNING and self._made % self._length == 0:
+            self._add()
             while self._bytes > SHARE * self._max_bytes and self._status == RUNNING:
                 self._thin()
 
@@ -105,35 +114,29 @@ class Checkpointed:
     def t(self) -> float:
         return self._t
 
-    @property
-    def count(self) -> int:
-        return self._steps + 1 + (self._run.count - 1 if self._status == RUNNING else 0)
-
-    @property
-    def crossings(self) -> int:
-        return sum(len(times) for times, _, _ in self._crossed)
-
     def stats(self) -> dict[str, Any]:
         return dict(self._stats)
 
-    def change_points(self) -> tuple[Array, Array, Array]:
-        none = tuple(part[:0] for part in self._run.change_points())
-        parts = self._crossed or [none]
-        t, q, gap = (np.concatenate(part) for part in zip(*parts, strict=True))
+    @property
+    def steps(self) -> list[Recomputed]:
+        """The steps between checkpoints."""
+        return [Recomputed(self, number) for number in range(len(self._points))]
+
+    def ends(self, number: int) -> tuple[Array, Array]:
+        """The first and last time of a part (2,) and the states there (2, nq + nu)."""
+        begin, last = self._points[number], number + 1 == len(self._points)
+        end = (self._t, self._last) if last else self._points[number + 1][1:3]
+        return np.array([begin.t, end[0]]), np.stack([begin.y, end[1]])
+
+    def crossed(self, number: int) -> tuple[Array, Array, Array]:
+        """The change points crossed in a part."""
+        first, after = self._points[number].crossed, self._points[number + 1 : number + 2]
+        last = after[0].crossed if after else None
+        t, q, gap = (each[first:last] for each in self._crossed)
         return t, q, gap
 
-    @property
-    def span(self) -> Array:
-        """Its first and last time (2,)."""
-        return np.array([self._points[0].t, self._t])
-
-    @property
-    def parts(self) -> int:
-        """How many parts there are between checkpoints."""
-        return len(self._points)
-
-    def part(self, number: int) -> Any:
-        """The run with the steps of one part alone; it holds until the next part is asked for.
+    def open(self, number: int) -> Any:
+        """The steps of one part; they hold until the next part is asked for.
 
         Raises
         ------
@@ -141,15 +144,14 @@ class Checkpointed:
             Where the motion is not the same again: of inputs that depend on more than their
             arguments.
         """
-        number = number % len(self._points)
         if self._open != number:
             self._repeat(number)
-        return self._run
+        return self._run.steps
 
     def _repeat(self, number: int) -> None:
         run, begin = self._run, self._points[number]
         last = number + 1 == len(self._points)
-        step, t = (self._steps, self._t) if last else self._points[number + 1][:2]
+        step, t = (self._made, self._t) if last else self._points[number + 1][:2]
         run.back_to(begin.saved)
         self._open = -1
         while run.count - 1 < step - begin.step and run.status == RUNNING:
@@ -161,47 +163,30 @@ class Checkpointed:
             )
         self._open = number
 
-    # -- its trajectory ----------------------------------------------------------------------
 
-    def states(self) -> tuple[Array, Array]:
-        parts = [self.part(k).states() for k in range(self.parts)]
-        cut = [int(k > 0) for k in range(self.parts)]
-        t = np.concatenate([times[n:] for (times, _), n in zip(parts, cut, strict=True)])
-        return t, np.vstack([states[n:] for (_, states), n in zip(parts, cut, strict=True)])
+class Recomputed:
+    """The steps of a part between two checkpoints, as :class:`mechc.simulation.record.Steps`.
 
-    def times(self, first: int) -> Array:
-        """Accepted times from the index ``first`` on."""
-        parts = [self.part(k).times(int(k > 0)) for k in range(self.parts)]
-        return np.concatenate(parts)[first:]
+    All but their ends is computed again when it is read.
+    """
 
-    def tail(self, count: int) -> tuple[Array, Array]:
-        """The last accepted times and states, at most so many."""
-        if count == 1:
-            return np.array([self._t]), self._last[None]
-        number = self.parts - 1
-        while number > 0 and self._steps + 1 - self._points[number].step < count:
-            number -= 1
-        t, y = self.part(number).states()
-        for k in range(number + 1, self.parts):
-            more = self.part(k).states()
-            t, y = np.append(t, more[0][1:]), np.vstack([y, more[1][1:]])
-        return t[-count:], y[-count:]
+    def __init__(self, run: Checkpointed, number: int) -> None:
+        self._run, self._number = run, number
 
-    def interpolate(self, t: Array) -> Array:
-        """Dense output at the times t, projected onto the constraints: (len(t), width)."""
-        forwards = 1.0 if self._t >= self._points[0].t else -1.0
-        starts = np.array([forwards * point.t for point in self._points[1:]])
-        numbers = np.searchsorted(starts, forwards * t, side="right")
-        found = [
-            (own := np.flatnonzero(numbers == k), self.part(k).interpolate(t[own]))
-            for k in np.unique(numbers)
-        ]
-        if not found:
-            return np.asarray(self.part(0).interpolate(t))
-        out = np.empty((len(t), found[0][1].shape[1]))
-        for own, rows in found:
-            out[own] = rows
-        return out
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._run.open(self._number), name)
+
+    def ends(self) -> tuple[Array, Array]:
+        """The first and last time (2,) and the states there (2, nq + nu)."""
+        return self._run.ends(self._number)
+
+    @property
+    def crossings(self) -> int:
+        return len(self.change_points()[0])
+
+    def change_points(self) -> tuple[Array, Array, Array]:
+        """The change points crossed in the part."""
+        return self._run.crossed(self._number)
 
 
 def size_of(point: Checkpoint) -> int:
@@ -223,11 +208,3 @@ def with_checkpoints(run: Any, max_bytes: float) -> Checkpointed:
             "checkpoints: leave checkpoints= away"
         )
     return Checkpointed(run, max_bytes)
-
-
-def ends_of(run: Any) -> tuple[Array, Array]:
-    """The first and the last time of a run (2,) and its states there (2, nq + nu)."""
-    if isinstance(run, Checkpointed):
-        return run.span, np.stack([run.first_state, run.tail(1)[1][0]])
-    t, y = run.states()
-    return t[[0, -1][: len(t)]], y[[0, -1][: len(t)]]

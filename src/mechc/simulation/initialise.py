@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from mechc.assembly.sizes import checked_gap, excess_of_rates, gap_in_words, is_
 from mechc.errors import AssemblyError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
 from mechc.native._codes import CHANGE_POINT_POLICIES, METHODS, RUNNING
-from mechc.simulation.segments import Segment, Segments, Until
+from mechc.simulation.record import Piece
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array, doubles
 from mechc.system.system import System
@@ -25,8 +26,8 @@ def begin(
     state: Array,
     values: Array,
     policy: Policy,
-    start: Callable[..., Segment] | None = None,
-) -> Segment:
+    start: Callable[..., Any] | None = None,
+) -> Any:
     """The compiled integrator, at the start of the span; ``start``, by default the scene's."""
     return (start or system.scene.start)(
         span[0], span[1], state, values, policy.rtol, policy.atol, system.scale(values),
@@ -38,31 +39,32 @@ def begin(
 
 def leave_change_point(
     system: System, span: tuple[float, float], state: Array, values: Array, policy: Policy
-) -> Segment | None:
-    """The motion from a change point along the branch of the speeds, if they are on one."""
+) -> tuple[Any, ...]:
+    """The runs from a change point along the branch of the speeds; none if they are on none."""
     from mechc.simulation.singular_start import singular_start
 
     first = singular_start(system, state, values, span)
     if first is None or first.t == span[1]:
-        return first
+        return () if first is None else (first,)
     beside = checked_state(system, first.states()[1][-1], values, first.t)
-    return Segments(first, begin(system, (first.t, span[1]), beside, values, policy))
+    return first, begin(system, (first.t, span[1]), beside, values, policy)
 
 
 def reach_end(
-    system: System, compiled: Segment, span: tuple[float, float], values: Array, policy: Policy
-) -> Segment | None:
-    """A run that no step could end beside a change point, to its end along the curve there."""
+    system: System, last: Piece, span: tuple[float, float], policy: Policy
+) -> tuple[Piece, Any] | None:
+    """A piece that no step could end beside a change point, and a run from it to the end along the
+    curve there."""
     from mechc.simulation.singular_start import singular_end
 
-    if policy.on_change_point == "stop" or system.driven is not None or compiled.count < 2:
+    steps = last.steps
+    if policy.on_change_point == "stop" or system.driven is not None or steps.count < 2:
         return None
-    times, states = compiled.tail(min(compiled.count, LAST))
-    motion = singular_end(system, times, states, values, span[1])
+    times, states = steps.tail(min(steps.count, LAST))
+    motion = singular_end(system, times, states, last.params, span[1])
     if motion is None:
         return None
-    until = compiled if motion.t0 == times[-1] else Until(compiled, motion.t0)
-    return Segments(until, motion)
+    return (last if motion.t0 == times[-1] else last.until(motion.t0)), motion
 
 
 def checked_state(system: System, y0: Array, values: Array, t0: float) -> Array:

@@ -8,7 +8,7 @@ failed is examined, so that others cost nothing.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from mechc.native._codes import (
     STEP_TOO_SMALL,
     TOO_MANY_STEPS,
 )
+from mechc.simulation.record import Record
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import AT_CROSSINGS, CODES, Status
 from mechc.system.parameters import Array
@@ -78,13 +79,14 @@ class _Last(NamedTuple):
 
 
 def explained(
-    status: Status, code: int, system: System, run: Any, values: Array, policy: Policy,
+    status: Status, code: int, system: System, record: Record, policy: Policy,
     span: tuple[float, float],
 ) -> Status:  # fmt: skip
     """The status of a failed run, with what limits its last steps."""
-    last = _Last(system, values, policy, span, *run.tail(TAIL))
-    if not len(last.t):
+    piece = record.last
+    if not piece.steps.count:
         return status
+    last = _Last(system, piece.params, policy, span, *piece.steps.tail(TAIL))
     try:
         with np.errstate(all="ignore"):
             jump = _jump(last)

@@ -24,9 +24,10 @@ from mechc.native._codes import (
     STOPPED_AT_CHANGE_POINT,
     STOPPED_BY_EVENT,
 )
-from mechc.native._run import Run
+from mechc.native._steps import Steps
 from mechc.simulation.balance import energy_note
-from mechc.simulation.checkpoints import ends_of, with_checkpoints
+from mechc.simulation.chain import Chain
+from mechc.simulation.checkpoints import with_checkpoints
 from mechc.simulation.contact.drive import ContactResets
 from mechc.simulation.contact.laws import contact_laws
 from mechc.simulation.events.compiled import (
@@ -40,7 +41,7 @@ from mechc.simulation.events.resets import Resets, resets_of
 from mechc.simulation.events.stops import refuse_stops
 from mechc.simulation.initialise import begin, leave_change_point, reach_end
 from mechc.simulation.limits import LIMITED, explained
-from mechc.simulation.segments import Segment, Segments, Until
+from mechc.simulation.record import Record
 from mechc.simulation.settings import (
     Policy,
     checked_change_point,
@@ -89,10 +90,13 @@ def run(
     beside = getattr(compiled, "met_critical", False) and policy.on_change_point != "stop"
     if compiled.status == AT_CHANGE_POINT or (beside and compiled.status == RUNNING):
         first = state if typed is None else np.asarray(typed, float)
-        compiled = leave_change_point(system, span, first, values, policy) or compiled
+        runs = leave_change_point(system, span, first, values, policy) or (compiled,)
+    else:
+        runs = (compiled,)
     if policy.checkpoints is not None:
-        compiled = with_checkpoints(compiled, policy.checkpoints)
-    sol = _driven(made, system, span, compiled, values, policy, times, events, progress, started)
+        runs = (with_checkpoints(runs[-1], policy.checkpoints),)
+    chain = Chain(runs, values)
+    sol = _driven(made, system, span, chain, policy, times, events, progress, started)
     if policy.on_change_point == "raise" and sol.change_points:
         raise ChangePointError(_met(sol), sol)
     return sol
@@ -102,32 +106,34 @@ def _driven(
     made: Callable[..., Made],
     system: System,
     span: tuple[float, float],
-    compiled: Segment,
-    values: Array,
+    chain: Chain,
     policy: Policy,
     times: Array | None,
     events: Sequence[Any],
     progress: Callable[[float], None] | None,
     started: float,
-    first: int = 0,
 ) -> Made:
-    """Advance a run to its end; events are looked for from its accepted state ``first`` on."""
-    finder = _finder(events, system, compiled, span, values, policy, first) if events else None
+    """Advance a run to its end."""
+    values, start = chain.record.last.params, chain.record.pieces[0].params
+    finder = _finder(events, system, chain, span, values, policy) if events else None
     resets = None
-    if finder is not None and resets_of(events) and compiled.status == RUNNING:
-        compiled = compiled if isinstance(compiled, Segments) else Segments(compiled)
+    if finder is not None and resets_of(events) and chain.status == RUNNING:
         kind = _kind_of_resets(system, events, finder)
-        resets = partial(kind, system, values, policy, span[1], compiled, finder)
-    code, stop, finder = _drive(compiled, span, finder, progress, resets)
-    ended = None
+        resets = partial(kind, system, values, policy, span[1], chain, finder)
+    code, stop, finder = _drive(chain, span, finder, progress, resets)
     if code == NO_STEP_FITS and finder is None:
-        ended = reach_end(system, compiled, span, values, policy)
-    if ended is not None:
-        compiled, code = ended, FINISHED
+        ended = reach_end(system, chain.record.last, span, policy)
+        if ended is not None:
+            chain.record.pieces[-1], motion = ended
+            chain.add(motion, values)
+            code = FINISHED
     driven = system.driven
     if driven is not None and driven.failed:
         code = INTERRUPTED if driven.interrupted else INPUT_FAILED
-    stats = compiled.stats()
+    if stop is not None:
+        chain.record.end_at(stop)
+    record = chain.recorded()
+    stats = dict(record.stats)
     stats["wall_s"] = time.perf_counter() - started
     stats["method"] = policy.method
     if events:
@@ -135,26 +141,26 @@ def _driven(
     bad = stats.pop("coordinate")
     status = status_of(
         code,
-        compiled.t if stop is None else stop,
+        chain.t if stop is None else stop,
         system.speeds[bad] if bad >= 0 else "",
         stats["critical_gap"],
         (
-            *(_warnings(compiled, code, stop) if compiled.crossings else ()),
-            *_coarse_angles(system, compiled, policy.rtol),
-            *(energy_note(system, compiled, values, policy, stats) if code in ENDED else ()),
+            *_warnings(record, code),
+            *_coarse_angles(system, record, policy.rtol),
+            *(energy_note(system, record, policy) if code in ENDED else ()),
             *(driven.notes() if driven else ()),
             *(finder.notes() if finder else ()),
         ),
     )
     if code in LIMITED:
-        status = explained(status, code, system, compiled, values, policy, span)
+        status = explained(status, code, system, record, policy, span)
     found = finder.records() if finder else ()
     failure = finder.failure if finder and code != INPUT_FAILED else None
     if code == INPUT_FAILED and driven is not None:
         status = replace(status, cause=driven.failure_in_words())
     if failure is not None:
         status = replace(status, cause=str(failure))
-    sol = made(system, values, policy, compiled, status, stats, times, found, stop)
+    sol = made(system, start, policy, record, status, stats, times, found)
     sol._asked = tuple(events)
     if failure is not None:
         told = f"{failure}; error.solution is the motion until then"
@@ -165,17 +171,18 @@ def _driven(
 
 
 def _finder(
-    events: Sequence[Any], system: System, run: Segment, span: tuple[float, float], values: Array,
-    policy: Policy, first: int,
+    events: Sequence[Any], system: System, chain: Chain, span: tuple[float, float], values: Array,
+    policy: Policy,
 ) -> EventFinder | None:  # fmt: skip
     """What looks for the events; in compiled code where they are compiled."""
-    compiled = compiled_finder(events, system, run, span, values, policy, first)
+    compiled = compiled_finder(events, system, chain, span, values, policy)
     laws = contact_laws(events)
     slides = any(law.slip is not None for law in laws)
     if laws:
-        refuse_stops(system, span, may_compile(run, first))
+        refuse_stops(system, span, may_compile(chain))
     if compiled is None or slides:
-        return EventFinder(events, run, system.scene.width, first, policy.rtol)
+        whole = chain.record if len(chain.runs) > 1 else chain.last
+        return EventFinder(events, whole, system.scene.width, policy.rtol)
     return compiled
 
 
@@ -208,18 +215,13 @@ def continued(
         max_steps=checked_count("max_steps", most),
         on_change_point=checked_change_point(on_change_point or sol.policy.on_change_point),
     )
-    before = _until(sol._run, sol._stop)
-    state, values = before.states()[1][-1], sol.segments[-1].params
-    chain = Segments(before)
-    changed = None if values is sol.params else values
-    chain.add(begin(sol.system, (end, last), state, values, policy), values=changed)
+    state, values = sol.record.ends()[1][1], sol.record.last.params
+    run = begin(sol.system, (end, last), state, values, policy)
+    chain = Chain((run,), values, before=sol.record)
     events = [event.with_values(values) if isinstance(event, Event) else event
               for event in sol._asked]  # fmt: skip
-    whole = _driven(
-        made, sol.system, (end, last), chain, values, policy, None, events, progress,
-        started, before.count - 1,
-    )  # fmt: skip
-    whole.params, whole._asked = sol.params, sol._asked
+    whole = _driven(made, sol.system, (end, last), chain, policy, None, events, progress, started)
+    whole._asked = sol._asked
     whole.stats = MappingProxyType(
         {**whole.stats, "wall_s": whole.stats["wall_s"] + sol.stats["wall_s"]}
     )
@@ -232,19 +234,8 @@ def continued(
     return whole
 
 
-def _until(run: Segment, stop: float | None) -> Segment:
-    """A run up to where an event stopped it."""
-    if stop is None:
-        return run
-    if not isinstance(run, Segments):
-        return Until(run, stop)
-    whole = Segments(run)
-    whole.end_at(stop)
-    return whole
-
-
 def _drive(
-    compiled: Any,
+    chain: Chain,
     span: tuple[float, float],
     finder: EventFinder | None,
     progress: Callable[[float], None] | None,
@@ -261,7 +252,7 @@ def _drive(
             finder = resets.finder if resets else finder
             if code != RUNNING:
                 return code, None, finder
-            code = compiled.advance(steps)
+            code = chain.advance(steps)
             stop = finder.look() if finder else None
             if finder is not None and stop is not None:
                 number = finder.stopped_by
@@ -271,7 +262,7 @@ def _drive(
             elif code == FINISHED and resets is not None:
                 code = resets.finished()
             if progress is not None:
-                progress(abs(compiled.t - span[0]) / abs(span[1] - span[0]))
+                progress(abs(chain.t - span[0]) / abs(span[1] - span[0]))
     except KeyboardInterrupt:
         return INTERRUPTED, None, resets.finder if resets else finder
     except FunctionFailedError as failure:
@@ -281,12 +272,11 @@ def _drive(
         return EVENT_FAILED, None, finder
 
 
-def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
+def _warnings(record: Record, code: int) -> tuple[str, ...]:
     """Of a run that crossed change points."""
-    times = compiled.change_points()[0]
-    if stop is not None:
-        start = compiled.states()[0][0]
-        times = times[np.abs(times - start) <= abs(stop - start)]
+    if not any(piece.steps.crossings for piece in record.pieces):
+        return ()  # nearly always, and fast
+    times = record.change_points()[0]
     if not len(times) or code == STOPPED_AT_CHANGE_POINT:
         return ()
     passages = "a change point" if len(times) == 1 else f"{len(times)} change points"
@@ -297,15 +287,13 @@ def _warnings(compiled: Any, code: int, stop: float | None) -> tuple[str, ...]:
     )
 
 
-def _coarse_angles(system: System, compiled: Any, rtol: float) -> tuple[str, ...]:
+def _coarse_angles(system: System, record: Record, rtol: float) -> tuple[str, ...]:
     """Of angles so large that their last digit, not the tolerance, decides about the accuracy."""
     finest = COARSE * max(rtol, FINEST)
-    if type(compiled) is Run and math.ulp(compiled.largest(system.angles)) <= finest:
+    steps: Any = record.last.steps if len(record.pieces) == 1 else None
+    if type(steps) is Steps and math.ulp(steps.largest(system.angles)) <= finest:
         return ()  # nearly always, and fast
-    states = ends_of(compiled)[1]
-    if not len(states):  # without memory not even the start was kept
-        return ()
-    size = np.abs(states).max(axis=0)[: len(system.coordinates)]
+    size = np.abs(record.ends()[1]).max(axis=0)[: len(system.coordinates)]
     angles = np.where(system.angular[: len(size)] & np.isfinite(size), size, 0.0)
     largest = int(np.argmax(angles)) if len(angles) else 0
     if not len(angles) or not np.spacing(angles[largest]) > finest:

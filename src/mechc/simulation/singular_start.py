@@ -44,7 +44,7 @@ class Passed(NamedTuple):
 
 @dataclass(frozen=True)
 class SingularStart:
-    """A finished run over a short span, as :class:`mechc.simulation.segments.Segment`."""
+    """A finished run over a short span, which is its own steps."""
 
     system: System
     t0: float
@@ -55,6 +55,10 @@ class SingularStart:
     passed: Passed | None = None
     status: int = FINISHED
     count: int = 2
+
+    @property
+    def steps(self) -> SingularStart:
+        return self
 
     def advance(self, steps: int) -> int:
         """Nothing is left to do."""
@@ -78,6 +82,9 @@ class SingularStart:
     def tail(self, count: int) -> tuple[Array, Array]:
         t, y = self.states()
         return t[-count:], y[-count:]
+
+    def ends(self) -> tuple[Array, Array]:
+        return self.states()
 
     @property
     def crossings(self) -> int:

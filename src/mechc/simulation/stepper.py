@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from mechc.errors import MechcError, StepError, UnknownNameError, ValueOutOfBoundsError, brief
 from mechc.native._codes import FINISHED, RUNNING, STEP_TOO_SMALL
 from mechc.simulation.initialise import begin, checked_state
@@ -95,7 +97,7 @@ class Stepper:
         elif not self._loops:
             found = self._run.state()
         else:
-            found = self._run.state_at(self._t)
+            found = self._at(self._t)
         return found
 
     @property
@@ -113,7 +115,7 @@ class Stepper:
         """Change points that the last step crossed."""
         if self._run is None:
             return ()
-        rows = zip(*self._run.change_points(), strict=True)
+        rows = zip(*self._run.steps.change_points(), strict=True)
         return tuple(ChangePoint(float(t), tuple(q.tolist()), float(gap)) for t, q, gap in rows)
 
     def outputs(self, *names: str) -> dict[str, Array]:
@@ -188,7 +190,11 @@ class Stepper:
             method = BESIDE if beside else self._policy.method
             self._begin_at(float(run.t), run.state(), self.params)
         self._t = t1
-        y: Array = run.state_at(t1)
+        return self._at(t1)
+
+    def _at(self, t: float) -> Array:
+        """The state at a time within the last step."""
+        y: Array = self._run.steps.interpolate(np.array([t]))[0]
         return y
 
     def _horizon(self, t1: float) -> float:

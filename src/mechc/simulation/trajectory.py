@@ -11,10 +11,9 @@ import numpy as np
 
 from mechc.errors import MechcError, ValueOutOfBoundsError
 from mechc.native._arrays import all_within
-from mechc.simulation.balance import conserves_energy, in_contact, work_along
-from mechc.simulation.checkpoints import Checkpointed
+from mechc.simulation.balance import conserves_energy, work_along
 from mechc.simulation.events.event import EventRecord, event_titles
-from mechc.simulation.segments import Segments, SmoothPart, values_along
+from mechc.simulation.record import Record, SmoothPart
 from mechc.simulation.settings import Policy
 from mechc.simulation.status import ChangePoint, Status
 from mechc.system.parameters import Array, doubles
@@ -32,37 +31,25 @@ class Trajectory:
         system: System,
         params: Array,
         policy: Policy,
-        run: Any,
+        record: Record,
         status: Status,
         stats: dict[str, Any],
         times: Array | None = None,
         events: tuple[EventRecord, ...] = (),
-        stop: float | None = None,
     ) -> None:
         self.system, self.params, self.policy = system, params, policy
         self.status = status
         self.stats: Mapping[str, Any] = MappingProxyType(stats)
         self.events = events
-        self._run, self._times, self._stop = run, times, stop
+        self.record, self._times = record, times
 
     @cached_property
-    def _record(self) -> tuple[Array, Array]:
+    def _reported(self) -> tuple[Array, Array]:
         """Times and states as reported; times in t_eval after the run's end are omitted."""
         if self._times is not None:
             times = self._reached(self._times)
-            return times, self._run.interpolate(times)
-        return self._steps
-
-    @property
-    def _steps(self) -> tuple[Array, Array]:
-        """Times and states of the accepted steps; of the last one, until the run was stopped."""
-        t, y = self._run.states()
-        if self._stop is None:
-            return t, y
-        start, end = self.span
-        before = np.abs(t - start) < abs(end - start)
-        last = self._run.interpolate(np.array([end]))
-        return np.append(t[before], end), np.vstack([y[before], last])
+            return times, self.record.interpolate(times)
+        return self.record.states()
 
     def _reached(self, times: Array) -> Array:
         """The times, in the direction of the run, that it reached."""
@@ -75,11 +62,11 @@ class Trajectory:
 
     @property
     def t(self) -> Array:
-        return self._record[0]
+        return self._reported[0]
 
     @property
     def y(self) -> Array:
-        return self._record[1]
+        return self._reported[1]
 
     @property
     def q(self) -> Array:
@@ -115,15 +102,13 @@ class Trajectory:
         along = times.reshape(-1)
         if not all_within(along, low, high):
             raise ValueOutOfBoundsError(f"the run covers {low:g} ... {high:g} s only")
-        rows: Array = self._run.interpolate(along)
+        rows = self.record.interpolate(along)
         return rows.reshape(*times.shape, rows.shape[1])
 
     @cached_property
     def span(self) -> tuple[float, float]:
         """Times between which the run has states, s."""
-        run = self._run
-        t = run.span if isinstance(run, Checkpointed) else run.times(0)
-        return float(t[0]), float(t[-1]) if self._stop is None else self._stop
+        return self.record.span
 
     @property
     def event_titles(self) -> tuple[str, ...]:
@@ -136,15 +121,7 @@ class Trajectory:
     @property
     def segments(self) -> tuple[SmoothPart, ...]:
         """The smooth parts of the motion, between the resets of events; one without resets."""
-        t, y = self._steps
-        if not isinstance(self._run, Segments) or not len(t):
-            ends = (float(t[0]), float(t[-1]), y[0], y[-1]) if len(t) else ()
-            return (SmoothPart(*ends, params=self.params),) if ends else ()
-        parts = [
-            part if part.params is not None else part._replace(params=self.params)
-            for part in self._run.smooth_parts()
-        ]
-        return (*parts[:-1], parts[-1]._replace(t1=float(t[-1]), y1=y[-1]))
+        return self.record.smooth_parts()
 
     def params_at(self, t: float | Array) -> Array:
         """Parameters that hold at any times of the run (..., np): resets may change them.
@@ -159,7 +136,7 @@ class Trajectory:
 
     def values_along(self, t: Array) -> Array:
         """``params`` (np,); where resets change them, a row for each time (nt, np)."""
-        return values_along(self._run, self.params, t)
+        return self.record.params_along(t)
 
     # -- histories, computed when requested ---------------------------------------------------
 
@@ -198,14 +175,15 @@ class Trajectory:
         known = self.system.knows_energy
         if not known or not times.size or (not self.policy.dense and not self._conserves_energy):
             return np.full(times.shape, np.nan)
-        work = work_along(self.system, self._run, self.params, flat, self._conserves_energy)
+        work = work_along(self.system, self.record, flat, self._conserves_energy)
         return work.reshape(times.shape)
 
     @cached_property
     def _conserves_energy(self) -> bool:
-        t, y = self._run.states()
-        lasting = in_contact(self._run, 0).any()
-        return not lasting and conserves_energy(self.system, t, y, self.values_along(t))
+        if self.record.in_contact().any():
+            return False
+        t, y = self.record.states()
+        return conserves_energy(self.system, t, y, self.values_along(t))
 
     @property
     def energy_drift(self) -> float:
@@ -216,7 +194,7 @@ class Trajectory:
         """
         if not self.system.knows_energy:
             return float("nan")
-        t, y = self._steps if self._times is not None else self._record
+        t, y = self.record.states() if self._times is not None else self._reported
         p = self.values_along(t)
         energy = self.system.energy(y, p, t) - self.work_until(t)
         largest = float(self.system.kinetic_energy(y, p, t).max(initial=0.0))
@@ -226,12 +204,9 @@ class Trajectory:
     @cached_property
     def change_points(self) -> tuple[ChangePoint, ...]:
         """Change points crossed (or, with "stop", reached), in order: time and configuration."""
-        times, configurations, gaps = self._run.change_points()
-        end = abs(self.span[1] - self.span[0]) if self._stop is not None else np.inf
         return tuple(
             ChangePoint(float(t), tuple(q.tolist()), float(gap))
-            for t, q, gap in zip(times, configurations, gaps, strict=True)
-            if abs(t - self.span[0]) <= end
+            for t, q, gap in zip(*self.record.change_points(), strict=True)
         )
 
 

@@ -92,7 +92,7 @@ def test_steps_keep_to_limits(swing, method, span):
     run = begin(driven.system, span, free.y[0], free.params, policy)
     while run.status == RUNNING:
         run.advance(1000)
-    t = np.sort(run.states()[0])
+    t = np.sort(run.steps.states()[0])
     inner = np.sort(np.concatenate([t, times]))
     middles = 0.5 * (inner[1:] + inner[:-1])
     place = np.searchsorted(times, middles) - 1

@@ -48,7 +48,7 @@ def test_through_three_resets_and_jumps_of_an_input(swing, name):
 def action(sol):
     """The integral of the kinetic energy, by quadrature on every step."""
     s, w = np.polynomial.legendre.leggauss(8)
-    t = sol._run.states()[0]
+    t = sol.record.states()[0]
     points = t[:-1, None] + np.diff(t)[:, None] * (0.5 + 0.5 * s)
     energy = sol.model.kinetic_energy(sol(points.ravel()), sol.params).reshape(points.shape)
     return np.diff(t) @ energy @ w / 2
@@ -174,7 +174,7 @@ def test_through_a_stop_under_a_given_input(swing, name):
 def test_resets_at_one_instant_have_no_derivative(swing):
     twice = [BOUNCE, mechc.Event(lambda t, y: y[0], direction=1, reset=lambda t, q, u: (q, -u))]
     sol = bounced(swing, "q", events=twice, sensitivities=["q"])(0.0)
-    if any(len(each) > 1 for each in sol._run.causes):
+    if any(len(piece.causes) > 1 for piece in sol.record.pieces):
         assert np.isnan(sol.sensitivity["q"][-1]).all()
         assert "one instant" in sol.sensitivity.notes[0]
         with pytest.raises(mechc.MechcError, match="one instant"):

@@ -18,7 +18,7 @@ BY = ["l_0", "l_3", "m_1", "I_2", "g", "theta_0", "omega_0"]
 def total(sol, output, name):
     """The integral of a sensitivity, by quadrature on every step."""
     s, w = np.polynomial.legendre.leggauss(8)
-    t, h = sol._run.states()[0], np.diff(sol._run.states()[0])
+    t, h = sol.record.states()[0], np.diff(sol.record.states()[0])
     points = (t[:-1, None] + h[:, None] * (0.5 + 0.5 * s)).reshape(-1)
     found = sol.sensitivity_of(output, name, points).reshape(len(h), len(s))
     return (h[:, None] * found * 0.5 * w).sum()

@@ -13,29 +13,31 @@ from sympy.physics.mechanics import (
 
 import mechc
 from mechc.simulation.balance import energy_note, explained, imbalance
+from mechc.simulation.record import Record
 from tests.support import scenes
 
 METHODS = ("dopri5", "dop853", "radau5", "gauss8")
 q, u = dynamicsymbols("q u")
 
 
-class Tampered:
-    """A run whose speeds are larger by a part from the middle on."""
+class Tampered(Record):
+    """A motion whose speeds are larger by a part from the middle on."""
 
-    def __init__(self, run, part):
-        self.run, self.part, self.count = run, part, run.count
-        t = run.times(0)
+    def __init__(self, record, part):
+        super().__init__(record.pieces)
+        self.part, t = part, record.times()
         self.middle = t[len(t) // 2]
 
-    def times(self, first):
-        return self.run.times(first)
-
     def states(self):
-        t, y = self.run.states()
+        t, y = super().states()
+        return t, self._changed(t, y)
+
+    def ends(self):
+        t, y = super().ends()
         return t, self._changed(t, y)
 
     def interpolate(self, t):
-        return self._changed(t, self.run.interpolate(np.ascontiguousarray(t)))
+        return self._changed(t, super().interpolate(np.ascontiguousarray(t)))
 
     def _changed(self, t, y):
         y = y.copy()
@@ -44,8 +46,8 @@ class Tampered:
 
 
 def judged(sol, run):
-    stats = {"rhs_evaluations": 10**6, "examined": 0, "rounding": 0.0}
-    return energy_note(sol.system, run, sol.params, sol.policy, stats)
+    run.stats = {"rhs_evaluations": 10**6, "examined": 0, "rounding": 0.0}
+    return energy_note(sol.system, run, sol.policy)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -56,14 +58,14 @@ def test_no_alarm_where_all_is_right(model, regular, method, rtol):
         start = model.assemble({"theta_0": np.radians(85)}, params=given)
         sol = model.simulate(20.0, start, given, method=method, rtol=rtol)
         assert "energy" not in str(sol.status)
-        assert not judged(sol, sol._run)
+        assert not judged(sol, sol.record)
 
 
 @pytest.mark.parametrize(("part", "seen"), [(1e-1, True), (1e-2, True), (0.0, False)])
 def test_energy_from_nowhere_is_said(model, regular, part, seen):
     params, start = regular
     sol = model.simulate(20.0, start, params)
-    told = judged(sol, Tampered(sol._run, part))
+    told = judged(sol, Tampered(sol.record, part))
     assert bool(told) == seen
     if seen:
         assert "energy is off by" in told[0]
@@ -84,9 +86,9 @@ def test_the_work_of_loads_explains_what_changes(name):
     sol = model.simulate(5.0, {"q": 1.0, "u": 0.0}, rtol=1e-8)
     kinetic = sol.system.kinetic_energy(sol.y, sol.params).max()
     assert np.ptp(sol.energy) > 0.1 * kinetic
-    assert imbalance(sol.system, sol._run, sol.params) < 1e-6 * kinetic
-    assert not judged(sol, sol._run)
-    off = imbalance(sol.system, Tampered(sol._run, 0.05), sol.params)
+    assert imbalance(sol.system, sol.record) < 1e-6 * kinetic
+    assert not judged(sol, sol.record)
+    off = imbalance(sol.system, Tampered(sol.record, 0.05))
     assert off > explained(sol.system, sol.t, sol.y, sol.params, sol.policy, 1e-8)
 
 

@@ -343,7 +343,7 @@ def test_every_method_takes_times_steps_and_tolerances_in_both_directions(model,
         )  # fmt: skip
         np.testing.assert_array_equal(sol.t, times)
         np.testing.assert_allclose(sol.y, exact(times), rtol=0, atol=2e-6)
-        steps = np.abs(np.diff(sol._run.states()[0]))
+        steps = np.abs(np.diff(sol.record.states()[0]))
         assert steps[0] == pytest.approx(0.003, rel=1e-12)
         assert steps.max() <= 0.02 * (1 + 1e-12)
 

@@ -124,9 +124,9 @@ def in_a_cycle(model, regular):
     params, start = regular
     sol = model.simulate((0, 20), start, params)
     sol.itself = sol
-    cycle = [sol._run]
+    cycle = [sol.record]
     cycle.append(cycle)
-    sol._run = cycle
+    sol.record = cycle
     return sol
 
 
@@ -142,8 +142,8 @@ def test_a_run_in_a_cycle_of_references_is_freed_whole(model, regular):
     gc.collect()
     size = bytes_in_use() - before
     assert size > 8 * 6 * 200, "the states of more than 200 steps"
-    solution, runs = weakref.ref(kept), [kept._run]
-    assert len(runs[0][0].times(0)) > 200
+    solution, runs = weakref.ref(kept), [kept.record]
+    assert len(runs[0][0].times()) > 200
     del kept, runs
     gc.collect()
     assert solution() is None

@@ -36,7 +36,7 @@ def reduced(sol: Trajectory, primitive: Primitive) -> float:
     """The number that a motion is reduced to; NaN for a crossing that does not come."""
     kind, *_, direction, level, _ = primitive
     quantity = _quantity(sol, primitive)
-    t, y = sol.span, sol._steps[1]
+    t, y = sol.span, sol.record.states()[1]
     if kind == LAST or not t[1] > t[0]:
         last = float(quantity(np.array([t[1]]), y[-1:])[0])
         return np.nan if kind == FIRST_CROSSING else last
@@ -72,7 +72,7 @@ def _quantity(sol: Trajectory, primitive: Primitive) -> Callable[[Array, Array],
 
 def _steps(sol: Trajectory) -> tuple[Array, Array]:
     """Starts and ends of the steps between jumps (n,)."""
-    t = sol._steps[0]
+    t = sol.record.states()[0]
     smooth = np.diff(t) > 0.0
     return t[:-1][smooth], t[1:][smooth]
 
@@ -82,7 +82,7 @@ def _sampled(sol: Trajectory, quantity: Callable[[Array, Array], Array]) -> _Sam
     t = begin[:, None] + (end - begin)[:, None] * np.linspace(0.0, 1.0, SAMPLES + 1)
     t[:, -1] = end
     flat = t.reshape(-1)
-    return _Samples(t, quantity(flat, sol._run.interpolate(flat)).reshape(t.shape))
+    return _Samples(t, quantity(flat, sol.record.interpolate(flat)).reshape(t.shape))
 
 
 def _mean(sol: Trajectory, quantity: Callable[[Array, Array], Array]) -> float:
@@ -90,7 +90,7 @@ def _mean(sol: Trajectory, quantity: Callable[[Array, Array], Array]) -> float:
     half = 0.5 * (end - begin)
     t = (begin + half)[:, None] + half[:, None] * NODES
     flat = t.reshape(-1)
-    values = quantity(flat, sol._run.interpolate(flat)).reshape(t.shape)
+    values = quantity(flat, sol.record.interpolate(flat)).reshape(t.shape)
     first, last = sol.span
     return float(half @ (values @ WEIGHTS)) / (last - first)
 
@@ -138,7 +138,7 @@ def _refined(
 
     def value(t: float) -> float:
         at = np.array([t])
-        return float(quantity(at, sol._run.interpolate(at))[0])
+        return float(quantity(at, sol.record.interpolate(at))[0])
 
     found = minimize_scalar(
         value, bounds=(low, high), method="bounded", options={"xatol": FINE * (high - low)}
@@ -195,7 +195,7 @@ def _crossing(
 
     def value(t: float) -> float:
         at = np.array([t])
-        return float(quantity(at, sol._run.interpolate(at))[0]) - level
+        return float(quantity(at, sol.record.interpolate(at))[0]) - level
 
     (low, high), (f_low, f_high) = span, ends
     points = [(low, f_low), (high, f_high)]

@@ -16,6 +16,7 @@ from mechc.native._codes import (
     RUNNING,
     STOPPED_BY_EVENT,
 )
+from mechc.simulation.chain import Chain
 from mechc.simulation.contact.finder import ModeEnd, ModeFinder, ends_of_mode, states_left
 from mechc.simulation.contact.impacts import after_impact
 from mechc.simulation.contact.laws import Laws, Mask, contact_laws
@@ -37,7 +38,6 @@ from mechc.simulation.events.expressions import compiler_of, rounding_of
 from mechc.simulation.events.resets import CHANGE, FLIGHT, SHORTEST, TOUCHING, Resets
 from mechc.simulation.events.stops import StopReset
 from mechc.simulation.initialise import begin
-from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
@@ -56,12 +56,12 @@ class ContactResets(CompiledResets):
     """
 
     def __init__(
-        self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
+        self, system: System, values: Array, policy: Policy, t_end: float, chain: Chain,
         finder: EventFinder,
     ) -> None:  # fmt: skip
         self.compiler = compiler_of(finder.events)
         self.laws = Laws(contact_laws(finder.events), system, values, self.compiler)
-        start = float(chain.tail(1)[0][-1])
+        start = chain.t
         self.contacts = Contacts(self.laws, system, values, (start, t_end))
         self.numbers_of = [law.number for law in self.laws.laws]
         self.mode: Mode = (State.OPEN,) * len(self.laws)
@@ -80,7 +80,7 @@ class ContactResets(CompiledResets):
         self.contacts = Contacts(self.laws, contacts.system, values, contacts.span)
 
     def begin(self) -> int:
-        times, states = self.chain.tail(1)
+        times, states = self.chain.last.steps.tail(1)
         t, y = float(times[-1]), states[-1]
         self._refuse_overlap(t, y)
         if not self.lasting and (not self._may_rest(t, y) or self._is_free(t, y)):
@@ -376,9 +376,7 @@ class ContactResets(CompiledResets):
         if first:
             self.chain.replace_last(piece, words)
         else:
-            self.chain.add(
-                piece, jump=jump, causes=causes, contacts=words, values=self.changed_values
-            )
+            self.chain.add(piece, self.values, jumps=jump, causes=causes, contacts=words)
         self._watch(piece, manifold, t, y, leaving, still)
         return STOPPED_BY_EVENT if ends else left
 

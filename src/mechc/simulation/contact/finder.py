@@ -41,7 +41,7 @@ class ModeFinder(EventFinder):
     steps = 6
 
     def __init__(self, before: EventFinder) -> None:
-        super().__init__(before.events, before.run, before.width, before.looked_at, before.rtol)
+        super().__init__(before.events, before.run, before.width, before.rtol)
         self.every, self.own = self.events, len(self.events)
         self.ends: Sequence[ModeEnd] = ()
         self.cleared: Mapping[int, float] = {}  # gaps that have just opened: how far
@@ -60,7 +60,7 @@ class ModeFinder(EventFinder):
         self.ends, self.cleared = ends, {}
         self.events = own + [Event(end.function, -1.0, terminal=1) for end in ends]
         self.sizes = self.sizes[: self.own] + [0.0] * len(ends)
-        self.enter(run, 0, [*sides, *(Side(end.side) for end in ends)])
+        self.enter(run, [*sides, *(Side(end.side) for end in ends)])
 
     def take_values(self, p: Array) -> None:
         super().take_values(p)

@@ -127,7 +127,7 @@ class ContactRun(NumpyRun):
         return np.asarray(np.maximum(super()._speeds(), self.met))
 
     def record(self) -> dict[str, Any]:
-        """Its steps as JSON data."""
+        """The steps as JSON data."""
         return record_of(*self.states(), self._dense)
 
 

@@ -16,36 +16,30 @@ import numpy as np
 from mechc.native._codes import METHODS, RESETS_ACCUMULATE, RUNNING
 from mechc.native._events import Watch
 from mechc.native._run import Run
+from mechc.simulation.chain import Chain
 from mechc.simulation.events.event import Event, EventFinder, FunctionFailedError, Side
 from mechc.simulation.events.expressions import compiled_functions
 from mechc.simulation.events.resets import Resets
-from mechc.simulation.segments import Segment, Segments
 from mechc.simulation.settings import Policy
 from mechc.system.parameters import Array
 from mechc.system.system import System
 
 
 def compiled_finder(
-    events: Sequence[Any], system: System, run: Segment, span: tuple[float, float], values: Array,
-    policy: Policy, first: int,
+    events: Sequence[Any], system: System, chain: Chain, span: tuple[float, float], values: Array,
+    policy: Policy,
 ) -> CompiledFinder | None:  # fmt: skip
-    """What looks for compiled events from the accepted state ``first`` on; None where they are not
-    compiled, or the run from there on is not one of compiled code."""
+    """What looks for compiled events in the last run; None where they are not compiled, or it is
+    not one of compiled code."""
     functions = compiled_functions(events)
-    if functions is None or not may_compile(run, first):
+    if functions is None or not may_compile(chain):
         return None
-    return CompiledFinder(events, functions, system, run, span, values, policy, first)
+    return CompiledFinder(events, functions, system, chain.last, span, values, policy)
 
 
-def may_compile(run: Segment, first: int) -> bool:
-    """Whether a run from its accepted state ``first`` on is one of compiled code."""
-    part = _last(run)
-    begins = first == run.count - part.count
-    return isinstance(_compiled(part), Run) and begins
-
-
-def _last(run: Any) -> Any:
-    return run.last if isinstance(run, Segments) else run
+def may_compile(chain: Chain) -> bool:
+    """Whether the last run is one of compiled code."""
+    return isinstance(_compiled(chain.last), Run)
 
 
 def _compiled(part: Any) -> Any:
@@ -65,23 +59,21 @@ class CompiledFinder(EventFinder):
     steps = 6  # as in a batch: counters are then equal too
 
     def __init__(
-        self, events: Sequence[Any], functions: Any, system: System, run: Segment,
-        span: tuple[float, float], values: Array, policy: Policy, first: int,
+        self, events: Sequence[Any], functions: Any, system: System, run: Any,
+        span: tuple[float, float], values: Array, policy: Policy,
     ) -> None:  # fmt: skip
         directions, terminal = directions_of(events)
-        part = _last(run)
         self.watch = Watch(
-            _compiled(part), functions, directions, terminal, values, system.scale(values),
-            policy.rtol, *span, METHODS[policy.method], getattr(part, "whole", None),
+            _compiled(run), functions, directions, terminal, values, system.scale(values),
+            policy.rtol, *span, METHODS[policy.method], getattr(run, "whole", None),
         )  # fmt: skip
-        super().__init__(events, run, system.scene.width, first, policy.rtol)
+        super().__init__(events, run, system.scene.width, policy.rtol)
 
-    def enter(self, run: Any, first: int, sides: Sequence[Side] | None = None) -> None:
-        """Go on in a run, or in the last piece of one, from the start of that."""
-        part = _last(run)
-        t, y = part.states()
-        self.run, self.looked_at, self.found = run, first, [[] for _ in self.events]
-        self.watch.enter(_compiled(part), float(t[0]), y[0])
+    def enter(self, run: Any, sides: Sequence[Side] | None = None) -> None:
+        """Go on in a run, from its start."""
+        t, y = run.steps.ends()
+        self.run, self.looked_at, self.found = run.steps, 0, [[] for _ in self.events]
+        self.watch.enter(_compiled(run), float(t[0]), y[0])
 
     def look(self) -> float | None:
         try:

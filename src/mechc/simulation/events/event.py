@@ -135,9 +135,7 @@ class EventFinder:
 
     steps = 50  # attempted between two searches
 
-    def __init__(
-        self, events: Sequence[Any], run: Any, width: int, first: int = 0, rtol: float = 0.0
-    ) -> None:
+    def __init__(self, events: Sequence[Any], run: Any, width: int, rtol: float = 0.0) -> None:
         self.events = [Event.of(event) for event in events]
         self.width, self.rtol = width, rtol
         self.kept: list[list[tuple[Array, Array]]] = [[] for _ in self.events]
@@ -145,18 +143,18 @@ class EventFinder:
         self.stopped_by = -1
         self.lowered: list[tuple[float, float]] = []
         self.grazing: dict[int, float] = {}  # event: the first time that it may only touch zero
-        self.enter(run, first)
+        self.enter(run)
         self.failure: FunctionFailedError | None = None
         self.too_fast: dict[int, float] = {}  # event: time from which it changes too fast to follow
 
-    def enter(self, run: Any, first: int, sides: Sequence[Side] | None = None) -> None:
-        """Go on in a run from its accepted state ``first``.
+    def enter(self, run: Any, sides: Sequence[Side] | None = None) -> None:
+        """Go on in a run from its start.
 
         ``sides``: of each event whether it is zero there, and what it is right after.
         """
-        self.run, self.looked_at, self.sides = run, first, sides
+        self.run, self.looked_at, self.sides = getattr(run, "steps", run), 0, sides
         self.found: list[list[float]] = [[] for _ in self.events]
-        self.start = float(run.times(first)[0])
+        self.start = float(self.run.times(0)[0])
 
     def take_values(self, p: Array) -> None:
         """From here on the parameters are p (np,)."""

@@ -16,6 +16,7 @@ from mechc.native._codes import (
     STOPPED_BY_EVENT,
     TOO_MANY_STEPS,
 )
+from mechc.simulation.chain import Chain
 from mechc.simulation.events.event import (
     Event,
     EventFinder,
@@ -27,7 +28,6 @@ from mechc.simulation.events.event import (
 from mechc.simulation.events.expressions import rounding_of
 from mechc.simulation.events.friction import FrictionLaw
 from mechc.simulation.initialise import begin
-from mechc.simulation.segments import Segments
 from mechc.simulation.settings import Policy
 from mechc.system.names import by_name
 from mechc.system.parameters import Array
@@ -57,11 +57,11 @@ class Resets:
     """
 
     def __init__(
-        self, system: System, values: Array, policy: Policy, t_end: float, chain: Segments,
+        self, system: System, values: Array, policy: Policy, t_end: float, chain: Chain,
         finder: EventFinder,
     ) -> None:  # fmt: skip
         self.system, self.policy, self.t_end = system, policy, t_end
-        self.values = self.first_values = values
+        self.values = values
         self.chain, self.finder = chain, finder
         self.last: dict[int, float] = {}  # event: the time of its last reset
         self.rate_after: dict[int, float] = {}  # event: its rate after that
@@ -69,10 +69,9 @@ class Resets:
         self.caused_by: list[int] = []  # the events whose resets made the last jump, in order
         self.fastest = np.zeros(len(finder.events))  # largest rate of each event at a reset
         self.numbers = [k for k, event in enumerate(finder.events) if event.reset is not None]
-        first = finder.looked_at
-        t, y = chain.states()
-        self.sense = 1.0 if t_end >= t[first] else -1.0
-        finder.enter(chain, first, self._sides(float(t[first]), y[first]))
+        t, y = chain.last.steps.ends()
+        self.sense = 1.0 if t_end >= t[0] else -1.0
+        finder.enter(chain.last, self._sides(float(t[0]), y[0]))
 
     def begin(self) -> int:
         """Before the first step; RUNNING, or the status that ends the run."""
@@ -81,12 +80,6 @@ class Resets:
     def finished(self) -> int:
         """The last piece has come to its end; RUNNING, or the status that ends the run."""
         return FINISHED
-
-    @property
-    def changed_values(self) -> Array | None:
-        """The parameters where resets have changed them; None: those that the motion began with."""
-        begun = self.values is self.first_values and self.chain.values[-1] is None
-        return None if begun else self.values
 
     def take_values(self, values: Array) -> None:
         """Go on with other parameters (np,)."""
@@ -105,8 +98,8 @@ class Resets:
 
     def _stop_at(self, t: float) -> Array:
         """The state where the last piece ends."""
-        self.chain.end_at(t)
-        before: Array = self.chain.last.interpolate(np.array([t]))[0]
+        self.chain.record.end_at(t)
+        before: Array = self.chain.last.steps.interpolate(np.array([t]))[0]
         self.finder.keep()
         return before
 
@@ -117,8 +110,8 @@ class Resets:
         t_end = t if ends or accumulate else self.t_end
         piece = begin(self.system, (t, t_end), state, self.values, self.policy)
         causes = tuple(self.caused_by)
-        self.chain.add(piece, jump=True, causes=causes, values=self.changed_values)
-        self.finder.enter(piece, 0, self._sides(t, state))
+        self.chain.add(piece, self.values, jumps=True, causes=causes)
+        self.finder.enter(piece, self._sides(t, state))
         if accumulate:
             return RESETS_ACCUMULATE
         return STOPPED_BY_EVENT if ends else left
@@ -130,7 +123,7 @@ class Resets:
 
     def _shorten(self) -> int:
         """Count what the last piece took of the run's limits; RUNNING while something is left."""
-        first = self.chain.pieces[-1].stats()
+        first = self.chain.last.stats()
         left = self.policy.max_steps - first["steps"] - first["rejected"]
         room = self.policy.max_bytes - self._bytes()
         self.policy = self.policy._replace(
@@ -142,7 +135,7 @@ class Resets:
 
     def _bytes(self) -> float:
         """Memory of the last piece, at most."""
-        states = max(self.chain.last.count, LEAST_STATES)
+        states = max(self.chain.last.steps.count, LEAST_STATES)
         return float(8 * states * (1 + self.system.scene.width * (1 + ROWS_A_STEP)))
 
     def _reset(self, t: float, state: Array, number: int) -> tuple[Array, bool]:

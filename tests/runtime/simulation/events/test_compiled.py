@@ -74,7 +74,7 @@ def test_neighbours_of_a_cradle_meet_as_by_functions_of_python(five_springs, sea
     one = five_springs.simulate(1.0, start, events=compiled, rtol=1e-11)
     assert searches
     other = five_springs.simulate(1.0, start, events=by_python, rtol=1e-11)
-    assert max(len(part) for part in one._run.causes) > 1
+    assert max(len(piece.causes) for piece in one.record.pieces) > 1
     same(one, other)
 
 

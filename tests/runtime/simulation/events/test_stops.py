@@ -37,7 +37,7 @@ def test_four_balls_that_touch_are_hit_at_once(five_springs, e):
     stops = [mechc.Stop(f"q_{k + 1} - q_{k}", e) for k in range(4)]
     start = np.array([-0.1, *np.zeros(9)])
     sol = five_springs.simulate(1.0, start, events=stops, rtol=1e-11)
-    assert sol._run.causes[1] == (0, 1, 2, 3)
+    assert sol.record.pieces[1].causes == (0, 1, 2, 3)
     after, speed = sol.segments[1].y0[5:], 0.2
     np.testing.assert_allclose(after[1:], (1 + e) / 5 * speed, rtol=1e-9)
     assert after[0] == pytest.approx((1 - 4 * e) / 5 * speed, rel=1e-9)
